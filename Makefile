@@ -1,0 +1,55 @@
+# `make` builds .venv from environment.lock and reproduces everything; `make help` lists the rest.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# written last, so that an environment whose building was stopped halfway is built again
+STAMP := $(VENV)/.whole
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+SNAKEMAKE := $(BIN)/snakemake
+PATHS := src tests workflow/scripts
+
+.DEFAULT_GOAL := all
+.PHONY: all test smoke check lock clean help
+
+all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
+	@$(SNAKEMAKE)
+	@echo "The report: results/report.html"
+
+test: $(STAMP)  ## run the tests
+	@$(BIN)/python -m pytest
+
+smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
+	@$(SNAKEMAKE) --forceall --directory .smoke --configfile tests/smoke/config.yaml
+	@echo "The report: .smoke/results/report.html"
+
+check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can be planned
+	@$(BIN)/ruff check $(PATHS)
+	@$(BIN)/ruff format --check $(PATHS)
+	@$(BIN)/snakefmt --check Snakefile workflow
+	@$(BIN)/python -m pytest tests/workflow/test_lint.py
+	@$(SNAKEMAKE) --dry-run > /dev/null
+
+lock:  ## write environment.lock anew for the dependencies in pyproject.toml
+	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
+	$(PYTHON) -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
+	CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
+	--strip-extras --extra dev --all-build-deps --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
+	--output-file environment.lock pyproject.toml
+
+clean:  ## delete the results and the environment
+	rm -rf results .smoke .snakemake $(VENV)
+
+help:  ## list what can be made
+	@sed -n 's/^\([a-z]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-7s", $$1; $$1 = ""; print }'
+
+# pip and setuptools come first: one package has no wheel and is built with them
+$(STAMP): environment.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "palpate needs Python 3.11 or newer; name one: make PYTHON=python3.12")'
+	@echo "Building the environment in $(VENV), which takes a minute or two ..."
+	@rm -rf $(VENV)
+	@$(PYTHON) -m venv $(VENV)
+	@sed -n '/considered to be unsafe/,$$p' environment.lock > $(VENV)/first.lock
+	@$(PIP) install -qq --no-deps --require-hashes -r $(VENV)/first.lock
+	@$(PIP) install -qq --no-deps --require-hashes --no-build-isolation -r environment.lock
+	@$(PIP) install -qq --no-deps --no-build-isolation -e .
+	@touch $@

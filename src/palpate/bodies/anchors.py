@@ -1,0 +1,64 @@
+"""Which nodes of a body are held: by number, near an extreme plane, or inside a sphere."""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from palpate.bodies.mesh import TetMesh
+from palpate.errors import InputError
+
+
+def choose(body: str, rule: dict, mesh: TetMesh) -> np.ndarray:
+    """The coarse nodes that a rule holds, increasing; InputError if it holds none, or none of some piece.
+
+    rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
+        ``{sphere: {center_m: [x, y, z], radius_m}}``
+    """
+    rules = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
+    if len(rule) != 1 or not set(rule) <= set(rules):
+        raise InputError(f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane and sphere.")
+    ((kind, value),) = rule.items()
+    held = np.unique(rules[kind](body, value, mesh))
+    if not len(held):
+        raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
+    _check_pieces(body, held, mesh)
+    return held
+
+
+def _by_number(body: str, numbers: list, mesh: TetMesh) -> np.ndarray:
+    missing = [n for n in numbers if not (isinstance(n, int) and 0 <= n < len(mesh.nodes))]
+    if missing:
+        raise InputError(
+            f"body {body}: anchors.nodes names {missing[0]}, which does not exist; "
+            f"its coarse nodes are 0 to {len(mesh.nodes) - 1}."
+        )
+    return np.array(numbers, dtype=np.int64)
+
+
+def _near_plane(body: str, plane: dict, mesh: TetMesh) -> np.ndarray:
+    along = mesh.nodes[:, "xyz".index(plane["axis"])]
+    distance = along - along.min() if plane["side"] == "min" else along.max() - along
+    return np.flatnonzero(distance <= plane["depth_m"])
+
+
+def _in_sphere(body: str, sphere: dict, mesh: TetMesh) -> np.ndarray:
+    distance = np.linalg.norm(mesh.nodes - np.asarray(sphere["center_m"], dtype=float), axis=1)
+    return np.flatnonzero(distance <= sphere["radius_m"])
+
+
+def _check_pieces(body: str, held: np.ndarray, mesh: TetMesh) -> None:
+    """Each piece is held at three points that are not on a line, or it could still move as a whole."""
+    n = len(mesh.nodes)
+    graph = sparse.coo_array((np.ones(len(mesh.edges)), mesh.edges.T), shape=(n, n))
+    count, piece = connected_components(graph, directed=False)
+    for number in range(count):
+        points = mesh.nodes[held[piece[held] == number]]
+        where = f"the piece of node {np.argmax(piece == number)}, one of {count}," if count > 1 else "the body"
+        if not len(points):
+            raise InputError(f"body {body}: anchors hold no node of {where[:-1]}; hold some there or remove the piece.")
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if len(points) < 3 or spread[1] <= 1e-6 * mesh.size:
+            raise InputError(
+                f"body {body}: anchors let {where} turn about the held nodes; "
+                "hold three or more that are not on a line."
+            )

@@ -1,0 +1,73 @@
+"""A body: nested meshes with material, density and anchors."""
+
+from dataclasses import dataclass
+from functools import cached_property, reduce
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.refine import refine
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear-elastic constants: Young's modulus [Pa], Poisson's ratio, density [kg/m³]."""
+
+    young_pa: float
+    poisson: float
+    density_kg_m3: float
+
+    @property
+    def shear_pa(self) -> float:
+        """Second Lamé constant μ [Pa]."""
+        return self.young_pa / (2 * (1 + self.poisson))
+
+    @property
+    def lame_pa(self) -> float:
+        """First Lamé constant λ [Pa]."""
+        return self.young_pa * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Nested meshes, coarse first; node i of a level is node i of every finer level.
+
+    levels : the meshes, ``levels[0]`` coarse … ``levels[-1]`` fine
+    prolongations : one (n_finer, n_coarser) sparse matrix between each two neighbouring levels
+    anchors : the held nodes of each level, increasing; a new node is held if both ends of its edge are,
+        so that the coarse displacements stay a subspace of the fine ones
+    """
+
+    name: str
+    levels: list[TetMesh]
+    prolongations: list[sparse.csr_array]
+    anchors: list[np.ndarray]
+    material: Material
+
+    @property
+    def coarse(self) -> TetMesh:
+        return self.levels[0]
+
+    @property
+    def fine(self) -> TetMesh:
+        return self.levels[-1]
+
+    @cached_property
+    def prolongation(self) -> sparse.csr_array:
+        """Linear interpolation from coarse to fine nodes, (n_fine, n_coarse)."""
+        identity = sparse.eye_array(len(self.coarse.nodes), format="csr")
+        return reduce(lambda product, p: p @ product, self.prolongations, identity)
+
+
+def nest(name: str, coarse: TetMesh, refinements: int, anchors: np.ndarray, material: Material) -> Body:
+    """Refine ``coarse`` as often as asked and hand the anchors on to every level."""
+    levels, prolongations, held = [coarse], [], [np.unique(anchors)]
+    for _ in range(refinements):
+        finer, prolongation = refine(levels[-1])
+        indicator = np.zeros(len(levels[-1].nodes))
+        indicator[held[-1]] = 1.0
+        levels.append(finer)
+        prolongations.append(prolongation)
+        held.append(np.flatnonzero(prolongation @ indicator == 1.0))
+    return Body(name, levels, prolongations, held, material)

@@ -1,0 +1,56 @@
+"""A cylinder of prism layers: paper 1's first body, with its surface counts 182/360 and refined 722/1440."""
+
+import numpy as np
+
+from palpate.bodies.mesh import TetMesh
+
+RINGS = 2
+LAYERS = 14
+_STEPS = np.array([[1, 0], [0, 1], [-1, 1], [-1, 0], [0, -1], [1, -1]])
+
+
+def cylinder(length_m: float, radius_m: float) -> TetMesh:
+    """A cylinder along z from 0 to ``length_m`` with 266 nodes and 936 tetrahedra, (182, 360) on its surface.
+
+    Each of the 14 layers of nodes is a round disc of hexagonal rings; each of the 13 layers of prisms
+    between them is cut into tetrahedra. Trap: the diagonals on the prisms' sides must agree between
+    neighbours and should not all lean the same way, or the cylinder twists when it is bent. The hexagonal
+    lattice takes three colours such that every triangle has one of each; diagonals that climb from the
+    lower colour to the higher agree by construction and lean to both sides equally.
+    """
+    disc, triangles, colours = _disc()
+    heights = np.linspace(0.0, length_m, LAYERS)
+    n = len(disc)
+    nodes = np.empty((LAYERS * n, 3))
+    nodes[:, :2] = np.tile(radius_m * disc, (LAYERS, 1))
+    nodes[:, 2] = np.repeat(heights, n)
+
+    low = np.take_along_axis(triangles, np.argsort(colours[triangles], axis=1), axis=1)
+    a, b, c = low.T
+    cut = np.stack([[a, b, c, c + n], [a, b, b + n, c + n], [a, a + n, b + n, c + n]]).transpose(2, 0, 1)
+    layers = n * np.arange(LAYERS - 1)[:, None, None, None]
+    tetrahedra = (cut[None] + layers).reshape(-1, 4)
+    inverted = TetMesh(nodes, tetrahedra).volumes < 0
+    tetrahedra[inverted] = tetrahedra[inverted][:, [1, 0, 2, 3]]
+    return TetMesh(nodes, tetrahedra)
+
+
+def _disc() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit disc: points (19, 2) ring by ring, triangles (24, 3), one of three colours a point (19,)."""
+    lattice, points = [(0, 0)], [(0.0, 0.0)]
+    for ring in range(1, RINGS + 1):
+        corner = ring * _STEPS[4]
+        for step in _STEPS:
+            for k in range(ring):
+                lattice.append(tuple(corner + k * step))
+            corner = corner + ring * step
+        angle = 2 * np.pi * np.arange(6 * ring) / (6 * ring)
+        points.extend(ring / RINGS * np.column_stack([np.cos(angle), np.sin(angle)]))
+    number = {key: i for i, key in enumerate(lattice)}
+    triangles = []
+    for (i, j), p in number.items():
+        for second, third in (((i + 1, j), (i, j + 1)), ((i + 1, j - 1), (i + 1, j))):
+            if second in number and third in number:
+                triangles.append((p, number[second], number[third]))
+    colours = np.array([(i - j) % 3 for i, j in lattice])
+    return np.array(points), np.array(triangles), colours

@@ -1,0 +1,112 @@
+"""Tetrahedra inside a closed triangulated surface, through gmsh, which leaves the surface as it is."""
+
+import threading
+from contextlib import contextmanager
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from palpate.bodies.mesh import TetMesh
+from palpate.errors import InputError
+
+# gmsh keeps one state a process, so only one thread may be inside
+_ALONE = threading.Lock()
+TRIANGLE, TETRAHEDRON = 2, 4
+
+
+@contextmanager
+def gmsh_session():
+    """The gmsh library in a fresh, quiet, single-threaded state (so that its meshes repeat bit for bit).
+
+    Trap: gmsh wants to catch Ctrl-C by default, which only a main thread may.
+    """
+    import gmsh
+
+    with _ALONE:
+        gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+        try:
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.option.setNumber("General.NumThreads", 1)
+            yield gmsh
+        finally:
+            gmsh.finalize()
+
+
+def fill(points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = None, source="surface") -> TetMesh:
+    """Tetrahedralise a closed surface; its points come first and its triangles are the mesh's boundary.
+
+    points, triangles : (n, 3) [m] and (m, 3), closed and wound outward, thus inward around a hollow
+    spacing_m : wanted edge length inside; the surface's mean edge length if not given
+    source : what to call the surface if it cannot be filled (InputError), as when it cuts through itself
+    """
+    if spacing_m is None:
+        edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+        spacing_m = float(np.linalg.norm(edges, axis=2).mean())
+    shells = _shells(points, triangles, source)
+    with gmsh_session() as gmsh:
+        for option in ("MeshSizeMin", "MeshSizeMax"):
+            gmsh.option.setNumber(f"Mesh.{option}", spacing_m)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        try:
+            nodes, tetrahedra = _generate(gmsh, points, shells)
+        except Exception as error:  # gmsh raises nothing narrower
+            raise InputError(
+                f"{source}: gmsh cannot fill the surface ({error}); repair it where it cuts through or touches itself."
+            ) from error
+    mesh = TetMesh(nodes, tetrahedra)
+    if not (np.array_equal(nodes[: len(points)], points) and _same(mesh.triangles, triangles)):
+        raise InputError(
+            f"{source}: gmsh filled it only by changing its surface; "
+            "remesh it so that it has no needles and does not cut through itself."
+        )
+    return mesh
+
+
+def _shells(points, triangles, source: str) -> list[np.ndarray]:
+    """The outer shell's triangles, then those of each hollow."""
+    ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]]).T
+    graph = sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(len(points), len(points)))
+    label = connected_components(graph, directed=False)[1][triangles[:, 0]]
+    shells = [triangles[label == number] for number in np.unique(label)]
+    # six times the volume inside, negative if wound inward
+    volumes = [np.linalg.det(points[shell]).sum() for shell in shells]
+    if sum(volume > 0 for volume in volumes) > 1:
+        raise InputError(
+            f"{source}: the surface has {len(shells)} separate shells; give each body a file of its own, and "
+            "wind the triangles around a hollow inward."
+        )
+    return [shells[i] for i in np.argsort(volumes)[::-1]]
+
+
+def gmsh_mesh(gmsh) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """The current model's nodes by increasing tag, (n, 3), and its elements, {type number: (m, corners)}."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    elements = {}
+    for kind in gmsh.model.mesh.getElementTypes():
+        corners = gmsh.model.mesh.getElementProperties(kind)[3]
+        ends = gmsh.model.mesh.getElementsByType(kind)[1].reshape(-1, corners)
+        elements[int(kind)] = np.searchsorted(tags[order], ends).astype(np.int64)
+    return coordinates.reshape(-1, 3)[order], elements
+
+
+def _generate(gmsh, points, shells):
+    loops = []
+    for shell in shells:
+        surface = gmsh.model.addDiscreteEntity(2)
+        used = np.unique(shell)
+        gmsh.model.mesh.addNodes(2, surface, used + 1, points[used].ravel())
+        gmsh.model.mesh.addElementsByType(surface, TRIANGLE, [], (shell + 1).ravel())
+        loops.append(gmsh.model.geo.addSurfaceLoop([surface]))
+    gmsh.model.geo.addVolume(loops)
+    gmsh.model.geo.synchronize()
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.optimize("Netgen", niter=3)
+    points, elements = gmsh_mesh(gmsh)
+    return points, elements[TETRAHEDRON]
+
+
+def _same(first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether two lists hold the same triangles, whatever their order and winding."""
+    return {tuple(t) for t in np.sort(first, axis=1).tolist()} == {tuple(t) for t in np.sort(second, axis=1).tolist()}

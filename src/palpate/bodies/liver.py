@@ -1,0 +1,52 @@
+"""A liver: paper 1's second body, with its surface counts 140/276, refined 554/1104 and 2210/4416."""
+
+import numpy as np
+
+from palpate.bodies.fill import fill
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.spread import fibonacci_sphere, spread, triangulate
+
+SURFACE_NODES = 140
+SAMPLES = 20000
+
+
+def liver(length_m: float) -> TetMesh:
+    """A liver ``length_m`` across with 140 nodes and 276 triangles on its surface; the same bits every time.
+
+    Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the
+    bounding box of the smooth shape.
+    """
+    sphere = fibonacci_sphere(SAMPLES)
+    shape = liver_shape(sphere)
+    low, high = shape.min(axis=0), shape.max(axis=0)
+    shape = (shape - (low + high) / 2) * (length_m / (high - low).max())
+    chosen, triangles = spread(shape, triangulate(sphere), sphere, SURFACE_NODES)
+    # a little finer than the surface (whose edges are 0.12 of the length), for better angles inside
+    return fill(shape[chosen], triangles, spacing_m=0.1 * length_m)
+
+
+def liver_shape(sphere: np.ndarray) -> np.ndarray:
+    """Map points of the unit sphere, (n, 3), smoothly and one to one onto a liver about 2 long, (n, 3).
+
+    The numbers are ours, set by eye: sections across x shrink from the thick right lobe to the thin left one.
+    """
+    x, y, z = sphere.T
+    right = _logistic(3.2 * (0.18 - x))
+    blunt = (1.0001 - x * x) ** -0.12
+    y, z = y * blunt, z * blunt
+    under = _logistic(-8 * z)
+    top = 0.22 + 0.42 * right
+    # the underside falls to the anterior edge and rises to the back
+    bottom = (0.18 + 0.72 * right) * (1 - 0.45 * y)
+    height = z * (top + (bottom - top) * under)
+    depth = y * (0.40 + 0.32 * right)
+    hollow = 0.42 * np.exp(-(((x - 0.1) / 0.6) ** 2) - ((y - 0.25) / 0.6) ** 2)
+    heart = 0.05 * np.exp(-(((x - 0.35) / 0.3) ** 2) - (y / 0.6) ** 2)
+    notch = 0.07 * np.exp(-(((x - 0.28) / 0.15) ** 2)) * _logistic(-8 * (y + 0.4))
+    stomach = 0.14 * np.clip(x + 0.2, 0, None) ** 2
+    height = height + hollow * under * (0.3 + 0.7 * right) - heart * (1 - under)
+    return np.column_stack([x, depth + notch - stomach, height + 0.25 * depth + 0.12 * x])
+
+
+def _logistic(value: np.ndarray) -> np.ndarray:
+    return 1 / (1 + np.exp(-value))

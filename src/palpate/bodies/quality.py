@@ -1,0 +1,70 @@
+"""How well shaped a mesh's elements are, and how many of them there are: two tables."""
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.bodies.mesh import EDGES, FACES, TetMesh
+
+
+def quality(mesh: TetMesh) -> dict[str, float]:
+    """Extreme dihedral angles [°], smallest radius ratio (1 is a regular tetrahedron), volume [m³]."""
+    angles = dihedral_angles(mesh)
+    return {
+        "min_dihedral_deg": float(angles.min()),
+        "max_dihedral_deg": float(angles.max()),
+        "min_radius_ratio": float(radius_ratios(mesh).min()),
+        "volume_m3": float(mesh.volumes.sum()),
+    }
+
+
+def dihedral_angles(mesh: TetMesh) -> np.ndarray:
+    """The angles inside each element along its six edges, (n_tetrahedra, 6) [°]."""
+    corners = mesh.nodes[mesh.tetrahedra][:, FACES]
+    normals = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    first, second = normals[:, EDGES[:, 0]], normals[:, EDGES[:, 1]]
+    # atan2 keeps its accuracy where the arc cosine of nearly ±1 loses it
+    sine = np.linalg.norm(np.cross(first, second), axis=2)
+    return np.degrees(np.arctan2(sine, -(first * second).sum(axis=2)))
+
+
+def radius_ratios(mesh: TetMesh) -> np.ndarray:
+    """Three times inradius over circumradius, (n_tetrahedra,)."""
+    corners = mesh.nodes[mesh.tetrahedra]
+    faces = corners[:, FACES]
+    areas = np.linalg.norm(np.cross(faces[:, :, 1] - faces[:, :, 0], faces[:, :, 2] - faces[:, :, 0]), axis=2) / 2
+    inradius = 3 * np.abs(mesh.volumes) / areas.sum(axis=1)
+    edges = corners[:, 1:] - corners[:, :1]
+    centre = np.linalg.solve(2 * edges, (edges**2).sum(axis=2)[..., None])[..., 0]
+    return 3 * inradius / np.linalg.norm(centre, axis=1)
+
+
+def mesh_quality(body: Body) -> pd.DataFrame:
+    """One row a level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3."""
+    rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(body.levels)]
+    return pd.DataFrame(rows)
+
+
+def mesh_sizes(body: Body, entry: dict) -> pd.DataFrame:
+    """One row a level: what the paper's mesh table counts, ours beside the paper's where it gives them.
+
+    ``entry["paper_surface"]``, if there, has for each level (nodes, triangles) or None.
+    """
+    papers = entry.get("paper_surface") or [None] * len(body.levels)
+    rows = []
+    for level, (mesh, paper) in enumerate(zip(body.levels, papers, strict=True)):
+        paper_nodes, paper_triangles = paper or (pd.NA, pd.NA)
+        rows.append(
+            {
+                "body": body.name,
+                "level": level,
+                "surface_nodes": len(mesh.surface),
+                "surface_triangles": len(mesh.triangles),
+                "nodes": len(mesh.nodes),
+                "tetrahedra": len(mesh.tetrahedra),
+                "paper_nodes": paper_nodes,
+                "paper_triangles": paper_triangles,
+            }
+        )
+    return pd.DataFrame(rows).astype({"paper_nodes": "Int64", "paper_triangles": "Int64"})

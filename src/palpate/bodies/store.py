@@ -1,0 +1,81 @@
+"""A body in a file of its own (HDF5), so that it is made once."""
+
+import os
+from dataclasses import asdict
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Body, Material
+from palpate.bodies.mesh import TetMesh
+from palpate.errors import InputError
+
+VERSION = 1
+"""Raised whenever the layout below changes."""
+
+
+def save(body: Body, path: str | Path) -> None:
+    """Write a body; the file appears under its name only when it is whole."""
+    import h5py
+
+    path = Path(path)
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with h5py.File(part, "w") as file:
+            file.attrs.update(kind="body", version=VERSION, name=body.name, units="m", **asdict(body.material))
+            file.attrs["levels"] = len(body.levels)
+            for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
+                _put(file, f"level_{i}/nodes", mesh.nodes)
+                _put(file, f"level_{i}/tetrahedra", mesh.tetrahedra)
+                _put(file, f"level_{i}/anchors", held)
+            for i, p in enumerate(body.prolongations):
+                for part_name in ("data", "indices", "indptr"):
+                    _put(file, f"prolongation_{i}/{part_name}", getattr(p, part_name))
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def load(path: str | Path) -> Body:
+    """Read a body; InputError naming the field if the file is missing, damaged or of another version."""
+    import h5py
+
+    path = Path(path)
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(path, file)
+    except (OSError, KeyError) as error:
+        raise InputError(f"{path}: not a whole body file ({error}); delete it and run make again.") from error
+
+
+def _read(path: Path, file) -> Body:
+    attributes = file.attrs
+    if attributes.get("kind") != "body" or attributes.get("version") != VERSION:
+        raise InputError(f"{path}: version is not {VERSION} of a body file; delete it and run make again.")
+    levels, held = [], []
+    for i in range(attributes["levels"]):
+        group = file[f"level_{i}"]
+        mesh = TetMesh(_get(path, group["nodes"], 3, "f"), _get(path, group["tetrahedra"], 4, "i"))
+        levels.append(mesh)
+        held.append(_get(path, group["anchors"], None, "i"))
+    prolongations = []
+    for i, (coarse, fine) in enumerate(pairwise(levels)):
+        group = file[f"prolongation_{i}"]
+        parts = tuple(group[name][()] for name in ("data", "indices", "indptr"))
+        prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
+    material = Material(*(float(attributes[key]) for key in ("young_pa", "poisson", "density_kg_m3")))
+    return Body(str(attributes["name"]), levels, prolongations, held, material)
+
+
+def _put(file, name: str, array: np.ndarray) -> None:
+    file.create_dataset(name, data=array, compression="gzip", fletcher32=True)
+
+
+def _get(path: Path, dataset, columns: int | None, kind: str) -> np.ndarray:
+    array = dataset[()]
+    fits = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
+    if not fits or array.dtype.kind != kind or (kind == "f" and not np.isfinite(array).all()):
+        raise InputError(f"{path}: {dataset.name} has a wrong shape, type or NaN; delete the file and run make again.")
+    return array

@@ -1,0 +1,140 @@
+"""Check the settings of a run against their schema, and say in one sentence what is wrong with them."""
+
+import math
+from collections.abc import Iterator
+from difflib import get_close_matches
+from pathlib import Path
+
+from palpate.errors import InputError
+
+
+def complete(config: dict, schema: dict, file: Path) -> dict:
+    """``config`` with the schema's defaults filled in; InputError naming ``file``, the key and the remedy."""
+    from jsonschema import Draft202012Validator
+
+    validator = Draft202012Validator(schema)
+    for key, value in _leaves(config):
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{file}: {key} is {value}; give a finite number.")
+    for error in sorted(validator.iter_errors(config), key=lambda error: len(error.absolute_path)):
+        raise InputError(f"{file}: {_explain(error, schema)}")
+    config = _fill(config, schema, schema)
+    sigma = config["enrichment"]["sigma_relative"]
+    if sigma["min"] >= sigma["max"]:
+        raise InputError(
+            f"{file}: enrichment.sigma_relative.min is {sigma['min']}; make it less than max, {sigma['max']}."
+        )
+    for name, body in config["bodies"].items():
+        _check_body(f"{file}: bodies.{name}", body, file.parent)
+    return config
+
+
+def read_schema(path: Path | str) -> dict:
+    """The JSON schema in a YAML file."""
+    import yaml
+
+    return yaml.safe_load(Path(path).read_text())
+
+
+def _check_body(place: str, body: dict, folder: Path) -> None:
+    """What a schema cannot say."""
+    magnitudes = len(body["magnitudes"])
+    for key in ("train", "test"):
+        if body[key] % magnitudes:
+            raise InputError(
+                f"{place}.{key} is {body[key]}; make it a multiple of the {magnitudes} magnitudes, "
+                "so that whole contacts can be held out."
+            )
+    levels = body["refinements"] + 1
+    if len(body.get("paper_surface", range(levels))) != levels:
+        raise InputError(
+            f"{place}.paper_surface has {len(body['paper_surface'])} entries; "
+            f"give one for each of the {levels} levels, or null."
+        )
+    if "path" in body and not (folder / body["path"]).is_file():
+        raise InputError(
+            f"{place}.path is {body['path']}, where there is no file; "
+            "give a path relative to the folder of the config file."
+        )
+
+
+def _leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from _leaves(inner, f"{key}[{i}]")
+    else:
+        yield key, value
+
+
+def _resolve(schema: dict, root: dict, value: object) -> dict:
+    """Follow ``$ref`` and the ``if``/``then`` branches that ``value`` takes to one flat schema."""
+    from jsonschema import Draft202012Validator
+
+    flat = dict(schema)
+    if "$ref" in schema:
+        flat |= root["$defs"][schema["$ref"].rpartition("/")[2]]
+    for branch in schema.get("allOf", []):
+        if Draft202012Validator(branch["if"]).is_valid(value):
+            flat |= _resolve(branch["then"], root, value)
+    return flat
+
+
+def _fill(value: object, schema: dict, root: dict) -> object:
+    schema = _resolve(schema, root, value)
+    if not isinstance(value, dict):
+        return value
+    properties = schema.get("properties", {})
+    filled = {key: inner["default"] for key, inner in properties.items() if "default" in inner} | value
+    others = schema.get("additionalProperties") or {}
+    return {key: _fill(inner, properties.get(key, others), root) for key, inner in filled.items()}
+
+
+def _explain(error, root: dict) -> str:
+    """One sentence for a jsonschema error: the key, what is wrong, the remedy."""
+    key = error.json_path.removeprefix("$").removeprefix(".") or "the file"
+    rule, wanted, found = error.validator, error.validator_value, error.instance
+    if rule == "additionalProperties":
+        return _unknown(key, found, error.schema["properties"])
+    if rule == "required":
+        missing = next(name for name in wanted if name not in found)
+        known = _resolve(error.schema, root, found).get("properties", {})
+        meaning = _resolve(known.get(missing, {}), root, None).get("description", "").rstrip(".")
+        return f"{key} lacks {missing}; add it" + (f" ({meaning})." if meaning else ".")
+    meaning = error.schema.get("description", "").rstrip(".")
+    about = f" ({meaning})." if meaning else "."
+    if "pattern" in error.schema:
+        return f"{key} has an entry {found!r}; name it in lower-case letters, digits and underscores."
+    if rule == "type" and isinstance(found, str) and _is_number(found):
+        return f"{key} is the text {found!r}; write the number with a decimal point, like 1.0e-8{about}"
+    told = {
+        "type": f"must be of type {wanted}",
+        "enum": f"must be one of {', '.join(map(str, wanted)) if isinstance(wanted, list) else wanted}",
+        "minimum": f"must be at least {wanted}",
+        "maximum": f"must be at most {wanted}",
+        "exclusiveMinimum": f"must be above {wanted}",
+        "exclusiveMaximum": f"must be below {wanted}",
+        "minItems": f"must have at least {wanted} entries",
+        "maxItems": f"must have at most {wanted} entries",
+        "minProperties": f"must have at least {wanted} entry",
+        "maxProperties": f"must have only {wanted} entry",
+        "uniqueItems": "must not name one thing twice",
+    }
+    return f"{key} is {found!r}, but {told.get(rule, error.message)}{about}"
+
+
+def _unknown(key: str, found: dict, known: dict) -> str:
+    name = next(name for name in found if name not in known)
+    near = get_close_matches(str(name), known, n=1)
+    remedy = f"did you mean {near[0]}?" if near else f"it knows {', '.join(known)}."
+    return f"{key} has an unknown key {name}; {remedy}"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

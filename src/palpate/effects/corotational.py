@@ -1,0 +1,160 @@
+"""Corotational linear elasticity on tetrahedra: energy, force and exact or definite stiffness."""
+
+import numba
+import numpy as np
+from scipy import sparse
+from skfem import Basis, ElementTetP1, MeshTet
+
+from palpate.bodies.body import Material
+from palpate.bodies.mesh import TetMesh
+from palpate.effects.blocks import BlockPattern, pattern_of
+from palpate.effects.polar import signed_svd
+
+
+class Corotational:
+    """Ψ(F) = μ ‖S − I‖² + λ/2 tr²(S − I) with F = R S (Müller and Gross 2004; energy: McAdams et al. 2011).
+
+    Small-strain elasticity measured in each element's own rotated frame. The force is the exact gradient of
+    the energy, since the rotation's derivative drops out of it. It stays finite for collapsed and inverted
+    elements, and pushes them back.
+    """
+
+    def __init__(self, mesh: TetMesh, material: Material, pattern: BlockPattern | None = None):
+        self.tetrahedra = np.ascontiguousarray(mesh.tetrahedra)
+        self.gradients, self.volumes = shape_gradients(mesh)
+        self.moduli = (material.shear_pa, material.lame_pa)
+        self.pattern = pattern or pattern_of(mesh.tetrahedra, len(mesh.nodes))
+        self._n_nodes = len(mesh.nodes)
+
+    def energy(self, x: np.ndarray) -> float:
+        """Elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
+        return _energy(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli)
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Elastic nodal forces (n_nodes, 3) [N] at positions ``x``: minus the energy's gradient."""
+        force = np.zeros((self._n_nodes, 3))
+        _add_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, force)
+        return force
+
+    def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
+        """Hessian of the energy (3 n_nodes, 3 n_nodes) [N/m] in 3 × 3 blocks.
+
+        ``definite`` clamps each element's negative eigenvalues to zero (Smith, de Goes, Kim 2019, section 5).
+        """
+        values = np.zeros((len(self.pattern.indices), 3, 3))
+        _add_stiffness(
+            x,
+            self.tetrahedra,
+            self.gradients,
+            self.volumes,
+            *self.moduli,
+            definite,
+            self.pattern.slots,
+            values,
+        )
+        return self.pattern.matrix(values)
+
+
+def shape_gradients(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the linear shape functions (n_elements, 4, 3) [1/m] and element volumes (n_elements,) [m³]."""
+    points, cells = np.ascontiguousarray(mesh.nodes.T), np.ascontiguousarray(mesh.tetrahedra.T)
+    basis = Basis(MeshTet(points, cells, sort_t=False), ElementTetP1(), intorder=1)
+    gradients = np.stack([basis.basis[a][0].grad[:, :, 0].T for a in range(4)], axis=1)
+    return np.ascontiguousarray(gradients), np.ascontiguousarray(basis.dx.sum(axis=1))
+
+
+@numba.njit(cache=True)
+def _deformation_gradient(x, element, gradients, f):
+    f[:] = 0.0
+    for a in range(4):
+        node = element[a]
+        for i in range(3):
+            for j in range(3):
+                f[i, j] += x[node, i] * gradients[a, j]
+
+
+@numba.njit(cache=True)
+def _energy(x, tetrahedra, gradients, volumes, mu, lam):
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    total = 0.0
+    for e in range(len(tetrahedra)):
+        _deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        trace = s[0] + s[1] + s[2] - 3.0
+        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2
+        total += volumes[e] * (mu * squares + 0.5 * lam * trace * trace)
+    return total
+
+
+@numba.njit(cache=True)
+def _add_force(x, tetrahedra, gradients, volumes, mu, lam, force):
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    for e in range(len(tetrahedra)):
+        _deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        pressure = lam * (s[0] + s[1] + s[2] - 3.0)
+        for i in range(3):
+            for j in range(3):  # first Piola–Kirchhoff stress, P = U diag(∂Ψ/∂s) Vᵀ
+                f[i, j] = 0.0
+                for k in range(3):
+                    f[i, j] += u[i, k] * (2.0 * mu * (s[k] - 1.0) + pressure) * v[j, k]
+        for a in range(4):
+            for i in range(3):
+                for j in range(3):
+                    force[tetrahedra[e, a], i] -= volumes[e] * f[i, j] * gradients[e, a, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, values):
+    """Element Hessians 2μ I + λ R⊗R + Σ c T⊗T: T are the twist modes, whose eigenvalue 2μ + c is the only
+    one that can be negative (Smith, de Goes, Kim 2019, section 5.1)."""
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    modes, weighted = np.empty((4, 3, 4)), np.empty((4, 3, 4))
+    for e in range(len(tetrahedra)):
+        _deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        _low_rank(u, s, v, gradients[e], volumes[e], mu, lam, definite, modes, weighted)
+        for a in range(4):
+            for b in range(4):
+                dot = 0.0
+                for j in range(3):
+                    dot += gradients[e, a, j] * gradients[e, b, j]
+                dot *= 2.0 * mu * volumes[e]
+                k = slots[e, a, b]
+                for i in range(3):
+                    values[k, i, i] += dot
+                    for j in range(3):
+                        values[k, i, j] += (
+                            weighted[a, i, 0] * modes[b, j, 0]
+                            + weighted[a, i, 1] * modes[b, j, 1]
+                            + weighted[a, i, 2] * modes[b, j, 2]
+                            + weighted[a, i, 3] * modes[b, j, 3]
+                        )
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _low_rank(u, s, v, gradients, volume, mu, lam, definite, modes, weighted):
+    """The modes R and T of an element, each applied to the shape gradients: (4 nodes, 3, 4 modes)."""
+    pressure = lam * (s[0] + s[1] + s[2] - 3.0)
+    for a in range(4):
+        g, h, w = 0.0, 0.0, 0.0
+        for j in range(3):
+            g += v[j, 0] * gradients[a, j]
+            h += v[j, 1] * gradients[a, j]
+            w += v[j, 2] * gradients[a, j]
+        for i in range(3):
+            modes[a, i, 0] = u[i, 0] * g + u[i, 1] * h + u[i, 2] * w
+            modes[a, i, 1] = u[i, 1] * w - u[i, 2] * h
+            modes[a, i, 2] = u[i, 2] * g - u[i, 0] * w
+            modes[a, i, 3] = u[i, 0] * h - u[i, 1] * g
+    for k in range(4):
+        if k == 0:
+            scale = lam
+        else:  # the sum is zero for an element turned inside out along one axis: the energy has a kink there
+            scale = (2.0 * pressure - 4.0 * mu) / max(s[k % 3] + s[(k + 1) % 3], 1e-8)
+            if definite:
+                scale = max(scale, -2.0 * mu)
+            scale *= 0.5
+        for a in range(4):
+            for i in range(3):
+                weighted[a, i, k] = volume * scale * modes[a, i, k]

@@ -1,0 +1,56 @@
+"""The paper's regressor, equation (1): fine deformations of the database, blended."""
+
+import numpy as np
+
+from palpate.enrichment.features import Features, describe, in_slots
+from palpate.enrichment.kernel import squared_distances
+from palpate.enrichment.training import Settings, Training
+from palpate.enrichment.weights import BlendWeights
+
+
+class Known:
+    """The training samples as one kind of feature sees them, shared by all kinds of weights.
+
+    described : (k, r) features [m]; slots : (k, 3n) fine displacements [m]
+    squared : (k, k) squared distances between features [m²]; scale : their median distance [m]
+    """
+
+    def __init__(self, features: Features, training: Training, settings: Settings):
+        self.features, self.training = features, training
+        self.described = describe(features, training.contact, training.coarse)
+        self.slots = in_slots(features, training.contact, training.fine)
+        self.squared = squared_distances(self.described, self.described)
+        self.scale = median_distance(self.squared)
+        grid = settings.sigma_relative
+        self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], grid["count"])
+
+    def choose_sigma(self, kind: str) -> float:
+        """The σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
+
+        def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
+            among, across = self.squared[np.ix_(known, known)], self.squared[np.ix_(known, asked)]
+            return np.array([BlendWeights(kind, among, sigma)(across) for sigma in self.sigmas])
+
+        return float(self.sigmas[self.training.score(self.slots @ self.slots.T, blends).argmin()])
+
+
+class Blend:
+    """A fitted regressor: one kind of feature, one kind of weights, one σ."""
+
+    def __init__(self, known: Known, kind: str, sigma: float):
+        self.sigma_m = sigma
+        self._features, self._described, self._slots = known.features, known.described, known.slots
+        self._weights = BlendWeights(kind, known.squared, sigma)
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        view = self._features.view(contact)
+        away = self._described - view.feature(coarse)
+        weights = self._weights(np.einsum("ij,ij->i", away, away))
+        return view.from_slots(weights @ self._slots)
+
+
+def median_distance(squared: np.ndarray) -> float:
+    """Median of the distances [m] between different samples, from squared ones (k, k); 1 if all are 0."""
+    distances = np.sqrt(squared[np.triu_indices(len(squared), 1)])
+    return float(np.median(distances)) or float(distances.max()) or 1.0

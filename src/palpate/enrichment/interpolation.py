@@ -1,0 +1,18 @@
+"""Rival: linear interpolation, what any user has before learning anything."""
+
+import numpy as np
+
+from palpate.enrichment.database import Database
+
+
+class Interpolation:
+    """Fine displacements by the prolongation alone: one sparse product."""
+
+    sigma_m = np.nan
+
+    def __init__(self, db: Database):
+        self._prolongation = db.prolongation
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        return self._prolongation @ coarse

@@ -1,0 +1,18 @@
+"""Rival: linear fine FEM with its compliance worked out beforehand, three columns a contact."""
+
+import numpy as np
+
+from palpate.solvers.compliance import Compliance
+
+
+class LinearFem:
+    """The linear fine response to the force; the coarse simulation is not looked at."""
+
+    sigma_m = np.nan
+
+    def __init__(self, compliance: Compliance):
+        self._compliance = compliance
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
+        return np.tensordot(force, self._compliance.fine[self._compliance.row(contact)], 1)

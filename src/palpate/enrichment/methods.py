@@ -1,0 +1,50 @@
+"""Every way of enriching a coarse deformation, fitted on the same samples."""
+
+from typing import Protocol
+
+import numpy as np
+
+from palpate.enrichment.blend import Blend, Known
+from palpate.enrichment.database import Database
+from palpate.enrichment.features import kinds
+from palpate.enrichment.interpolation import Interpolation
+from palpate.enrichment.linear_fem import LinearFem
+from palpate.enrichment.ours import TwoLevel
+from palpate.enrichment.pod_rbf import PodRbf
+from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
+from palpate.enrichment.training import Settings, gather
+from palpate.enrichment.weights import KINDS
+from palpate.solvers.compliance import Compliance
+
+
+class Method(Protocol):
+    """What every method offers; ``sigma_m`` is its kernel width [m], NaN if it has none."""
+
+    sigma_m: float
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
+
+
+def build(
+    db: Database, compliance: Compliance, train: np.ndarray, protocol: str, settings: Settings
+) -> dict[str, Method]:
+    """Fit every method on the samples ``train`` of one protocol; the names and order are those of the tables.
+
+    compliance : linear responses of the fine and coarse meshes, for the methods that use physics
+    """
+    training = gather(db, train, protocol, settings)
+    methods: dict[str, Method] = {}
+    for name, features in kinds(db, settings.neighbours).items():
+        known = Known(features, training, settings)
+        for kind in KINDS:
+            methods[f"{name}_{kind}"] = Blend(known, kind, known.choose_sigma(kind))
+    methods["interpolation"] = Interpolation(db)
+    methods["ridge_upsampling"] = RidgeUpsampling(db, training)
+    methods["kernel_ridge_detail"] = KernelRidgeDetail(db, training, settings)
+    methods["pod_rbf"] = PodRbf(db, training)
+    methods["linear_fem"] = LinearFem(compliance)
+    methods["ours_unturned"] = TwoLevel(db, compliance, protocol, turned=False)
+    methods["ours_untaught"] = TwoLevel(db, compliance, protocol)
+    methods["ours"] = TwoLevel(db, compliance, protocol).learn(training)
+    return methods

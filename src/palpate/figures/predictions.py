@@ -1,0 +1,44 @@
+"""Read what the methods predicted for the test samples."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from palpate.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One method's answers.
+
+    sample : (s,) int, row numbers into the samples of the same body and regime's database
+    predicted : (s, n, 3) float64 [m], displacement of the fine surface nodes
+    """
+
+    sample: np.ndarray
+    predicted: np.ndarray
+
+
+def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dict[str, Prediction]:
+    """Read ``sample`` and ``predicted`` of the groups ``/{protocol}/{split}/{method}`` of a predictions.h5.
+
+    Raises InputError naming the file and the group if one is missing or misshapen.
+    """
+    if not Path(path).is_file():
+        raise InputError(f"{path} is missing: make it with the workflow (make) first")
+    with h5py.File(path) as file:
+        return {m: _one(file, f"{protocol}/{split}/{m}", path) for m in methods}
+
+
+def _one(file: h5py.File, group: str, path) -> Prediction:
+    if f"{group}/sample" not in file or f"{group}/predicted" not in file:
+        raise InputError(f"{path}: group {group} lacks sample or predicted: delete the file and make it again")
+    sample, predicted = file[f"{group}/sample"][:], file[f"{group}/predicted"][:]
+    if predicted.ndim != 3 or predicted.shape[2] != 3 or len(sample) != len(predicted) or not len(sample):
+        raise InputError(
+            f"{path}: {group}/predicted has shape {predicted.shape} instead of ({len(sample)}, nodes, 3): "
+            "delete the file and make it again"
+        )
+    return Prediction(sample, predicted)

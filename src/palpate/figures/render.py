@@ -1,0 +1,120 @@
+"""Draw surfaces in three dimensions, off-screen, into images that matplotlib can place."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+_AZIMUTHS, _ELEVATIONS = (30.0, -30.0, 150.0, -150.0), (20.0, -20.0)
+_OBLIQUE = 0.5  # cosine between the contact's normal and the view: 60° shows contact and indentation alike
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """An orthographic camera.
+
+    axes : (3, 3), rows right, up and toward the viewer; centre : (3,) [m]; width, height : [m]
+    """
+
+    axes: np.ndarray
+    centre: np.ndarray
+    width: float
+    height: float
+
+
+def directions(nodes: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """View axes (3, 3): the body's (n, 3) longest side across, the surface at ``normal`` in sight."""
+    extents = np.round(np.ptp(nodes, axis=0) / np.ptp(nodes), 3)
+    across, up, depth = np.eye(3)[np.argsort(-extents, kind="stable")]
+    depth = np.cross(across, up)
+    candidates = []
+    for elevation, azimuth in product(np.radians(_ELEVATIONS), np.radians(_AZIMUTHS)):
+        toward = np.cos(elevation) * (np.cos(azimuth) * depth + np.sin(azimuth) * across)
+        toward = toward + np.sin(elevation) * up
+        right = np.cross(up, toward) / np.linalg.norm(np.cross(up, toward))
+        candidates.append(np.array([right, np.cross(toward, right), toward]))
+    return min(candidates, key=lambda axes: round(abs(float(axes[2] @ normal) - _OBLIQUE), 3))
+
+
+def frame(axes: np.ndarray, clouds: list[np.ndarray], margin: float = 1.08) -> View:
+    """The view along ``axes`` that just holds all points of all ``clouds``, (n, 3) each."""
+    points = np.vstack(clouds) @ axes.T
+    low, high = points.min(axis=0), points.max(axis=0)
+    width, height, _ = (high - low) * margin
+    return View(axes, (low + high) / 2 @ axes, float(width), float(height))
+
+
+def same_scale(views: list[View]) -> list[View]:
+    """The views, all made as wide and as high as the widest and the highest."""
+    width, height = max(v.width for v in views), max(v.height for v in views)
+    return [View(v.axes, v.centre, width, height) for v in views]
+
+
+class Stage:
+    """One off-screen window, used again for each picture; a context manager."""
+
+    def __init__(self, width: int, height: int):
+        import pyvista
+        from vtkmodules.vtkCommonCore import vtkLogger
+
+        # without a display VTK first tries X, says so, and then takes EGL: no news to anybody
+        verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
+        self._pyvista = pyvista
+        self._plotter = pyvista.Plotter(off_screen=True, window_size=(width, height))
+        self._plotter.enable_anti_aliasing("ssaa")
+        self._plotter.show(auto_close=False)
+        vtkLogger.SetStderrVerbosity(verbosity)
+
+    def __enter__(self) -> "Stage":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._plotter.close()
+
+    def picture(self, view: View, actors: list) -> np.ndarray:
+        """Render ``actors``, functions that are given this stage, as (height, width, 3) uint8."""
+        p = self._plotter
+        p.clear_actors()
+        p.set_background("white")
+        for actor in actors:
+            actor(self)
+        width, height = p.window_size
+        p.camera.focal_point = view.centre
+        p.camera.position = view.centre + view.axes[2] * 10 * (view.width + view.height)
+        p.camera.up = view.axes[1]
+        p.camera.parallel_projection = True
+        p.camera.parallel_scale = max(view.height, view.width * height / width) / 2
+        p.renderer.ResetCameraClippingRange()
+        p.render()
+        return p.screenshot(return_img=True)
+
+    def surface(self, nodes, triangles, values, limits, cmap, log=False, edges=False) -> None:
+        """A surface, nodes (n, 3) [m], coloured by one value a node (n,) or, if None, in plain grey."""
+        mesh = self._pyvista.PolyData.from_regular_faces(nodes, triangles)
+        colour = {"color": "#d9d4cf"} if values is None else {"scalars": values, "clim": limits, "cmap": cmap}
+        self._plotter.add_mesh(
+            mesh, smooth_shading=True, split_sharp_edges=True, feature_angle=45.0, show_edges=edges,
+            edge_color="#333333", line_width=0.6, ambient=0.45, diffuse=0.65, specular=0.05,
+            show_scalar_bar=False, log_scale=log, **colour,
+        )  # fmt: skip
+
+    def dots(self, points, radius) -> None:
+        """Held nodes, (n, 3) [m], as dark balls."""
+        ball = self._pyvista.Sphere(radius=radius, theta_resolution=12, phi_resolution=12)
+        glyphs = self._pyvista.PolyData(np.asarray(points)).glyph(geom=ball, scale=False, orient=False)
+        self._plotter.add_mesh(glyphs, color="#222222", ambient=0.4)
+
+    def arrow(self, contact, force, normal, length) -> None:
+        """The force at a contact point: its tip touches there if it pushes, its tail if it pulls."""
+        direction = np.asarray(force) / np.linalg.norm(force)
+        start = contact - length * direction if direction @ normal < 0 else contact
+        shape = self._pyvista.Arrow(
+            start=start,
+            direction=direction,
+            scale=length,
+            tip_length=0.35,
+            tip_radius=0.13,
+            shaft_radius=0.045,
+        )
+        self._plotter.add_mesh(shape, color="#cc2222", ambient=0.5, smooth_shading=True, split_sharp_edges=True)

@@ -1,0 +1,65 @@
+"""Read result tables, and say which one is missing or misses a column."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.errors import InputError
+
+_D = [f"d{i}_s" for i in range(1, 6)]
+
+COLUMNS = {
+    "mesh_sizes": "body level surface_nodes surface_triangles nodes tetrahedra paper_nodes paper_triangles",
+    "splits": "body regime split train test",
+    "sigma_sweep": "body regime protocol split features weights sigma_m sigma_relative rmse_m rmse_of_peak",
+    "enrichment_accuracy": (
+        "body regime protocol split method sigma_m samples rmse_m rmse_of_peak p95_of_peak max_of_peak"
+    ),
+    "enrichment_timing": " ".join(["body method", *_D, "mean_s paper_mean_s"]),
+    "online_cost": "body method protocol online_median_s online_p95_s",
+    "complexity": (
+        "operation paper_order exponent_r exponent_r_low exponent_r_high paper_exponent_r "
+        "exponent_k exponent_k_low exponent_k_high paper_exponent_k"
+    ),
+    "fem_cost": "body regime sample newton_iterations linear_solves residual seconds",
+    "claims": "claim paper ours verdict",
+    "sample_peaks": "body regime sample peak_m",
+}
+"""The columns that the figures and the report read, by table; a table may have more."""
+
+
+def read(path: str | Path) -> pd.DataFrame:
+    """Read a CSV table whose file name is one of COLUMNS.
+
+    Raises InputError if the file is missing or empty, or lacks a column.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path} is missing: make it with the workflow (make) first")
+    try:
+        table = pd.read_csv(path)
+    except pd.errors.EmptyDataError:
+        table = pd.DataFrame()
+    missing = [column for column in COLUMNS[path.stem].split() if column not in table]
+    if missing:
+        raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
+    if table.empty:
+        raise InputError(f"{path} has no rows: delete it and make it again")
+    return table
+
+
+def read_all(folder: str | Path) -> dict[str, pd.DataFrame]:
+    """Every table of COLUMNS in ``folder``, by name."""
+    return {name: read(Path(folder) / f"{name}.csv") for name in COLUMNS}
+
+
+def bodies(table: pd.DataFrame) -> list[str]:
+    """The bodies of a table in the order in which they first appear."""
+    return list(dict.fromkeys(table["body"]))
+
+
+def where(table: pd.DataFrame, **equal) -> pd.DataFrame:
+    """The rows whose columns equal the values given."""
+    for column, value in equal.items():
+        table = table[table[column] == value]
+    return table

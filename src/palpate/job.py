@@ -1,0 +1,87 @@
+"""What every workflow script wraps its work in: a log, one sentence when it fails, no orphan left running."""
+
+import math
+import os
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from palpate.errors import InputError, NotConverged
+from palpate.files import write_whole
+
+FAILED = "error: "
+"""How the one sentence of a failed job begins in its log."""
+
+
+@contextmanager
+def job(log: str) -> Iterator[Callable[[str], None]]:
+    """Run the body of a workflow script; yields ``say``, which writes a line to the terminal and to ``log``.
+
+    A failure ends the process with exit code 1 and one sentence; the traceback of an unforeseen one goes to
+    the log only.
+    """
+    start = time.perf_counter()
+    _end_with(int(os.environ.get("PALPATE_RUN", "0")))
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w", buffering=1) as file:
+
+        def say(line: str) -> None:
+            print(line, file=sys.stderr, flush=True)
+            print(line, file=file)
+
+        try:
+            yield say
+        except (InputError, NotConverged) as error:
+            say(f"{FAILED}{error}")
+            raise SystemExit(1) from None
+        except Exception as error:
+            traceback.print_exc(file=file)
+            say(f"{FAILED}{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
+            raise SystemExit(1) from None
+        else:
+            print(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file=file)
+
+
+def _end_with(run: int) -> None:
+    """End this process soon after the process ``run`` has gone; 0 is nobody.
+
+    Trap: a killed snakemake leaves its jobs behind, on cores that the next run would share with them.
+    """
+    if not run:
+        return
+
+    def watch() -> None:
+        while os.path.exists(f"/proc/{run}") or not os.path.exists("/proc"):
+            time.sleep(1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def write_table(table, path: str) -> None:
+    """Write a data frame as CSV, whole or not at all."""
+    with write_whole(path) as temporary:
+        table.to_csv(temporary, index=False)
+
+
+def steps(say: Callable[[str], None], what: str) -> Callable[[Sequence], Iterator]:
+    """Wrap a sequence, as ``tqdm`` does, and say at most every five seconds how far it has come."""
+
+    def wrapped(sequence: Sequence) -> Iterator:
+        said = -math.inf
+        for number, item in enumerate(sequence, start=1):
+            if time.monotonic() - said >= 5 or number == len(sequence):
+                said = time.monotonic()
+                say(f"{what} {number} of {len(sequence)}")
+            yield item
+
+    return wrapped
+
+
+def stem(outputs: Sequence[str]) -> Path:
+    """What the files of one figure are called, without their suffixes."""
+    return Path(outputs[0]).with_suffix("")

@@ -1,0 +1,70 @@
+"""Compliance: what a unit force at each contact does to the linearised body, computed once and stored."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.effects.contact_load import nodal_load
+from palpate.files import write_whole
+from palpate.solvers.equilibrium import Equilibrium
+
+
+@dataclass(frozen=True, eq=False)
+class Compliance:
+    """Linear responses [m/N] to unit forces along x, y and z at every free coarse surface node.
+
+    contacts : (n_contacts,) coarse node numbers, increasing
+    fine : (n_contacts, 3, n_surface, 3) fine surface displacements, by force direction
+    restricted : (n_contacts, 3, n_coarse, 3) the same fine response at all coarse nodes
+    coarse : (n_contacts, 3, n_coarse, 3) response of the coarse mesh itself
+    """
+
+    contacts: np.ndarray
+    fine: np.ndarray
+    restricted: np.ndarray
+    coarse: np.ndarray
+
+    def row(self, contact: int) -> int:
+        """Where coarse node ``contact`` stands; KeyError if it is held or inside the body."""
+        place = int(np.searchsorted(self.contacts, contact))
+        if place == len(self.contacts) or self.contacts[place] != contact:
+            raise KeyError(f"node {contact} is not a free surface node of the coarse mesh")
+        return place
+
+
+def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -> Compliance:
+    """Solve the linear problems of both ends of the hierarchy for every free contact (offline).
+
+    ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
+    """
+    contacts = np.setdiff1d(body.coarse.surface, body.anchors[0])
+    n_coarse, surface = len(body.coarse.nodes), body.fine.surface
+    fine = np.empty((len(contacts), 3, len(surface), 3))
+    restricted = np.empty((len(contacts), 3, n_coarse, 3))
+    coarse = np.empty((len(contacts), 3, n_coarse, 3))
+    last = len(body.levels) - 1
+    solvers = {level: Equilibrium(body, level).linear_solver() for level in {0, last}}
+    for row, contact in enumerate(progress(contacts)):
+        for axis, unit in enumerate(np.eye(3)):
+            response = solvers[last](nodal_load(body, last, contact, unit, radius_m))
+            fine[row, axis], restricted[row, axis] = response[surface], response[:n_coarse]
+            coarse[row, axis] = solvers[0](nodal_load(body, 0, contact, unit, radius_m))
+    return Compliance(contacts, fine, restricted, coarse)
+
+
+def save_compliance(compliance: Compliance, path: Path) -> None:
+    """Write to HDF5, whole or not at all."""
+    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
+        for name in Compliance.__dataclass_fields__:
+            file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
+        file.attrs["unit"] = "m/N"
+
+
+def load_compliance(path: Path) -> Compliance:
+    """Read what ``save_compliance`` wrote."""
+    with h5py.File(path) as file:
+        return Compliance(*(file[name][:] for name in Compliance.__dataclass_fields__))

@@ -1,0 +1,115 @@
+"""Static equilibrium of a nested elastic body under nodal forces."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Body
+from palpate.effects.blocks import hold, pattern_of
+from palpate.effects.corotational import Corotational
+from palpate.errors import InputError, NotConverged
+from palpate.solvers.factor import Factor
+from palpate.solvers.krylov import conjugate_gradients
+from palpate.solvers.multigrid import Multigrid
+from palpate.solvers.newton import Product, Solution, minimise
+
+
+class Equilibrium:
+    """The static problem on one level of a body, preconditioned by multigrid over the levels below it."""
+
+    def __init__(self, body: Body, level: int):
+        self.mesh = body.levels[level]
+        if not len(body.anchors[level]):
+            raise InputError(f"{body.name}: nothing is held, so no equilibrium exists; give it anchors.")
+        patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: level + 1]]
+        held = [_indicator(a, len(m.nodes)) for a, m in zip(body.anchors, body.levels[: level + 1], strict=False)]
+        self._multigrid = Multigrid(patterns, body.prolongations[:level], held) if level else None
+        self._elasticity = Corotational(self.mesh, body.material, patterns[-1])
+        self._held = held[-1]
+        self._load = np.zeros_like(self.mesh.nodes)
+        # without a coarser level the rest state's factor serves every state: conjugate gradients make up for it
+        self._rest = None if level else Factor(self._stiffness(self.mesh.nodes, definite=False))
+
+    def energy(self, x: np.ndarray) -> float:
+        """Elastic energy minus the work of the load [J]."""
+        return self._elasticity.energy(x) - np.vdot(self._load, x - self.mesh.nodes)
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
+        force = self._elasticity.force(x) + self._load
+        force[self._held] = 0.0
+        return force
+
+    def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
+        """Products with the stiffness at ``x`` and with its preconditioner: a multigrid cycle or the rest state."""
+        stiffness = self._stiffness(x, definite)
+        if self._multigrid:
+            self._multigrid.update(stiffness)
+        return lambda p: (stiffness @ p.ravel()).reshape(p.shape), (self._multigrid or self._rest).solve
+
+    def _stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
+        stiffness = self._elasticity.stiffness(x, definite)
+        hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
+        return stiffness
+
+    def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
+        """A function from loads (n_nodes, 3) [N] to displacements [m] of the linearised rest state.
+
+        The function raises NotConverged if conjugate gradients do not reach ``tolerance``.
+        """
+        multiply, precondition = self.linearise(self.mesh.nodes)
+
+        def respond(load: np.ndarray) -> np.ndarray:
+            right = np.where(self._held[:, None], 0.0, load)
+            if not right.any():
+                return right
+            response, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, 1000)
+            left = float(np.linalg.norm(right - multiply(response)) / np.linalg.norm(right))
+            if not left <= 10 * tolerance:
+                raise NotConverged(
+                    f"the linear response stopped after {products} products at a relative residual of {left:.1e}, "
+                    f"above the tolerance {tolerance:.0e}",
+                    [left],
+                )
+            return response
+
+        return respond
+
+    def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
+        """Equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖ on free nodes.
+
+        Starts from ``start`` (default: rest). Where the whole load at once does not converge it is applied
+        in steps, halved as needed. Raises NotConverged once a step is below 1/64.
+        """
+        rest = self.mesh.nodes
+        scale = float(np.linalg.norm(load[~self._held]))
+        if scale == 0.0:
+            return Solution(rest.copy(), [0.0], [0.0])
+        x = rest if start is None else start
+        reached, step, spent = 0.0, 1.0, []
+        while True:
+            self._load = (reached + step) * load
+            last = reached + step >= 1.0
+            try:
+                solution = minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4))
+            except NotConverged as failure:
+                spent += failure.history
+                step *= 0.5
+                x = rest if reached == 0.0 else x
+                if step < 1 / 64:
+                    message = f"{failure}, at {reached + 2 * step:.0%} of the load in steps of {2 * step:.1%}"
+                    raise NotConverged(message, spent) from failure
+                continue
+            x, reached = solution.x, reached + step
+            if last:
+                solution.history = spent + solution.history
+                return solution
+            spent += solution.history
+            step = min(step, 1.0 - reached)
+
+
+def _indicator(nodes: np.ndarray, count: int) -> np.ndarray:
+    indicator = np.zeros(count, dtype=bool)
+    indicator[nodes] = True
+    return indicator

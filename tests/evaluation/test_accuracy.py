@@ -1,0 +1,88 @@
+"""Errors by hand, and the table's columns and means."""
+
+import numpy as np
+import pytest
+
+from palpate.enrichment.interpolation import Interpolation
+from palpate.errors import InputError
+from palpate.evaluation.accuracy import accuracy_rows, errors, predict, sample_errors
+
+
+class Nothing:
+    """Predicts that nothing moves."""
+
+    sigma_m = 0.25
+
+    def predict(self, coarse, contact, force):
+        return np.zeros((50, 3))
+
+
+def test_errors_by_hand():
+    reference = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    predicted = reference + np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, -2.0, 0.0]])
+    found = errors(predicted, reference)
+    assert found.rmse_m == pytest.approx(np.sqrt((1 + 4 + 4) / 3))
+    assert found.rmse_of_peak == pytest.approx(found.rmse_m / 5)
+    assert found.max_of_peak == pytest.approx(2 / 5)
+    assert found.p95_of_peak == pytest.approx(2 / 5)
+    assert errors(reference, reference) == (0, 0, 0, 0)
+
+
+def test_a_reference_that_moves_nowhere_is_refused():
+    with pytest.raises(InputError, match="the reference moves nowhere"):
+        errors(np.ones((4, 3)), np.zeros((4, 3)))
+
+
+def test_errors_do_not_depend_on_axes_or_units():
+    random = np.random.default_rng(0)
+    reference, predicted = random.normal(size=(2, 30, 3))
+    turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    here, there = errors(predicted, reference), errors(1e3 * predicted @ turn, 1e3 * reference @ turn)
+    assert there.rmse_m == pytest.approx(1e3 * here.rmse_m)
+    assert there[1:] == pytest.approx(here[1:])
+
+
+def test_rows(db):
+    test = np.array([3, 8, 14])
+    labels = {"body": "cylinder", "regime": "small", "split": "contacts"}
+    methods = {"nothing": Nothing(), "interpolation": Interpolation(db)}
+    table = accuracy_rows(db, methods, "live", test, labels)
+    assert table.columns.tolist() == (
+        [
+            "body",
+            "regime",
+            "protocol",
+            "split",
+            "method",
+            "sigma_m",
+            "samples",
+            "rmse_m",
+            "rmse_of_peak",
+            "p95_of_peak",
+            "max_of_peak",
+        ]
+    )
+    assert table["method"].tolist() == ["nothing", "interpolation"]
+    assert table[["body", "regime", "protocol", "split", "samples"]].iloc[0].tolist() == [
+        "cylinder", "small", "live", "contacts", 3,
+    ]  # fmt: skip
+    nothing = table.iloc[0]
+    assert nothing["sigma_m"] == 0.25 and np.isnan(table["sigma_m"].iloc[1])
+    rmse = [np.sqrt((db.fine[i] ** 2).sum(axis=1).mean()) for i in test]
+    assert nothing["rmse_m"] == pytest.approx(np.mean(rmse))
+    assert nothing["rmse_of_peak"] == pytest.approx(np.mean(rmse / db.peaks[test]))
+    assert nothing["max_of_peak"] == pytest.approx(1)
+
+
+def test_rows_are_made_of_sample_errors(db):
+    test = np.array([3, 8, 14])
+    samples = sample_errors(db, Interpolation(db), "paper", test)
+    assert samples["sample"].tolist() == [3, 8, 14]
+    row = accuracy_rows(db, {"i": Interpolation(db)}, "paper", test, dict(body="b", regime="r", split="s")).iloc[0]
+    assert row["p95_of_peak"] == pytest.approx(samples["p95_of_peak"].mean())
+    assert row["max_of_peak"] == pytest.approx(samples["max_of_peak"].max())
+
+
+def test_predictions_are_those_of_the_method(db):
+    found = predict(db, Interpolation(db), "live", np.array([4, 2]))
+    assert np.array_equal(found, [db.prolongation @ db.coarse_live[i] for i in (4, 2)])

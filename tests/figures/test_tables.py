@@ -1,0 +1,30 @@
+"""A table that is not right is named."""
+
+import pytest
+
+from palpate.errors import InputError
+from palpate.figures import tables
+
+
+def test_reads_what_it_needs_and_more(results_folder):
+    path = results_folder.path / "tables" / "claims.csv"
+    path.write_text(path.read_text().replace("verdict", "verdict,extra").replace("confirmed", "confirmed,1"))
+    assert "extra" in tables.read(path)
+
+
+def test_missing_table_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"claims\.csv is missing"):
+        tables.read(tmp_path / "claims.csv")
+
+
+def test_missing_columns_are_named(tmp_path):
+    (tmp_path / "claims.csv").write_text("claim,ours\na,b\n")
+    with pytest.raises(InputError, match=r"claims\.csv lacks the column\(s\) paper, verdict"):
+        tables.read(tmp_path / "claims.csv")
+
+
+@pytest.mark.parametrize("content", ["", "claim,paper,ours,verdict\n"])
+def test_an_empty_table_is_refused(tmp_path, content):
+    (tmp_path / "claims.csv").write_text(content)
+    with pytest.raises(InputError, match=r"claims\.csv"):
+        tables.read(tmp_path / "claims.csv")

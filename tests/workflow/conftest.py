@@ -1,0 +1,91 @@
+"""Run the real workflow from the command line, in a folder of the test's own."""
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+STUB = """
+import json
+from pathlib import Path
+said = {"rule": snakemake.rule, "code": list(snakemake.input.get("code", []))}
+for path in snakemake.output:
+    Path(path).write_text(json.dumps(said))
+"""
+
+
+@pytest.fixture(scope="session")
+def command() -> Callable[..., list[str]]:
+    """The snakemake command for the workflow in ``root``, with its results in ``folder``."""
+
+    def arguments(folder: Path, config: Path, *more: str, root: Path = ROOT) -> list[str]:
+        places = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", config]
+        profile = ["--workflow-profile", root / "profiles/default"]
+        return [sys.executable, "-m", "snakemake", *map(str, [*places, *profile]), "--cores", "2", *more]
+
+    return arguments
+
+
+@pytest.fixture(scope="session")
+def run(command) -> Callable[..., subprocess.CompletedProcess]:
+    """Run that command to its end; what it printed is in ``stdout``."""
+
+    def finish(*arguments, **options) -> subprocess.CompletedProcess:
+        words = command(*arguments, **options)
+        return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+
+    return finish
+
+
+@pytest.fixture(scope="session")
+def plan(run) -> Callable[..., dict[str, int]]:
+    """How many jobs of each rule a dry run counts."""
+
+    def count(*arguments, **options) -> dict[str, int]:
+        done = run(*arguments, "--dry-run", **options)
+        assert done.returncode == 0, done.stdout
+        table = re.search(r"^job +count\n[- ]+\n(.*?)^total", done.stdout, re.M | re.S)
+        return {rule: int(n) for rule, n in re.findall(r"^(\w+) +(\d+)$", table[1] if table else "", re.M)}
+
+    return count
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory, run) -> Path:
+    """A copy of the workflow that has run: real rules, settings and modules, and STUB for every script."""
+    root = tmp_path_factory.mktemp("copy")
+    for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke"):
+        source = ROOT / name
+        if source.is_file():
+            shutil.copy(source, root / name)
+        else:
+            shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for script in (root / "workflow/scripts").glob("*.py"):
+        script.write_text(STUB)
+    done = run(root, root / "tests/smoke/config.yaml", root=root)
+    assert done.returncode == 0, done.stdout
+    return root
+
+
+@pytest.fixture
+def smoke() -> dict:
+    """The settings of the smoke run, to be changed."""
+    return yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
+
+
+@pytest.fixture
+def write_config(tmp_path) -> Callable[[dict], Path]:
+    """Write settings to a file of the test's own."""
+
+    def write(settings: dict) -> Path:
+        path = tmp_path / "config.yaml"
+        path.write_text(yaml.safe_dump(settings, sort_keys=False))
+        return path
+
+    return write

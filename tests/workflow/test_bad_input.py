@@ -1,0 +1,78 @@
+"""Bad input ends the real command with exit code 1, one sentence, no traceback and no output."""
+
+from pathlib import Path
+
+import pytest
+
+SHARED = Path(__file__).parents[2].parent / "shared"
+
+OPEN = """solid hole
+facet normal 0 0 0
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+facet normal 0 0 0
+outer loop
+vertex 0 0 0
+vertex 0 0 1
+vertex 1 0 0
+endloop
+endfacet
+facet normal 0 0 0
+outer loop
+vertex 0 0 0
+vertex 0 1 0
+vertex 0 0 1
+endloop
+endfacet
+endsolid hole
+"""
+
+
+@pytest.fixture
+def refused(run, smoke, write_config, tmp_path):
+    """Run with changed settings towards a body, and return what the refusal printed."""
+
+    def printed(**changes) -> str:
+        smoke["bodies"]["liver"] |= changes
+        if "path" in changes:
+            smoke["bodies"]["liver"] |= {"kind": "file", "scale_m": 1.0}
+            del smoke["bodies"]["liver"]["length_m"]
+        target = "results/data/liver/body.h5"
+        done = run(tmp_path, write_config(smoke), "--", target)
+        assert done.returncode == 1
+        assert "Traceback" not in done.stdout
+        assert not (tmp_path / target).exists()
+        return done.stdout
+
+    return printed
+
+
+def test_unknown_key(refused):
+    assert "error: config.yaml: bodies.liver has an unknown key poison; did you mean poisson?\n" in refused(poison=0.3)
+
+
+def test_missing_mesh(refused):
+    assert "error: config.yaml: bodies.liver.path is none.msh, where there is no file;" in refused(path="none.msh")
+
+
+def test_surface_with_a_hole(refused, tmp_path):
+    (tmp_path / "hole.stl").write_text(OPEN)
+    printed = refused(path="hole.stl")
+    sentences = {line for line in printed.splitlines() if line.startswith("error: ")}
+    assert len(sentences) == 1
+    assert "hole.stl" in sentences.pop()
+    assert "results/logs/liver/make_body.log" in printed
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no shared meshes")
+def test_infinite_coordinate(refused):
+    printed = refused(path=str(SHARED / "meshes/broken/liver_for_test_broken.vtk"))
+    assert "liver_for_test_broken.vtk" in printed
+
+
+def test_anchor_that_does_not_exist(refused):
+    assert "error: body liver: anchors.nodes names 9999" in refused(anchors={"nodes": [1, 2, 9999]})

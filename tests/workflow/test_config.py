@@ -1,0 +1,115 @@
+"""config.yaml and its schema agree, and what is wrong is said in one sentence."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from palpate.config import complete, read_schema
+from palpate.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+SMOKE = ROOT / "tests/smoke/config.yaml"
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+
+
+def objects(schema):
+    """Every schema in a schema."""
+    if isinstance(schema, dict):
+        yield schema
+        for value in schema.values():
+            yield from objects(value)
+    elif isinstance(schema, list):
+        for value in schema:
+            yield from objects(value)
+
+
+def test_the_schema_is_one():
+    Draft202012Validator.check_schema(SCHEMA)
+
+
+@pytest.mark.parametrize("path", [ROOT / "config.yaml", SMOKE], ids=lambda path: path.parent.name)
+def test_given_settings_are_complete_as_they_stand(path):
+    given = yaml.safe_load(path.read_text())
+    assert complete(given, SCHEMA, path) == given
+
+
+def test_every_key_is_described_and_every_object_closed():
+    for schema in objects(SCHEMA):
+        for key, inner in schema.get("properties", {}).items():
+            if schema.get("additionalProperties") is False:
+                text = inner.get("description") or SCHEMA["$defs"][inner["$ref"].split("/")[-1]]["description"]
+                assert text, key
+        if schema.get("type") == "object" and "properties" in schema and "allOf" not in schema:
+            assert schema["additionalProperties"] is False, schema
+
+
+def test_defaults_are_valid():
+    for schema in objects(SCHEMA):
+        if "default" in schema and "description" in schema:
+            Draft202012Validator(schema | {"$defs": SCHEMA["$defs"]}).validate(schema["default"])
+
+
+def test_defaults_fill_what_is_left_out(smoke):
+    given = {key: smoke[key] for key in ("bodies", "regimes")}
+    full = complete(given, SCHEMA, Path("config.yaml"))
+    assert set(full) == set(SCHEMA["properties"])
+    assert set(full["enrichment"]["sigma_relative"]) == {"min", "max", "count"}
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "said"),
+    [
+        ("sed", 1, "the file has an unknown key sed; did you mean seed?"),
+        ("bodies.liver.poison", 0.3, "bodies.liver has an unknown key poison; did you mean poisson?"),
+        (
+            "bodies.liver.poisson",
+            0.5,
+            "bodies.liver.poisson is 0.5, but must be below 0.5 (Poisson's ratio).",
+        ),
+        (
+            "bodies.liver.young_pa",
+            -1,
+            "bodies.liver.young_pa is -1, but must be above 0 (Young's modulus [Pa]).",
+        ),
+        ("bodies.liver.young_pa", float("nan"), "bodies.liver.young_pa is nan; give a finite number."),
+        ("bodies.liver.length_m", None, "bodies.liver lacks length_m; add it (Longest side [m])."),
+        ("bodies.liver.train", 7, "bodies.liver.train is 7; make it a multiple of the 2 magnitudes,"),
+        (
+            "bodies.liver.kind",
+            "livr",
+            "bodies.liver.kind is 'livr', but must be one of cylinder, liver, file",
+        ),
+        ("bodies.My Liver", {}, "bodies has an entry 'My Liver'; name it in lower-case letters"),
+        ("bodies.liver.anchors.nodes", [1], "bodies.liver.anchors is {"),
+        (
+            "solver.tolerance",
+            "1e-8",
+            "solver.tolerance is the text '1e-8'; write the number with a decimal point",
+        ),
+        (
+            "bodies.liver.refinements",
+            2,
+            "bodies.liver.paper_surface has 2 entries; give one for each",
+        ),
+        (
+            "enrichment.sigma_relative.min",
+            10,
+            "enrichment.sigma_relative.min is 10; make it less than",
+        ),
+        ("papers", [], "papers is [], but must have at least 1 entries"),
+    ],
+)
+def test_what_is_wrong_is_said(smoke, place, value, said):
+    *parents, key = place.split(".")
+    inner = smoke
+    for name in parents:
+        inner = inner[name]
+    inner[key] = value
+    if value is None:
+        del inner[key]
+    with pytest.raises(InputError) as caught:
+        complete(smoke, SCHEMA, Path("my.yaml"))
+    assert str(caught.value).startswith(f"my.yaml: {said}")
+    assert "\n" not in str(caught.value)

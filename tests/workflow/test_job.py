@@ -1,0 +1,35 @@
+"""How a job ends, and what it says on its way."""
+
+import pytest
+
+from palpate.errors import InputError
+from palpate.job import job, steps
+
+
+@pytest.fixture(autouse=True)
+def outside_a_run(monkeypatch):
+    monkeypatch.delenv("PALPATE_RUN", raising=False)
+
+
+def test_bad_input_is_one_sentence_on_the_terminal_and_in_the_log(tmp_path, capfd):
+    with pytest.raises(SystemExit) as ended, job(tmp_path / "a.log"):
+        raise InputError("liver.msh: node 3 is infinite; repair the file.")
+    assert ended.value.code == 1
+    assert capfd.readouterr().err == "error: liver.msh: node 3 is infinite; repair the file.\n"
+    assert (tmp_path / "a.log").read_text() == "error: liver.msh: node 3 is infinite; repair the file.\n"
+
+
+def test_the_traceback_of_a_fault_is_in_the_log_only(tmp_path, capfd):
+    log = tmp_path / "a.log"
+    with pytest.raises(SystemExit) as ended, job(log):
+        raise ZeroDivisionError("oh")
+    assert ended.value.code == 1
+    said = capfd.readouterr().err
+    assert said == f"error: ZeroDivisionError: oh (a fault of palpate's; the traceback is in {log})\n"
+    assert "Traceback" in log.read_text()
+
+
+def test_steps_hands_on_everything_and_says_the_first_and_last():
+    said = []
+    assert list(steps(said.append, "sample")([7, 8, 9])) == [7, 8, 9]
+    assert said == ["sample 1 of 3", "sample 3 of 3"]

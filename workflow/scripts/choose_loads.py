@@ -1,0 +1,17 @@
+from palpate.bodies.store import load
+from palpate.job import job, write_table
+from palpate.scenes.loads import choose_loads
+from palpate.solvers.compliance import load_compliance
+
+with job(snakemake.log[0]):
+    params = snakemake.params
+    loads = choose_loads(
+        load(snakemake.input.body),
+        load_compliance(snakemake.input.compliance),
+        params.magnitudes,
+        params.regime["peak_of_size"],
+        params.regime["radius_m"],
+        params.samples,
+        params.seed,
+    )
+    write_table(loads, snakemake.output[0])

@@ -1,0 +1,9 @@
+from palpate.bodies.store import load
+from palpate.job import job, steps
+from palpate.solvers.compliance import compute_compliance, save_compliance
+
+with job(snakemake.log[0]) as say:
+    body = load(snakemake.input.body)
+    progress = steps(say, f"{body.name}: unit forces at contact")
+    compliance = compute_compliance(body, float(snakemake.wildcards.radius), progress)
+    save_compliance(compliance, snakemake.output[0])

@@ -1,0 +1,14 @@
+from palpate.bodies.store import load
+from palpate.enrichment.database import read
+from palpate.figures import deformed_bodies, error_over_body, predictions, style
+from palpate.job import job, stem
+
+with job(snakemake.log[0]):
+    body, db, path = load(snakemake.input.body), read(snakemake.input.database), snakemake.input.predictions
+    shown = predictions.read(path, "paper", "samples", deformed_bodies.METHODS)
+    style.save(deformed_bodies.draw(body, db, shown), stem(snakemake.output.deformed))
+    groups = {
+        f"{protocol} protocol, {split} held out": predictions.read(path, protocol, split, error_over_body.METHODS)
+        for protocol, split in (("paper", "samples"), ("live", "contacts"))
+    }
+    style.save(error_over_body.draw(body, db, groups), stem(snakemake.output.errors))

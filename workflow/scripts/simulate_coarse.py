@@ -1,0 +1,11 @@
+import pandas as pd
+
+from palpate.bodies.store import load
+from palpate.job import job, steps
+from palpate.scenes.press import press, save_responses
+
+with job(snakemake.log[0]) as say:
+    body = load(snakemake.input.body)
+    progress = steps(say, f"{body.name}, {snakemake.wildcards.regime}: coarse sample")
+    responses = press(body, 0, pd.read_csv(snakemake.input.loads), snakemake.params.tolerance, progress)
+    save_responses(responses, snakemake.output[0])

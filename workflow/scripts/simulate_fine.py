@@ -1,0 +1,14 @@
+import pandas as pd
+
+from palpate.bodies.store import load
+from palpate.job import job, steps
+from palpate.scenes.press import press, save_responses
+
+with job(snakemake.log[0]) as say:
+    body = load(snakemake.input.body)
+    loads = pd.read_csv(snakemake.input.loads)
+    size, batch = snakemake.params.samples_per_job, int(snakemake.wildcards.batch)
+    loads = loads.iloc[batch * size : (batch + 1) * size]
+    progress = steps(say, f"{body.name}, {snakemake.wildcards.regime}, batch {batch}: fine sample")
+    finest = len(body.levels) - 1
+    save_responses(press(body, finest, loads, snakemake.params.tolerance, progress), snakemake.output[0])

@@ -1,0 +1,16 @@
+import numpy as np
+import pandas as pd
+
+from palpate.enrichment.database import read
+from palpate.enrichment.training import Settings
+from palpate.evaluation.sweep import sweep_rows
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    db, parts = read(snakemake.input.database), pd.read_csv(snakemake.input.split)
+    tables = []
+    for protocol, split in snakemake.params.cases:
+        settings = Settings(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
+        train, test = (np.flatnonzero(parts[split] == part) for part in ("train", "test"))
+        tables.append(sweep_rows(db, train, test, protocol, settings, dict(snakemake.wildcards.items())))
+    write_table(pd.concat(tables), snakemake.output[0])

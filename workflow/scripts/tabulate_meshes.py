@@ -1,0 +1,12 @@
+import pandas as pd
+
+from palpate.bodies.quality import mesh_quality, mesh_sizes
+from palpate.bodies.store import load
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    bodies = [load(path) for path in snakemake.input.bodies]
+    paper = snakemake.params.paper
+    sizes = pd.concat(mesh_sizes(body, {"paper_surface": paper[body.name]}) for body in bodies)
+    write_table(sizes, snakemake.output.sizes)
+    write_table(pd.concat(map(mesh_quality, bodies)), snakemake.output.quality)

@@ -10,13 +10,18 @@ from palpate.bodies.mesh import TetMesh
 from palpate.effects.blocks import BlockPattern, pattern_of
 from palpate.effects.polar import signed_svd
 
+FOLD = 0.05
+"""Width of the rounding of the energy's fold, in s₂ + s₃ (which is 2 at rest)."""
+
 
 class Corotational:
     """Ψ(F) = μ ‖S − I‖² + λ/2 tr²(S − I) with F = R S (Müller and Gross 2004; energy: McAdams et al. 2011).
 
     Small-strain elasticity measured in each element's own rotated frame. The force is the exact gradient of
     the energy, since the rotation's derivative drops out of it. It stays finite for collapsed and inverted
-    elements, and pushes them back.
+    elements, and pushes them back. Trap: where an element is so far inverted that its rotation jumps
+    (s₂ + s₃ = 0), Ψ has a fold, and an equilibrium without a residual need not exist; so the fold is rounded
+    off over s₂ + s₃ < FOLD, and nothing is changed anywhere else.
     """
 
     def __init__(self, mesh: TetMesh, material: Material, pattern: BlockPattern | None = None):
@@ -73,6 +78,24 @@ def _deformation_gradient(x, element, gradients, f):
                 f[i, j] += x[node, i] * gradients[a, j]
 
 
+@numba.njit(cache=True, error_model="numpy")
+def _trace(s, mu, lam):
+    """tr S with its fold rounded off: T = s₁ + τ(s₂ + s₃), then τ', τ'' and c = ∂Ψ/∂T.
+
+    τ(t) is the C² quartic that meets |t| at t = FOLD. As Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)², all that depends on
+    the rotation is in T.
+    """
+    t = s[1] + s[2]
+    tau, slope, curvature = t, 1.0, 0.0
+    if t < FOLD:
+        q = t / FOLD
+        tau = FOLD * (3.0 + 6.0 * q * q - q**4) / 8.0
+        slope = (3.0 * q - q**3) / 2.0
+        curvature = 1.5 * (1.0 - q * q) / FOLD
+    trace = s[0] + tau
+    return trace, slope, curvature, lam * (trace - 3.0) - 2.0 * mu
+
+
 @numba.njit(cache=True)
 def _energy(x, tetrahedra, gradients, volumes, mu, lam):
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
@@ -80,9 +103,10 @@ def _energy(x, tetrahedra, gradients, volumes, mu, lam):
     for e in range(len(tetrahedra)):
         _deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
-        trace = s[0] + s[1] + s[2] - 3.0
-        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2
-        total += volumes[e] * (mu * squares + 0.5 * lam * trace * trace)
+        trace, _, _, _ = _trace(s, mu, lam)
+        # Σ(s − 1)² exactly as long as the fold is far: Σs² − 2T + 3 would cancel
+        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2 + 2.0 * (s[0] + s[1] + s[2] - trace)
+        total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 3.0) ** 2)
     return total
 
 
@@ -92,12 +116,15 @@ def _add_force(x, tetrahedra, gradients, volumes, mu, lam, force):
     for e in range(len(tetrahedra)):
         _deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
-        pressure = lam * (s[0] + s[1] + s[2] - 3.0)
+        trace, slope, _, c = _trace(s, mu, lam)
+        pressure = lam * (trace - 3.0)
+        for k in range(3):  # principal stresses ∂Ψ/∂s
+            s[k] = 2.0 * mu * (s[k] - 1.0) + pressure
+        s[1] -= (1.0 - slope) * c
+        s[2] -= (1.0 - slope) * c
         for i in range(3):
             for j in range(3):  # first Piola–Kirchhoff stress, P = U diag(∂Ψ/∂s) Vᵀ
-                f[i, j] = 0.0
-                for k in range(3):
-                    f[i, j] += u[i, k] * (2.0 * mu * (s[k] - 1.0) + pressure) * v[j, k]
+                f[i, j] = u[i, 0] * s[0] * v[j, 0] + u[i, 1] * s[1] * v[j, 1] + u[i, 2] * s[2] * v[j, 2]
         for a in range(4):
             for i in range(3):
                 for j in range(3):
@@ -106,14 +133,13 @@ def _add_force(x, tetrahedra, gradients, volumes, mu, lam, force):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, values):
-    """Element Hessians 2μ I + λ R⊗R + Σ c T⊗T: T are the twist modes, whose eigenvalue 2μ + c is the only
-    one that can be negative (Smith, de Goes, Kim 2019, section 5.1)."""
+    """Element Hessians 2μ I + Σ w M⊗M over a few modes M (Smith, de Goes, Kim 2019, section 5.1)."""
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    modes, weighted = np.empty((4, 3, 4)), np.empty((4, 3, 4))
+    modes, weighted = np.empty((4, 3, 7)), np.empty((4, 3, 7))
     for e in range(len(tetrahedra)):
         _deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
-        _low_rank(u, s, v, gradients[e], volumes[e], mu, lam, definite, modes, weighted)
+        count = _low_rank(u, s, v, gradients[e], volumes[e], mu, lam, definite, modes, weighted)
         for a in range(4):
             for b in range(4):
                 dot = 0.0
@@ -124,18 +150,26 @@ def _add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, 
                 for i in range(3):
                     values[k, i, i] += dot
                     for j in range(3):
-                        values[k, i, j] += (
+                        entry = (
                             weighted[a, i, 0] * modes[b, j, 0]
                             + weighted[a, i, 1] * modes[b, j, 1]
                             + weighted[a, i, 2] * modes[b, j, 2]
                             + weighted[a, i, 3] * modes[b, j, 3]
                         )
+                        for m in range(4, count):
+                            entry += weighted[a, i, m] * modes[b, j, m]
+                        values[k, i, j] += entry
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _low_rank(u, s, v, gradients, volume, mu, lam, definite, modes, weighted):
-    """The modes R and T of an element, each applied to the shape gradients: (4 nodes, 3, 4 modes)."""
-    pressure = lam * (s[0] + s[1] + s[2] - 3.0)
+    """Modes of an element's Hessian, each applied to the shape gradients: (4 nodes, 3, modes); returns how many.
+
+    Mode 0 is the stretch ∂T/∂F, of weight λ; 1 to 3 are the twists T of the planes (2, 3), (3, 1) and (1, 2), of
+    weight (∂ᵢΨ + ∂ⱼΨ)/(sᵢ + sⱼ) − 2μ: the only ones that can be negative unless the element is in the fold, where
+    there are the flips of (3, 1) and (1, 2), and the curvature of the fold itself.
+    """
+    _, slope, curvature, c = _trace(s, mu, lam)
     for a in range(4):
         g, h, w = 0.0, 0.0, 0.0
         for j in range(3):
@@ -143,18 +177,28 @@ def _low_rank(u, s, v, gradients, volume, mu, lam, definite, modes, weighted):
             h += v[j, 1] * gradients[a, j]
             w += v[j, 2] * gradients[a, j]
         for i in range(3):
-            modes[a, i, 0] = u[i, 0] * g + u[i, 1] * h + u[i, 2] * w
+            modes[a, i, 0] = u[i, 0] * g + slope * (u[i, 1] * h + u[i, 2] * w)
             modes[a, i, 1] = u[i, 1] * w - u[i, 2] * h
             modes[a, i, 2] = u[i, 2] * g - u[i, 0] * w
             modes[a, i, 3] = u[i, 0] * h - u[i, 1] * g
-    for k in range(4):
-        if k == 0:
-            scale = lam
-        else:  # the sum is zero for an element turned inside out along one axis: the energy has a kink there
-            scale = (2.0 * pressure - 4.0 * mu) / max(s[k % 3] + s[(k + 1) % 3], 1e-8)
-            if definite:
-                scale = max(scale, -2.0 * mu)
-            scale *= 0.5
+            modes[a, i, 4] = u[i, 2] * g + u[i, 0] * w
+            modes[a, i, 5] = u[i, 0] * h + u[i, 1] * g
+            modes[a, i, 6] = u[i, 1] * h + u[i, 2] * w
+    weights = (
+        lam,
+        c * (curvature if s[1] + s[2] <= 0.0 else slope / (s[1] + s[2])),
+        0.5 * c * (1.0 + slope) / max(s[2] + s[0], 1e-8),
+        0.5 * c * (1.0 + slope) / max(s[0] + s[1], 1e-8),
+        0.5 * c * (1.0 - slope) / max(s[0] - s[2], 1e-8),
+        0.5 * c * (1.0 - slope) / max(s[0] - s[1], 1e-8),
+        c * curvature,
+    )
+    count = 4 if slope == 1.0 else 7
+    for k in range(count):
+        weight = weights[k]
+        if definite and k > 0:  # every mode but the first has the norm √2
+            weight = max(weight, -mu)
         for a in range(4):
             for i in range(3):
-                weighted[a, i, k] = volume * scale * modes[a, i, k]
+                weighted[a, i, k] = volume * weight * modes[a, i, k]
+    return count

@@ -46,5 +46,5 @@ def build(
     methods["linear_fem"] = LinearFem(compliance)
     methods["ours_unturned"] = TwoLevel(db, compliance, protocol, turned=False)
     methods["ours_untaught"] = TwoLevel(db, compliance, protocol)
-    methods["ours"] = TwoLevel(db, compliance, protocol).learn(training)
+    methods["ours"] = TwoLevel(db, compliance, protocol).learn(training, settings)
     return methods

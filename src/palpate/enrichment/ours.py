@@ -7,36 +7,47 @@ import numpy as np
 from palpate.bodies.mesh import TetMesh
 from palpate.enrichment.database import Database
 from palpate.enrichment.gain import fit_gain
+from palpate.enrichment.ridge import KernelRidge
 from palpate.enrichment.rotations import NodalRotations
-from palpate.enrichment.training import Training
+from palpate.enrichment.training import Settings, Training
 from palpate.solvers.compliance import Compliance
+
+GAIN_OF_REST = 0.9
+"""The rest is learnt only if that multiplies the cross-validated error by this at most: a few dozen samples
+cannot tell a smaller gain from luck."""
 
 
 class Query(NamedTuple):
-    """What one coarse deformation yields: interpolation and unscaled detail (n, 3) [m], and two ratios."""
+    """What one coarse deformation yields.
+
+    interpolated, detail : (n, 3) [m], the detail with gain 1
+    turned : (n, 3, 3) rotation of each fine surface node, or None if none are asked for
+    ratios : (2,) how much farther the contact and its dent moved than the linear coarse response says
+    """
 
     interpolated: np.ndarray
     detail: np.ndarray
+    turned: np.ndarray | None
     ratios: np.ndarray
 
 
 class TwoLevel:
-    """x_f = P x_c + s R D (R_cᵀ f): P interpolates, D is the linear response's detail, R turns each node's.
+    """x_f = P x_c + R (s D (R_cᵀ f) + e): P interpolates, D is the linear response's detail, R turns each node's.
 
     The detail of a unit force is what the linear fine response has and interpolation from the coarse nodes
     lacks: u_fine − P C u_fine where the coarse samples are subsampled from fine ones, u_fine − P u_coarse
     where the coarse mesh is really simulated. The force is turned back by the contact's rotation R_c, the
-    detail forward by each node's R. The gain s = 1 + β · (ratios − 1) is all that is learnt: two numbers β,
-    on how much farther the contact moved, and how much deeper the dent around it is, than the linear coarse
-    response says. Without ``turned`` all rotations are taken for the identity, and without ``learn`` the gain
-    is 1: what each part is worth stands in docs/method.md.
+    detail forward by each node's R. Learnt are the gain s = 1 + β · (ratios − 1) of two numbers β, and the
+    rest e by kernel ridge on the coarse displacements, if that helps on samples left out. Without ``turned``
+    the rotations are taken for the identity, and without ``learn`` s = 1 and e = 0: docs/method.md has what
+    each part is worth.
     """
 
     sigma_m = np.nan
 
     def __init__(self, db: Database, compliance: Compliance, protocol: str, turned: bool = True):
         coarse = TetMesh(db.coarse_nodes, db.coarse_tetrahedra)
-        self._prolongation = db.prolongation
+        self._surface, self._prolongation = db.coarse_surface, db.prolongation
         self._rotations = NodalRotations(coarse) if turned else None
         self._compliance = compliance
         self._seen = {"paper": compliance.restricted, "live": compliance.coarse}[protocol]
@@ -45,37 +56,54 @@ class TwoLevel:
         self._neighbours = {
             int(c): coarse.edges[(coarse.edges == c).any(axis=1)].sum(axis=1) - c for c in compliance.contacts
         }
-        self.beta = np.zeros(2)
+        self.beta, self._rest = np.zeros(2), None
 
-    def learn(self, training: Training) -> "TwoLevel":
-        """Fit the gain to the training samples; without it the gain is 1."""
+    def learn(self, training: Training, settings: Settings) -> "TwoLevel":
+        """Fit the gain and then the rest to the training samples."""
         samples = zip(training.coarse, training.contact, training.force, strict=True)
-        queries = [self.query(x, int(c), f) for x, c, f in samples]
+        queries = [self._query(x, int(c), f) for x, c, f in samples]
+        missing = training.fine - np.array([q.interpolated for q in queries])
         self.beta = fit_gain(
-            np.array([q.ratios for q in queries]),
-            np.array([q.detail for q in queries]),
-            training.fine - np.array([q.interpolated for q in queries]),
-            training,
+            np.array([q.ratios for q in queries]), np.array([q.detail for q in queries]), missing, training
         )
+        left = missing - np.array([self._gain(q) * q.detail for q in queries])
+        error = np.mean(np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks)
+        unturned = np.array([_turn(q.turned.transpose(0, 2, 1), e) for q, e in zip(queries, left, strict=True)])
+        described = training.coarse[:, self._surface].reshape(len(queries), -1)
+        rest = KernelRidge(described, unturned.reshape(len(queries), -1), training, settings)
+        if rest.score < GAIN_OF_REST * error:
+            self._rest, self.sigma_m = rest, rest.sigma_m
         return self
-
-    def query(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> Query:
-        """Interpolation, detail and ratios of one coarse deformation (N, 3) [m]."""
-        row, local = self._compliance.row(contact), force
-        if self._rotations:
-            turned = self._rotations.at(coarse)
-            local = turned[contact].T @ force
-        detail = np.tensordot(local, self._detail[row], 1)
-        if self._rotations:
-            nodal = (self._prolongation @ turned.reshape(-1, 9)).reshape(-1, 3, 3)
-            detail = (nodal @ detail[:, :, None])[:, :, 0]
-        linear = np.tensordot(local, self._seen[row], 1)
-        pairs = [(v[contact], v[contact] - v[self._neighbours[contact]].mean(axis=0)) for v in (coarse, linear)]
-        moved, expected = np.linalg.norm(pairs, axis=2)
-        ratios = np.divide(moved, expected, out=np.ones(2), where=expected > 0.0)
-        return Query(self._prolongation @ coarse, detail, ratios)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
-        query = self.query(coarse, contact, force)
-        return query.interpolated + (1.0 + self.beta @ (query.ratios - 1.0)) * query.detail
+        query = self._query(coarse, contact, force)
+        fine = query.interpolated + self._gain(query) * query.detail
+        if self._rest:
+            fine += _turn(query.turned, self._rest.predict(coarse[self._surface].ravel()))
+        return fine
+
+    def _query(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> Query:
+        row, local = self._compliance.row(contact), force
+        if self._rotations:
+            nodal = self._rotations.at(coarse)
+            local = nodal[contact].T @ force
+        detail = np.tensordot(local, self._detail[row], 1)
+        linear = np.tensordot(local, self._seen[row], 1)
+        near = self._neighbours[contact]
+        pairs = [(v[contact], v[contact] - v[near].mean(axis=0)) for v in (coarse, linear)]
+        moved, expected = np.linalg.norm(pairs, axis=2)
+        ratios = np.divide(moved, expected, out=np.ones(2), where=expected > 0.0)
+        turned = None
+        if self._rotations:
+            turned = (self._prolongation @ nodal.reshape(-1, 9)).reshape(-1, 3, 3)
+            detail = _turn(turned, detail)
+        return Query(self._prolongation @ coarse, detail, turned, ratios)
+
+    def _gain(self, query: Query) -> float:
+        return 1.0 + self.beta @ (query.ratios - 1.0)
+
+
+def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Each vector (n, 3) by its rotation (n, 3, 3)."""
+    return (rotations @ vectors[:, :, None])[:, :, 0]

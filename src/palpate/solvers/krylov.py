@@ -27,7 +27,7 @@ def conjugate_gradients(
         rho = np.vdot(residual, z)
         if not rho > 0.0:
             return x, iteration, False
-        direction = z if direction is None else z + (rho / previous) * direction
+        direction = z.copy() if direction is None else z + (rho / previous) * direction
         product = multiply(direction)
         curvature = np.vdot(direction, product)
         if not curvature > 0.0:

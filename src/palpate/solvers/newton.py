@@ -14,8 +14,7 @@ Product = Callable[[np.ndarray], np.ndarray]
 
 
 STALL = 3
-"""Steps in a row that may have to be cut below 1/50: more, and x sits in a fold of the energy, where it has no
-gradient (corotational elasticity has such folds where an element is stretched several-fold and inverted)."""
+"""Steps in a row that may have to be cut below 1/50: more, and the energy is not smooth where x has come."""
 
 
 class Problem(Protocol):

@@ -105,7 +105,7 @@ def _energy(x, tetrahedra, gradients, volumes, mu, lam):
         signed_svd(f, u, s, v)
         trace, _, _, _ = _trace(s, mu, lam)
         # Σ(s − 1)² exactly as long as the fold is far: Σs² − 2T + 3 would cancel
-        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2 + 2.0 * (s[0] + s[1] + s[2] - trace)
+        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2 + 2.0 * (s[0] + (s[1] + s[2]) - trace)
         total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 3.0) ** 2)
     return total
 

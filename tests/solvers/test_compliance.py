@@ -1,0 +1,76 @@
+"""Linear responses to unit forces: reciprocal, right, and the same when read again."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from palpate.effects.blocks import hold
+from palpate.effects.contact_load import nodal_load
+from palpate.effects.corotational import Corotational
+from palpate.solvers.compliance import compute_compliance, load_compliance, save_compliance
+
+
+def direct(body, level, load):
+    """The linear response by scipy's direct solver."""
+    mesh = body.levels[level]
+    matrix = Corotational(mesh, body.material).stiffness(mesh.nodes)
+    hold(matrix.indptr, matrix.indices, matrix.data, np.isin(np.arange(len(mesh.nodes)), body.anchors[level]))
+    return spsolve(matrix.tocsc(), load.ravel()).reshape(load.shape)
+
+
+def test_every_free_surface_node_has_its_row(slab, slab_compliance):
+    free = [n for n in slab.coarse.surface if n not in slab.anchors[0]]
+    assert slab_compliance.contacts.tolist() == free
+    assert [slab_compliance.row(n) for n in free] == list(range(len(free)))
+    inner = np.setdiff1d(np.arange(len(slab.coarse.nodes)), slab.coarse.surface)
+    for node in (slab.anchors[0][0], inner[0], len(slab.coarse.nodes), -1):
+        with pytest.raises(KeyError, match=f"node {node} is not a free surface node"):
+            slab_compliance.row(node)
+
+
+def test_reciprocity(slab_compliance):
+    """Betti: node i moves along a under a force at j along b as j moves along b under one at i along a."""
+    contacts = slab_compliance.contacts
+    for responses in (slab_compliance.restricted, slab_compliance.coarse):
+        matrix = responses[:, :, contacts].reshape(3 * len(contacts), -1)
+        assert np.abs(matrix - matrix.T).max() < 1e-8 * np.abs(matrix).max()
+        assert np.linalg.eigvalsh(matrix)[0] > 0.0
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_responses_are_those_of_both_meshes(slab, slab_compliance, axis):
+    contact = int(slab_compliance.contacts[17])
+    fine, coarse = (direct(slab, level, nodal_load(slab, level, contact, np.eye(3)[axis], 0.0)) for level in (1, 0))
+    assert np.abs(slab_compliance.fine[17, axis] - fine[slab.fine.surface]).max() < 1e-8 * np.abs(fine).max()
+    restricted = fine[: len(slab.coarse.nodes)]
+    assert np.abs(slab_compliance.restricted[17, axis] - restricted).max() < 1e-8 * np.abs(fine).max()
+    assert np.abs(slab_compliance.coarse[17, axis] - coarse).max() < 1e-8 * np.abs(coarse).max()
+
+
+def test_refinement_softens_the_body(slab_compliance):
+    """The coarse displacements are a subspace, so that the coarse mesh yields less under its own force."""
+    rows = np.arange(len(slab_compliance.contacts))
+    for axis in range(3):
+        own = [
+            c[rows, axis, slab_compliance.contacts, axis] for c in (slab_compliance.restricted, slab_compliance.coarse)
+        ]
+        assert (own[0] > own[1]).all() and (own[1] > 0).all()
+
+
+def test_a_disc_is_softer_pressed_than_a_point(slab, slab_compliance):
+    spread = compute_compliance(slab, 0.04, progress=lambda contacts: contacts[:1])
+    contact = slab_compliance.contacts[0]
+    for axis in range(3):
+        assert 0 < spread.restricted[0, axis, contact, axis] < slab_compliance.restricted[0, axis, contact, axis]
+    load = nodal_load(slab, 1, int(contact), np.eye(3)[2], 0.04)
+    expected = direct(slab, 1, load)[slab.fine.surface]
+    assert np.abs(spread.fine[0, 2] - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_reads_what_was_written(slab_compliance, tmp_path):
+    path = tmp_path / "deep" / "compliance.h5"
+    save_compliance(slab_compliance, path)
+    again = load_compliance(path)
+    for name in ("contacts", "fine", "restricted", "coarse"):
+        assert np.array_equal(getattr(again, name), getattr(slab_compliance, name))
+    assert [p.name for p in path.parent.iterdir()] == ["compliance.h5"]

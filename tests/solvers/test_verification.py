@@ -1,0 +1,144 @@
+"""Solutions against exact ones: linear elasticity's, scikit-fem's, and the elastica."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+from scipy.sparse.linalg import spsolve
+from skfem import Basis, ElementTetP1, ElementVector, Functional, LinearForm, MeshTet, condense
+from skfem.helpers import ddot, dot, grad
+from skfem.models.elasticity import linear_elasticity
+
+from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.refine import refine
+from palpate.solvers.equilibrium import Equilibrium
+
+
+def vector_basis(mesh, order):
+    """scikit-fem's linear vector elements on the mesh, unknowns put node by node."""
+    reference = MeshTet(mesh.nodes.T.copy(), mesh.tetrahedra.T.copy(), sort_t=False)
+    basis = Basis(reference, ElementVector(ElementTetP1()), intorder=order)
+    assert np.array_equal(basis.nodal_dofs.T.ravel(), np.arange(basis.N))
+    return basis
+
+
+PUSH = np.array([1.0, -0.5, 0.7])
+
+
+def wave(x):
+    """u = sin πx sin πy sin πz · PUSH, zero on the unit cube's boundary; and its gradient."""
+    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
+    slope = np.pi * np.stack([c[0] * s[1] * s[2], s[0] * c[1] * s[2], s[0] * s[1] * c[2]])
+    return np.einsum("i,...->i...", PUSH, s.prod(axis=0)), np.einsum("i,j...->ij...", PUSH, slope)
+
+
+def body_force(x, material):
+    """−div σ(u) = −μ Δu − (λ + μ) ∇ div u of the wave."""
+    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
+    second = np.empty((3, *x.shape))
+    for i in range(3):
+        for j in range(3):
+            factors = [(c if k in (i, j) and i != j else s)[k] for k in range(3)]
+            second[i, j] = np.pi**2 * np.prod(factors, axis=0) * (1.0 if i != j else -1.0)
+    laplacian = np.einsum("i,jj...->i...", PUSH, second)
+    return -material.shear_pa * laplacian - (material.lame_pa + material.shear_pa) * np.einsum(
+        "ij...,j->i...", second, PUSH
+    )
+
+
+def test_manufactured_solution_converges_as_theory_says(box, soft):
+    """Error in L2 like h², in H1 like h, on the levels of a cube held all around."""
+    levels, prolongations = [box([3, 3, 3], [1, 1, 1])], []
+    for _ in range(3):
+        finer, prolongation = refine(levels[-1])
+        levels.append(finer)
+        prolongations.append(prolongation)
+    body = Body("cube", levels, prolongations, [m.surface for m in levels], soft)
+    errors = []
+    for level in (1, 2, 3):
+        basis = vector_basis(levels[level], 3)
+        load = LinearForm(lambda v, w: dot(body_force(w.x, soft), v)).assemble(basis)
+        found = basis.interpolate(Equilibrium(body, level).linear_solver()(load.reshape(-1, 3)).ravel())
+
+        @Functional
+        def value(w):
+            return dot(w["u"] - wave(w.x)[0], w["u"] - wave(w.x)[0])
+
+        @Functional
+        def slope(w):
+            return ddot(grad(w["u"]) - wave(w.x)[1], grad(w["u"]) - wave(w.x)[1])
+
+        errors.append([np.sqrt(f.assemble(basis, u=found)) for f in (value, slope)])
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (np.abs(rates[1] - [2, 1]) < np.abs(rates[0] - [2, 1])).all()
+    assert rates[-1] == pytest.approx([2.0, 1.0], abs=0.1)
+
+
+def test_small_loads_give_scikit_fems_linear_answer(beam):
+    """What differs is of first order in the load, and cancels to second order between a load and its opposite."""
+    load = np.zeros_like(beam.fine.nodes)
+    load[200] = [2.0, 1.0, -1.0]
+    basis = vector_basis(beam.fine, 2)
+    matrix = linear_elasticity(beam.material.lame_pa, beam.material.shear_pa).assemble(basis)
+    held = basis.nodal_dofs[:, beam.anchors[1]].ravel()
+    system, right, x, free = condense(matrix, load.ravel(), D=held)
+    x[free] = spsolve(system.tocsc(), right)
+    expected = x.reshape(-1, 3)
+    solver, peak = Equilibrium(beam, 1), np.abs(expected).max()
+
+    def response(newtons, tolerance):
+        return (solver.solve(newtons * load, tolerance).x - beam.fine.nodes) / newtons
+
+    tiny, small = (np.abs(response(n, t) - expected).max() / peak for n, t in ((1e-7, 1e-6), (1e-6, 1e-7)))
+    assert tiny < 1e-6
+    assert small / tiny == pytest.approx(10, rel=0.1)
+    mean = (response(1e-6, 1e-7) + response(-1e-6, 1e-7)) / 2
+    assert np.abs(mean - expected).max() < 1e-8 * peak
+
+
+def elastica(load):
+    """Tip of a cantilever of length 1 under ``load`` = PL²/EI across its rest axis: (shortening, deflection)."""
+    s = np.linspace(0, 1, 101)
+    solution = solve_bvp(
+        lambda s, y: np.array([y[1], -load * np.cos(y[0])]),
+        lambda base, tip: np.array([base[0], tip[1]]),
+        s,
+        np.array([s, 1 - s]),
+        tol=1e-9,
+    )
+    s = np.linspace(0, 1, 10001)
+    angle = solution.sol(s)[0]
+    return np.array([1 - np.trapezoid(np.cos(angle), s), np.trapezoid(np.sin(angle), s)])
+
+
+def test_elastica_is_the_tabulated_one():
+    """Bisshopp and Drucker 1945: PL²/EI = 2 deflects by 0.4935 and shortens by 0.1606 of the length."""
+    assert elastica(2.0) == pytest.approx([0.1606, 0.4935], abs=1e-4)
+    assert elastica(1e-3)[1] == pytest.approx(1e-3 / 3, rel=1e-5)
+
+
+def bent_bar(box, slender, across, level, load):
+    """Tip of a bar of ``slender`` × 1 × 1 with ``across`` · 2^level elements over its height, as in ``elastica``."""
+    mesh = box([slender * across, 1, across], [slender, 1, 1])
+    body = nest("bar", mesh, level, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(1e5, 0.0, 1000.0))
+    fine = body.fine
+    end = fine.triangles[(fine.nodes[fine.triangles][:, :, 0] == slender).all(axis=1)]
+    a, b, c = (fine.nodes[end[:, i]] for i in range(3))
+    thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+    share = np.bincount(end.ravel(), np.repeat(thirds, 3), minlength=len(fine.nodes))
+    newtons = load * 1e5 / 12 / slender**2
+    x = Equilibrium(body, level).solve(np.outer(share, [0.0, 0.0, newtons]), 1e-6).x
+    moved = share @ (x - fine.nodes) / slender
+    return np.array([-moved[0], moved[2]])
+
+
+@pytest.mark.parametrize("load", [2.0, 4.0])
+def test_large_deflection_converges_to_the_elastica(box, load):
+    """The error of linear elements falls like h²; what is left is the stretch and shear that the elastica lacks."""
+    slender = 20
+    tips = np.array([bent_bar(box, slender, across, 1, load) for across in (2, 4, 8)])
+    steps = np.diff(tips, axis=0)
+    assert np.log2(steps[0] / steps[1]) == pytest.approx(2.0, abs=0.2)
+    errors = np.abs(tips - elastica(load))
+    assert (np.diff(errors, axis=0) < 0).all() and errors[-1].max() < 0.003
+    limit = tips[-1] + steps[-1] / 3
+    assert np.abs(limit - elastica(load)).max() < 0.75 / slender**2

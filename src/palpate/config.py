@@ -29,13 +29,6 @@ def complete(config: dict, schema: dict, file: Path) -> dict:
     return config
 
 
-def read_schema(path: Path | str) -> dict:
-    """The JSON schema in a YAML file."""
-    import yaml
-
-    return yaml.safe_load(Path(path).read_text())
-
-
 def _check_body(place: str, body: dict, folder: Path) -> None:
     """What a schema cannot say."""
     magnitudes = len(body["magnitudes"])

@@ -1,4 +1,4 @@
-"""Files that are whole or not there."""
+"""Files that are whole or not there, and small ones that are read at once."""
 
 import os
 from collections.abc import Iterator
@@ -17,3 +17,10 @@ def write_whole(path: Path | str) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def read_yaml(path: Path | str) -> dict:
+    """What a YAML file of ours holds."""
+    import yaml
+
+    return yaml.safe_load(Path(path).read_text(encoding="utf-8"))

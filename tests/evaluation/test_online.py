@@ -46,7 +46,7 @@ def test_samples_go_from_the_smallest_to_the_largest_peak():
 def test_all_in_is_a_coarse_simulation_and_then_ours(db, methods, asked):
     coarse = [lambda i=i: asked.append(("coarse", i)) for i in range(5)]
     fine = [lambda: None] * 5
-    table = online.timing_table(db, methods, fine, coarse, range(5), "bar", 1)
+    table = online.timing_table(db, methods, fine, coarse, range(5), "bar", 1, {})
     assert list(table["method"]) == ["fine_fem", "unordered", "contact_ordered", "ours", "live_all_in"]
     pairs = [(a, b) for a, b in pairwise(asked) if a[0] == "coarse"]
     assert pairs and all(b == ("ours", 2.0, a[1]) for a, b in pairs)

@@ -63,6 +63,24 @@ def test_coarse_matrices_are_galerkin_products(three_levels):
         assert np.abs(found - fixed).max() < 1e-12 * np.abs(fixed).max()
 
 
+def test_a_cycle_is_smoothing_correcting_and_smoothing_back(slab):
+    """Against the same with dense matrices: L, U are the lower and upper block triangles, diagonal included."""
+    multigrid, stiffness, free = prepare(slab, bent(slab.fine), definite=True)
+    dense, interpolation = stiffness.toarray(), np.kron(slab.prolongations[0].toarray(), np.eye(3))
+    node = np.arange(len(dense)) // 3
+    lower, upper = np.where(node[:, None] >= node, dense, 0.0), np.where(node[:, None] <= node, dense, 0.0)
+    held = np.repeat(indicator(slab, 0), 3)
+    coarse = np.where(held[:, None] | held, np.eye(len(held)), interpolation.T @ free.toarray() @ interpolation)
+    right = np.random.default_rng(0).normal(size=slab.fine.nodes.shape)
+    right[indicator(slab, 1)] = 0.0
+    b = right.ravel()
+    x = np.linalg.solve(lower, b)
+    restricted = np.where(held, 0.0, interpolation.T @ (b - dense @ x))
+    x = x + interpolation @ np.linalg.solve(coarse, restricted)
+    x = x + np.linalg.solve(upper, b - dense @ x)
+    assert np.abs(multigrid.solve(right).ravel() - x).max() < 1e-10 * np.abs(x).max()
+
+
 def test_the_galerkin_matrix_at_rest_is_the_coarse_meshs_own(three_levels):
     """Linear elements on nested meshes: what refinement interpolates costs the coarse energy."""
     multigrid, _, _ = prepare(three_levels)

@@ -50,6 +50,17 @@ def test_finds_the_minimum_and_keeps_count():
     assert np.all(np.diff(solution.seconds) >= 0)
 
 
+def test_rounding_of_the_energy_does_not_reject_the_last_steps():
+    rough = Chain(
+        lambda x: VALLEY.energy(x) + 1e3 * (1.0 + 1e-13 * np.cos(1e12 * x.sum())),
+        lambda x: -VALLEY.force(x),
+        VALLEY._hessian,
+    )
+    for start in np.linspace(-0.5, 0.5, 11):
+        solution = minimise(rough, TARGET + start, 1.0, 1e-12)
+        assert np.abs(solution.x - TARGET).max() < 1e-12 and solution.iterations < 15
+
+
 def test_a_minimum_needs_no_iteration():
     solution = minimise(VALLEY, TARGET.copy(), 1.0, 1e-12)
     assert solution.iterations == 0 and solution.linear_solves == 0

@@ -6,12 +6,13 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from palpate.config import complete, read_schema
+from palpate.config import complete
 from palpate.errors import InputError
+from palpate.files import read_yaml
 
 ROOT = Path(__file__).parents[2]
 SMOKE = ROOT / "tests/smoke/config.yaml"
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+SCHEMA = read_yaml(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 def objects(schema):

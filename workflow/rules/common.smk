@@ -6,7 +6,8 @@ import time
 from os.path import normpath, relpath
 from pathlib import Path
 
-from palpate.config import complete, read_schema
+from palpate.config import complete
+from palpate.files import read_yaml
 from palpate.errors import InputError
 from palpate.job import FAILED
 
@@ -17,7 +18,7 @@ PAPER = relpath(CAPTIONS / "paper.yaml")
 STARTED = time.time()
 
 try:
-    config = complete(config, read_schema(ROOT / "workflow/schemas/config.schema.yaml"), CONFIG_FILE)
+    config = complete(config, read_yaml(ROOT / "workflow/schemas/config.schema.yaml"), CONFIG_FILE)
 except InputError as error:
     sys.exit(f"{FAILED}{error}")
 

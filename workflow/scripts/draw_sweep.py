@@ -1,11 +1,8 @@
-from pathlib import Path
-
-import yaml
-
 from palpate.figures import sigma_sweep, style, tables
+from palpate.files import read_yaml
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):
-    paper = yaml.safe_load(Path(snakemake.input.paper).read_text(encoding="utf-8"))
+    paper = read_yaml(snakemake.input.paper)
     sweep, accuracy = tables.read(snakemake.input.sweep), tables.read(snakemake.input.accuracy)
     style.save(sigma_sweep.draw(sweep, accuracy, paper), stem(snakemake.output))

@@ -6,6 +6,7 @@ from palpate.enrichment.database import read
 from palpate.enrichment.methods import build
 from palpate.enrichment.training import Settings
 from palpate.evaluation.online import choose_samples, cost_table, solves, timing_table
+from palpate.files import read_yaml
 from palpate.job import job, write_table
 from palpate.solvers.compliance import load_compliance
 
@@ -19,5 +20,6 @@ with job(snakemake.log[0]):
     samples, repeats = choose_samples(db.peaks, test), params.repeats
     loads = pd.read_csv(given.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, params.tolerance) for level in (len(body.levels) - 1, 0))
-    write_table(timing_table(db, methods, fine, coarse, samples, name, repeats), snakemake.output.timing)
+    means = read_yaml(given.paper)["means"].get(name, {})
+    write_table(timing_table(db, methods, fine, coarse, samples, name, repeats, means), snakemake.output.timing)
     write_table(cost_table(db, methods, coarse, samples, name, repeats), snakemake.output.cost)

@@ -1,6 +1,5 @@
 """A body in a file of its own (HDF5), so that it is made once."""
 
-import os
 from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
@@ -11,6 +10,7 @@ from scipy import sparse
 from palpate.bodies.body import Body, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
+from palpate.files import write_whole
 
 VERSION = 1
 """Raised whenever the layout below changes."""
@@ -20,22 +20,16 @@ def save(body: Body, path: str | Path) -> None:
     """Write a body; the file appears under its name only when it is whole."""
     import h5py
 
-    path = Path(path)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with h5py.File(part, "w") as file:
-            file.attrs.update(kind="body", version=VERSION, name=body.name, units="m", **asdict(body.material))
-            file.attrs["levels"] = len(body.levels)
-            for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
-                _put(file, f"level_{i}/nodes", mesh.nodes)
-                _put(file, f"level_{i}/tetrahedra", mesh.tetrahedra)
-                _put(file, f"level_{i}/anchors", held)
-            for i, p in enumerate(body.prolongations):
-                for part_name in ("data", "indices", "indptr"):
-                    _put(file, f"prolongation_{i}/{part_name}", getattr(p, part_name))
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
+    with write_whole(path) as part, h5py.File(part, "w") as file:
+        file.attrs.update(kind="body", version=VERSION, name=body.name, units="m", **asdict(body.material))
+        file.attrs["levels"] = len(body.levels)
+        for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
+            _put(file, f"level_{i}/nodes", mesh.nodes)
+            _put(file, f"level_{i}/tetrahedra", mesh.tetrahedra)
+            _put(file, f"level_{i}/anchors", held)
+        for i, p in enumerate(body.prolongations):
+            for part_name in ("data", "indices", "indptr"):
+                _put(file, f"prolongation_{i}/{part_name}", getattr(p, part_name))
 
 
 def load(path: str | Path) -> Body:

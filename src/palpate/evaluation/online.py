@@ -53,15 +53,19 @@ def timing_table(
     samples: Sequence[int],
     body: str,
     repeats: int,
+    means: Mapping[str, float],
 ) -> pd.DataFrame:
     """Rows of enrichment_timing.csv: fine FEM, the paper's two features, ours, ours with its coarse solve.
 
     methods : by protocol and name; fine, coarse : one simulation a sample
+    means : the paper's mean seconds, by row
     """
     online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
     ours = queries(db, methods["live"]["ours"], "live", samples)
     online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, ours, strict=True)]
-    return pd.concat([timing_rows(body, {"fine_fem": fine}, FEM_REPEATS), timing_rows(body, online, repeats)])
+    return pd.concat(
+        [timing_rows(body, {"fine_fem": fine}, FEM_REPEATS, means), timing_rows(body, online, repeats, means)]
+    )
 
 
 def cost_table(

@@ -14,16 +14,6 @@ WARM_UP = 3
 SLOW_S = 1.0
 SLOW_CALLS = 5
 
-PAPER_MEAN_S = {
-    ("liver", "fine_fem"): 49.292,
-    ("liver", "unordered"): 0.603,
-    ("liver", "contact_ordered"): 0.128,
-    ("cylinder", "fine_fem"): 7.566,
-    ("cylinder", "unordered"): 0.107,
-    ("cylinder", "contact_ordered"): 0.023,
-}
-"""Means of the paper's tables 4 and 5 [s]."""
-
 
 class Timing(NamedTuple):
     """Seconds a call took over ``calls`` calls."""
@@ -55,17 +45,19 @@ def _once(call: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def timing_rows(body: str, calls: Mapping[str, Sequence[Callable[[], object]]], repeats: int) -> pd.DataFrame:
+def timing_rows(
+    body: str, calls: Mapping[str, Sequence[Callable[[], object]]], repeats: int, means: Mapping[str, float]
+) -> pd.DataFrame:
     """Rows of enrichment_timing.csv: median seconds of each deformation's call, and the paper's mean.
 
-    calls : by method, one call a deformation, d1, d2, …
+    calls : by method, one call a deformation, d1, d2, …; means : the paper's, by method [s]
     """
     rows = []
     for method, deformations in calls.items():
         seconds = [measure(call, repeats).median_s for call in deformations]
         row = {"body": body, "method": method}
         row |= {f"d{i}_s": value for i, value in enumerate(seconds, start=1)}
-        row |= {"mean_s": float(np.mean(seconds)), "paper_mean_s": PAPER_MEAN_S.get((body, method), np.nan)}
+        row |= {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)}
         rows.append(row)
     return pd.DataFrame(rows)
 

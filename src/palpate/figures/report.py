@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
 
 from palpate.figures import markup, style, tables
 from palpate.figures.css import CSS
 from palpate.figures.summary import numbers, seconds
-from palpate.files import write_whole
+from palpate.files import read_yaml, write_whole
 
 
 class _Report:
@@ -18,7 +17,7 @@ class _Report:
 
     def __init__(self, results: Path, captions: Path):
         self.figures, self._captions = results / "figures", captions
-        self.paper = yaml.safe_load((captions / "paper.yaml").read_text(encoding="utf-8"))
+        self.paper = read_yaml(captions / "paper.yaml")
         self.tables = tables.read_all(results / "tables")
         self.numbers = numbers(self.tables, self.paper)
 

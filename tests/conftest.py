@@ -1,7 +1,12 @@
 """Small bodies that tests of several packages share."""
 
+import os
 from collections.abc import Callable
 from itertools import permutations
+
+from palpate.job import kernel_cache
+
+os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is imported
 
 import numpy as np
 import pytest

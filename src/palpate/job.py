@@ -8,6 +8,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 
 from palpate.errors import InputError, NotConverged
@@ -60,6 +61,18 @@ def _end_with(run: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+def kernel_cache() -> Path:
+    """A folder for compiled kernels that is another one after every edit of a module that has some.
+
+    Trap: numba's own cache looks at the file of a kernel only, and would go on using one whose callee in another
+    file has changed.
+    """
+    package = Path(__file__).parent
+    sources = [module.read_bytes() for module in sorted(package.rglob("*.py"))]
+    digest = sha256(b"".join(source for source in sources if b"numba" in source)).hexdigest()
+    return package / "__pycache__" / f"kernels-{digest[:12]}"
 
 
 def write_table(table, path: str) -> None:

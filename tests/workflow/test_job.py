@@ -1,7 +1,11 @@
 """How a job ends, and what it says on its way."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
+from palpate import job as job_module
 from palpate.errors import InputError
 from palpate.job import job, steps
 
@@ -33,3 +37,16 @@ def test_steps_hands_on_everything_and_says_the_first_and_last():
     said = []
     assert list(steps(said.append, "sample")([7, 8, 9])) == [7, 8, 9]
     assert said == ["sample 1 of 3", "sample 3 of 3"]
+
+
+def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
+    package = tmp_path / "palpate"
+    shutil.copytree(Path(job_module.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(job_module, "__file__", str(package / "job.py"))
+    before = job_module.kernel_cache()
+    assert before == job_module.kernel_cache()
+    (package / "config.py").write_text("no kernel here\n")
+    assert before == job_module.kernel_cache()
+    polar = package / "effects/polar.py"
+    polar.write_text(polar.read_text() + "\n")
+    assert before != job_module.kernel_cache()

@@ -5,11 +5,12 @@ import sys
 import time
 from os.path import normpath, relpath
 from pathlib import Path
+from shlex import quote
 
 from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.errors import InputError
-from palpate.job import FAILED
+from palpate.job import FAILED, kernel_cache
 
 ROOT = Path(workflow.basedir)
 CONFIG_FILE = Path(relpath([*workflow.overwrite_configfiles, *workflow.configfiles][0]))
@@ -40,7 +41,7 @@ wildcard_constraints:
 
 # jobs run beside each other, so each gets one thread; snakemake would hand timing jobs all of them
 THREADS = [f"{library}_NUM_THREADS=1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")]
-shell.prefix(f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)}; ")
+shell.prefix(f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)} NUMBA_CACHE_DIR={quote(str(kernel_cache()))}; ")
 
 
 def sources(*names):

@@ -59,7 +59,7 @@ class TwoLevel:
         self.beta, self._rest = np.zeros(2), None
 
     def learn(self, training: Training, settings: Settings) -> "TwoLevel":
-        """Fit the gain and then the rest to the training samples."""
+        """Fit the gain and then the rest to the training samples; only with ``turned``."""
         samples = zip(training.coarse, training.contact, training.force, strict=True)
         queries = [self._query(x, int(c), f) for x, c, f in samples]
         missing = training.fine - np.array([q.interpolated for q in queries])

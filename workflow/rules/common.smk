@@ -41,7 +41,9 @@ wildcard_constraints:
 
 # jobs run beside each other, so each gets one thread; snakemake would hand timing jobs all of them
 THREADS = [f"{library}_NUM_THREADS=1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")]
-shell.prefix(f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)} NUMBA_CACHE_DIR={quote(str(kernel_cache()))}; ")
+shell.prefix(
+    f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)} NUMBA_CACHE_DIR={quote(str(kernel_cache()))}; "
+)
 
 
 def sources(*names):

@@ -70,7 +70,7 @@ def _parents(prolongation: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _galerkin_slots(finer: BlockPattern, parents: np.ndarray, coarser: BlockPattern) -> np.ndarray:
-    """Where Pᵀ K P adds each fine block: (n_blocks, 2, 2) places among the coarse blocks, −1 for none."""
+    """Where Pᵀ K P adds each fine block: (n_blocks, 2, 2) places among the coarse blocks."""
     rows = np.repeat(np.arange(finer.size), np.diff(finer.indptr))
     coarse_rows = np.repeat(np.arange(coarser.size), np.diff(coarser.indptr))
     keys = coarse_rows * coarser.size + coarser.indices

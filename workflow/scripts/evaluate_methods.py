@@ -1,12 +1,13 @@
 import h5py
-import numpy as np
 import pandas as pd
 
 from palpate.enrichment.database import read
 from palpate.enrichment.methods import build
+from palpate.enrichment.split import sides
 from palpate.enrichment.training import Settings
 from palpate.evaluation.accuracy import accuracy_rows, predict
-from palpate.job import job, write_table, write_whole
+from palpate.files import write_whole
+from palpate.job import job, write_table
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]), write_whole(snakemake.output.predictions) as path, h5py.File(path, "w") as file:
@@ -14,7 +15,7 @@ with job(snakemake.log[0]), write_whole(snakemake.output.predictions) as path, h
     labels, parts, tables = dict(snakemake.wildcards.items()), pd.read_csv(snakemake.input.split), []
     for protocol, split in snakemake.params.cases:
         settings = Settings(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
-        train, test = (np.flatnonzero(parts[split] == part) for part in ("train", "test"))
+        train, test = sides(parts[split])
         methods = build(db, compliance, train, protocol, settings)
         tables.append(accuracy_rows(db, methods, protocol, test, {**labels, "split": split}))
         for name in snakemake.params.shown:

@@ -1,7 +1,7 @@
-import numpy as np
 import pandas as pd
 
 from palpate.enrichment.database import read
+from palpate.enrichment.split import sides
 from palpate.enrichment.training import Settings
 from palpate.evaluation.sweep import sweep_rows
 from palpate.job import job, write_table
@@ -11,6 +11,6 @@ with job(snakemake.log[0]):
     tables = []
     for protocol, split in snakemake.params.cases:
         settings = Settings(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
-        train, test = (np.flatnonzero(parts[split] == part) for part in ("train", "test"))
+        train, test = sides(parts[split])
         tables.append(sweep_rows(db, train, test, protocol, settings, dict(snakemake.wildcards.items())))
     write_table(pd.concat(tables), snakemake.output[0])

@@ -1,9 +1,9 @@
-import numpy as np
 import pandas as pd
 
 from palpate.bodies.store import load
 from palpate.enrichment.database import read
 from palpate.enrichment.methods import build
+from palpate.enrichment.split import sides
 from palpate.enrichment.training import Settings
 from palpate.evaluation.online import choose_samples, cost_table, solves, timing_table
 from palpate.files import read_yaml
@@ -13,8 +13,7 @@ from palpate.solvers.compliance import load_compliance
 with job(snakemake.log[0]):
     given, params, name = snakemake.input, snakemake.params, snakemake.wildcards.body
     body, db, compliance = load(given.body), read(given.database), load_compliance(given.compliance)
-    side = pd.read_csv(given.split)["samples"]
-    train, test = (np.flatnonzero(side == part) for part in ("train", "test"))
+    train, test = sides(pd.read_csv(given.split)["samples"])
     settings = Settings(**params.enrichment, split="samples", seed=params.seed)
     methods = {protocol: build(db, compliance, train, protocol, settings) for protocol in ("paper", "live")}
     samples, repeats = choose_samples(db.peaks, test), params.repeats

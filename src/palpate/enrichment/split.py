@@ -1,5 +1,7 @@
 """Which samples are trained on and which are held out."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palpate.errors import InputError
@@ -26,6 +28,12 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
         raise InputError(f"split: kind {kind!r} is unknown; use samples or contacts.")
     held_out = np.isin(contact, _contacts_with(contact, test, random))
     return np.flatnonzero(~held_out), np.flatnonzero(held_out)
+
+
+def sides(part: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Sample numbers of the training and of the test samples, from a column of "train" and "test"."""
+    part = np.asarray(part)
+    return np.flatnonzero(part == "train"), np.flatnonzero(part == "test")
 
 
 def _contacts_with(contact: np.ndarray, wanted: int, random: np.random.Generator) -> np.ndarray:

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.effects.contact_load import nodal_load
 from palpate.enrichment.database import Database
 from palpate.enrichment.methods import Method
 from palpate.evaluation.timing import measure, timing_rows
-from palpate.scenes.loads import force_of
+from palpate.scenes.loads import nodal_forces
 from palpate.solvers.equilibrium import Equilibrium
 
 PAPERS_TABLE = {
@@ -32,11 +31,8 @@ Call = Callable[[], object]
 def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:
     """One call a row of ``loads`` that simulates it from rest on one level."""
     solver = Equilibrium(body, level)
-    nodal = [
-        nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
-        for _, load in loads.iterrows()
-    ]
-    return [partial(solver.solve, load, tolerance) for load in nodal]
+    nodal = [nodal_forces(body, level, load) for _, load in loads.iterrows()]
+    return [partial(solver.solve, forces, tolerance) for forces in nodal]
 
 
 def queries(db: Database, method: Method, protocol: str, samples: Sequence[int]) -> list[Call]:

@@ -64,6 +64,11 @@ def force_of(load: pd.Series) -> np.ndarray:
     return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
 
 
+def nodal_forces(body: Body, level: int, load: pd.Series) -> np.ndarray:
+    """The nodal forces (n_nodes, 3) [N] of one row on one level of ``body``."""
+    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
+
+
 def _beside_anchors(body: Body) -> np.ndarray:
     elements = body.coarse.tetrahedra
     return np.unique(elements[np.isin(elements, body.anchors[0]).any(axis=1)])

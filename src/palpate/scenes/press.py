@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.effects.contact_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
-from palpate.scenes.loads import force_of
+from palpate.scenes.loads import nodal_forces
 from palpate.solvers.equilibrium import Equilibrium
 
 
@@ -50,7 +49,7 @@ def press(body: Body, level: int, loads: pd.DataFrame, tolerance: float, progres
     solver.energy(solver.mesh.nodes), solver.linearise(solver.mesh.nodes)  # compiled before the clock runs
     solutions = []
     for _, load in progress(list(loads.iterrows())):
-        nodal = nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
+        nodal = nodal_forces(body, level, load)
         try:
             solutions.append(solver.solve(nodal, tolerance))
         except NotConverged as failure:

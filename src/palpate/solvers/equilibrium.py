@@ -106,7 +106,6 @@ class Equilibrium:
                 solution.history = spent + solution.history
                 return solution
             spent += solution.history
-            step = min(step, 1.0 - reached)
 
 
 def _indicator(nodes: np.ndarray, count: int) -> np.ndarray:

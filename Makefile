@@ -9,7 +9,7 @@ SNAKEMAKE := $(BIN)/snakemake
 PATHS := src tests workflow/scripts
 
 .DEFAULT_GOAL := all
-.PHONY: all test smoke check lock clean help
+.PHONY: all test smoke check bench lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -28,6 +28,9 @@ check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can 
 	@$(BIN)/snakefmt --check Snakefile workflow
 	@$(BIN)/python -m pytest tests/workflow/test_lint.py
 	@$(SNAKEMAKE) --dry-run > /dev/null
+
+bench: $(STAMP)  ## time scenes against loops written by hand for their effects
+	@$(BIN)/python tests/benchmarks/composed_loop.py
 
 lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \

@@ -8,24 +8,50 @@ if not workflow.overwrite_configfiles:
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/bodies.smk"
-include: "workflow/rules/simulation.smk"
-include: "workflow/rules/database.smk"
-include: "workflow/rules/enrichment.smk"
-include: "workflow/rules/evaluation.smk"
-include: "workflow/rules/figures.smk"
+
+
+# what nobody asks for adds no rule
+if "enrichment" in config["papers"]:
+
+    include: "workflow/rules/simulation.smk"
+    include: "workflow/rules/database.smk"
+    include: "workflow/rules/enrichment.smk"
+    include: "workflow/rules/evaluation.smk"
+    include: "workflow/rules/figures.smk"
+
+
+if "soft_bodies" in config["papers"]:
+
+    include: "workflow/rules/soft_bodies.smk"
+
+
+if SCENES:
+
+    include: "workflow/rules/scenes.smk"
+
+
 include: "workflow/rules/report.smk"
 
 
-# one target a paper, and the report of those that the config names
+# one target a paper, one for the scenes, and the report of what the config names
 rule all:
     default_target: True
     input:
         "results/report.html",
 
 
-rule enrichment:
+for paper in config["papers"]:
+
+    rule:
+        name:
+            paper
+        input:
+            PAPERS[paper],
+
+
+rule scenes:
     input:
-        PAPERS["enrichment"],
+        MOTIONS,
 
 
 onstart:

@@ -26,19 +26,49 @@ def complete(config: dict, schema: dict, file: Path) -> dict:
         )
     for name, body in config["bodies"].items():
         _check_body(f"{file}: bodies.{name}", body, file.parent)
+    for name, scene in config["scenes"].items():
+        _check_scene(f"{file}: scenes.{name}", scene, config, file.parent)
+    _check_papers(file, config)
     return config
+
+
+def _check_papers(file: Path, config: dict) -> None:
+    """Whether what is asked for has what it needs."""
+    if not config["papers"] and not config["scenes"]:
+        raise InputError(f"{file}: nothing is asked for; name a paper in papers, or describe a scene in scenes.")
+    if "enrichment" in config["papers"]:
+        if not config.get("regimes"):
+            raise InputError(f"{file}: papers names enrichment and there are no regimes; add one that says how hard.")
+        if not any("train" in body for body in config["bodies"].values()):
+            raise InputError(f"{file}: papers names enrichment and no body has train and test; give a body both.")
+
+
+def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:
+    if scene["body"] not in config["bodies"]:
+        known = ", ".join(config["bodies"]) or "none"
+        raise InputError(f"{place}.body is {scene['body']}, and bodies knows {known}; name one of them, or add it.")
+    if isinstance(scene["effects"], str) and scene["effects"] != "auto":
+        raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
+    for name, path in scene.get("own", {}).items():
+        if not (folder / path).is_file():
+            raise InputError(
+                f"{place}.own.{name} is {path}, where there is no file; "
+                "give a path relative to the folder of the config file."
+            )
 
 
 def _check_body(place: str, body: dict, folder: Path) -> None:
     """What a schema cannot say."""
-    magnitudes = len(body["magnitudes"])
-    for key in ("train", "test"):
-        if body[key] % magnitudes:
-            raise InputError(
-                f"{place}.{key} is {body[key]}; make it a multiple of the {magnitudes} magnitudes, "
-                "so that whole contacts can be held out."
-            )
-    levels = body["refinements"] + 1
+    keys = ("magnitudes", "train", "test")
+    missing = [key for key in keys if key not in body]
+    if 0 < len(missing) < len(keys):
+        raise InputError(
+            f"{place} lacks {missing[0]}; give magnitudes, train and test together, "
+            "or none of them for a body that only scenes use."
+        )
+    if not missing:
+        _check_samples(place, body)
+    levels = body.get("refinements", 0) + 1
     if len(body.get("paper_surface", range(levels))) != levels:
         raise InputError(
             f"{place}.paper_surface has {len(body['paper_surface'])} entries; "
@@ -48,6 +78,21 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
         raise InputError(
             f"{place}.path is {body['path']}, where there is no file; "
             "give a path relative to the folder of the config file."
+        )
+
+
+def _check_samples(place: str, body: dict) -> None:
+    magnitudes = len(body["magnitudes"])
+    for key in ("train", "test"):
+        if body[key] % magnitudes:
+            raise InputError(
+                f"{place}.{key} is {body[key]}; make it a multiple of the {magnitudes} magnitudes, "
+                "so that whole contacts can be held out."
+            )
+    if body["refinements"] < 1:
+        raise InputError(
+            f"{place}.refinements is 0; give at least 1, because samples compare a coarse mesh with a fine one, "
+            "or leave out magnitudes, train and test."
         )
 
 
@@ -77,6 +122,8 @@ def _resolve(schema: dict, root: dict, value: object) -> dict:
 
 def _fill(value: object, schema: dict, root: dict) -> object:
     schema = _resolve(schema, root, value)
+    if isinstance(value, list):
+        return [_fill(item, schema.get("items", {}), root) for item in value]
     if not isinstance(value, dict):
         return value
     properties = schema.get("properties", {})
@@ -103,7 +150,7 @@ def _explain(error, root: dict) -> str:
     if rule == "type" and isinstance(found, str) and _is_number(found):
         return f"{key} is the text {found!r}; write the number with a decimal point, like 1.0e-8{about}"
     told = {
-        "type": f"must be of type {wanted}",
+        "type": f"must be of type {' or '.join(wanted) if isinstance(wanted, list) else wanted}",
         "enum": f"must be one of {', '.join(map(str, wanted)) if isinstance(wanted, list) else wanted}",
         "minimum": f"must be at least {wanted}",
         "maximum": f"must be at most {wanted}",

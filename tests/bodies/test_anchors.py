@@ -4,6 +4,7 @@ import pytest
 from palpate.bodies.anchors import choose
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.sheet import sheet
 from palpate.errors import InputError
 
 
@@ -47,6 +48,11 @@ def test_three_nodes_on_a_line_do_not_hold():
     mesh = TetMesh(nodes, np.array([[0, 1, 3, 4], [1, 2, 3, 4]]))
     with pytest.raises(InputError, match="not on a line"):
         choose("bar", {"nodes": [0, 1, 2]}, mesh)
+
+
+def test_a_sheet_may_hang_by_a_line():
+    held = choose("cloth", {"plane": {"axis": "x", "side": "min", "depth_m": 0.0}}, sheet([0.2, 0.1], [4, 2], 0.001))
+    assert held.tolist() == [0, 1, 2]
 
 
 def test_every_piece_must_be_held(cube):

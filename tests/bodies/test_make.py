@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.make import make_body
-from palpate.bodies.quality import mesh_sizes
+from palpate.bodies.quality import mesh_quality, mesh_sizes
 from palpate.errors import InputError
 
 SPHERE = {"sphere": {"center_m": [-0.03, 0.05, 0.035], "radius_m": 0.045}}
@@ -43,6 +43,24 @@ def test_liver(entry):
     assert body.coarse.normals[held].mean(axis=0)[1] > 0.5
 
 
+def test_box(entry):
+    body = make_body(
+        "bar", entry | {"kind": "box", "sizes_m": [0.1, 0.1, 0.3], "divisions": [2, 2, 6], "refinements": 1}
+    )
+    assert counts(body)[0] == [63 - 5, 2 * (4 + 4 + 4 * 12), 63, 144]
+    assert [len(held) for held in body.anchors] == [9, 25]
+    check_nesting(body)
+
+
+def test_sheet(entry):
+    entry = {key: value for key, value in entry.items() if key != "refinements"}
+    changes = {"kind": "sheet", "sizes_m": [0.3, 0.2], "divisions": [6, 4], "thickness_m": 0.001}
+    body = make_body("cloth", entry | changes | {"anchors": {"nodes": [0, 4]}})
+    assert counts(body) == [[35, 48, 35, 0]]
+    assert body.anchors[0].tolist() == [0, 4]
+    assert mesh_quality(body).empty
+
+
 @pytest.mark.parametrize("name", ["liver.msh", "liver_v4.1_bin.msh"])
 def test_liver_from_a_file(entry, shared_meshes, name):
     changes = {"kind": "file", "path": str(shared_meshes / name), "scale_m": 0.03, "refinements": 2}
@@ -70,7 +88,7 @@ def test_cylinder_from_a_file(entry, shared_meshes):
         ({"young_pa": -3000}, "young_pa is -3000; give a positive number"),
         ({"young_pa": float("inf")}, "young_pa is inf"),
         ({"density_kg_m3": 0}, "density_kg_m3 is 0"),
-        ({"kind": "sponge"}, "kind 'sponge' is unknown; give one of cylinder, liver, file"),
+        ({"kind": "sponge"}, "kind 'sponge' is unknown; give one of cylinder, liver, file, box, sheet"),
         ({"anchors": {"nodes": [266]}}, r"anchors\.nodes names 266"),
     ],
 )

@@ -12,6 +12,7 @@ from palpate.bodies.body import Material, nest
 from palpate.bodies.mesh import TetMesh
 from palpate.enrichment.database import Database
 from palpate.figures import style, tables
+from palpate.scenes.motion import Motion
 
 METHODS = [m for m in style.METHODS if m not in ("live_all_in", "coarse_fem", "fine_fem")]
 
@@ -133,19 +134,114 @@ def results():
     return {n: pd.DataFrame(rows, columns=tables.COLUMNS[n].split()) for n, rows in values.items()}
 
 
+SCENES = ["press", "sag"]
+
+
+@pytest.fixture(scope="session")
+def sagging(body):
+    """The beam bending down (-y) as x² and back to where it began within 1 s, 31 frames, and its energies."""
+    mesh, times = body.coarse, np.linspace(0, 1, 31)
+    down = 0.5 * np.sin(np.pi * times)[:, None] ** 2 * mesh.nodes[:, 0] ** 2 / 0.2
+    positions = np.repeat(mesh.nodes[None], len(times), axis=0)
+    positions[:, :, 1] -= down
+    energy = pd.DataFrame({"time_s": times, "kinetic_j": 0.0, "outer_work_j": 0.0, "total_j": 0.0})
+    return Motion("sag", times, positions, positions[0], mesh.triangles, body.anchors[0], energy)
+
+
+@pytest.fixture(scope="session")
+def scene_results():
+    """The tables of a scene that is pushed and one that sags: 2 mJ go in, and damping takes some."""
+    t = np.linspace(0, 1, 11)
+    pushed = pd.DataFrame(
+        {"scene": "press", "time_s": t, "kinetic_j": 0.0, "springs_j": 1.5e-3 * t, "outer_work_j": 2e-3 * t}
+    )
+    pushed["total_j"] = pushed["springs_j"]
+    sagged = pd.DataFrame(
+        {"scene": "sag", "time_s": t, "kinetic_j": 1e-3 * t * (1 - t), "gravity_j": 5 - 2e-3 * t, "outer_work_j": 0.0}
+    )
+    sagged["corotational_j"] = 1e-3 * t**2
+    sagged["total_j"] = sagged[["kinetic_j", "gravity_j", "corotational_j"]].sum(axis=1)
+    costs = [
+        ["press", "springs", 0.75, 0.75, 8.0, np.nan, "it holds the body together"],
+        ["press", "push", 0.05, 0.05, 1.0, 1.0, np.nan],
+        ["press", "kelvin", 0.2, 0.2, 4.0, 2e-7, np.nan],
+        ["sag", "corotational", 3.0, 0.6, 80.0, np.nan, "it holds the body together"],
+        ["sag", "gravity", 0.0, 0.0, 1.0, 1.0, np.nan],
+        ["sag", "held", 0.0, 0.0, 1.0, 40.0, np.nan],
+        ["sag", "integrator", 2.0, 0.4, np.nan, np.nan, np.nan],
+    ]
+    decisions = [
+        ["press", "springs", True, "the scene describes it"],
+        ["press", "gravity", False, "no acceleration is given"],
+        ["sag", "corotational", True, "the body is made of tetrahedra"],
+        ["sag", "gravity", True, "9.81 m/s² act on 0.5 kg"],
+    ]
+    return {
+        "scene_effects": pd.DataFrame(decisions, columns=tables.COLUMNS["scene_effects"].split()),
+        "effects": pd.DataFrame(costs, columns=[*tables.COLUMNS["effects"].split(), "note"]),
+        "energy": pd.concat([pushed, sagged]),
+    }
+
+
+@pytest.fixture(scope="session")
+def soft_body_results():
+    """The tables of paper 3's experiments."""
+    rows = {
+        "shape_matching_timing": [
+            [100, clusters, "quadratic", objects, 100 * objects, 200 * objects, 0.002 * clusters * objects, 1]
+            for clusters in (1, 8)
+            for objects in (1, 30, 100, 1000)
+        ],
+        "integrator_stability": [
+            ["symplectic_euler", np.nan, 1.0, 1.0, 1.0, 2.0, 2.001],
+            ["symplectic_euler", np.nan, 4.0, 13.9, 13.9 * 1.002, 2.0, 2.001],
+            ["goal_position", 0.5, 4.0, 1.0, 1.001, np.inf, np.inf],
+        ],
+        "clusters": [
+            [count, 0.15, particle, 0.0, 0.0, z, bent * z, 0.0, z]
+            for count, bent in ((1, 0.1), (2, 0.3))
+            for particle, z in enumerate((0.0, 0.1, 0.28))
+        ],
+        "body_springs": [
+            [
+                case,
+                stiffness,
+                time,
+                phase,
+                0.01 * ring,
+                u / 2 / (1 + ring),
+                u / (1 + ring),
+                10,
+                10 if ring < moved else 1,
+            ]
+            for case, stiffness, moved, left in (("none", 0.0, 3, 0.004), ("body_springs", 10.0, 1, 0.0))
+            for time, phase, u in ((0.5, "hold", 0.01), (1.0, "hold", 0.02), (3.0, "after", left))
+            for ring in range(3)
+        ],
+    }
+    return {name: pd.DataFrame(values, columns=tables.COLUMNS[name].split()) for name, values in rows.items()}
+
+
 @pytest.fixture
-def results_folder(results, tmp_path):
+def results_folder(results, scene_results, soft_body_results, tmp_path):
     """The tables as CSV, and a placeholder for every figure the report asks for."""
     figures = tmp_path / "figures"
     figures.mkdir()
     (tmp_path / "tables").mkdir()
-    for name, table in results.items():
+    for name, table in (results | scene_results | soft_body_results).items():
         table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
     names = ["mesh_levels", "sigma_sweep", "complexity", "timing_bars", "accuracy_vs_time", "fem_cost"]
     for body in ("liver", "own"):
         for regime in ("small", "large"):
             names += [f"deformed_{body}_{regime}", f"error_over_body_{body}_{regime}"]
-    for name in names:
+    by_part = {
+        "scenes": ["energy", "effects", *(f"motion_{scene}" for scene in SCENES)],
+        "soft_bodies": list(soft_body_results),
+        "enrichment": names,
+    }
+    for name in (name for part in by_part.values() for name in part):
         (figures / f"{name}.svg").write_text(f"<svg><!-- {name} --></svg>")
         (figures / f"{name}.png").write_bytes(b"png")
-    return SimpleNamespace(path=tmp_path, figures=names)
+    for scene in SCENES:
+        (figures / f"motion_{scene}.gif").write_bytes(f"GIF89a {scene}".encode())
+    return SimpleNamespace(path=tmp_path, figures=by_part, scenes=SCENES)

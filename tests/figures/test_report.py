@@ -8,21 +8,80 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.figures import report, tables
+from palpate.figures.page import TABLES
 
 CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
 
 
+PAPERS = ["soft_bodies", "enrichment"]
+
+
+def written(folder, papers=PAPERS, scenes=None, captions=CAPTIONS):
+    """The page about what is asked for, all scenes if not said otherwise."""
+    out = folder.path / "report.html"
+    report.write(folder.path, captions, out, papers, folder.scenes if scenes is None else scenes)
+    return out.read_text(encoding="utf-8")
+
+
 @pytest.fixture
 def page(results_folder):
-    report.write(results_folder.path, CAPTIONS, results_folder.path / "report.html")
-    return (results_folder.path / "report.html").read_text(encoding="utf-8")
+    return written(results_folder)
 
 
 def test_holds_every_figure(page, results_folder):
     embedded = [base64.b64decode(d).decode() for d in re.findall(r'src="data:[^,]+,([^"]+)"', page)]
-    for name in results_folder.figures:
+    for name in (name for part in results_folder.figures.values() for name in part):
         assert f'<figure id="{name}">' in page
         assert any(f"<!-- {name} -->" in picture for picture in embedded)
+    for scene in results_folder.scenes:
+        assert f'<figure id="animation_motion_{scene}">' in page
+        assert f"GIF89a {scene}" in embedded
+
+
+@pytest.mark.parametrize(
+    ("papers", "scenes", "parts"),
+    [
+        ([], ["sag"], {"scenes"}),
+        (["soft_bodies"], [], {"soft_bodies"}),
+        (["enrichment"], [], {"enrichment"}),
+        (["enrichment", "soft_bodies"], ["press"], {"scenes", "soft_bodies", "enrichment"}),
+        ([], [], set()),
+    ],
+)
+def test_shows_what_is_asked_for_and_reads_nothing_else(results_folder, papers, scenes, parts):
+    for part, names in TABLES.items():
+        if part not in parts:  # what an earlier run left behind must not matter, whatever it is
+            for name in names:
+                (results_folder.path / "tables" / f"{name}.csv").write_text("stale,table\n")
+            for name in results_folder.figures[part]:
+                (results_folder.path / "figures" / f"{name}.svg").unlink()
+    text = written(results_folder, papers, scenes)
+    for part, figures in results_folder.figures.items():
+        assert (f'<section id="{part}">' in text) == (part in parts)
+        assert any(f'<figure id="{name}">' in text for name in figures) == (part in parts)
+    assert [s for s in results_folder.scenes if f'id="scene_{s}"' in text] == scenes
+    assert text.count('class="headline"') == len(parts)
+    assert not re.search(r"\{[a-z_]+\}", text.split("</style>")[1])
+
+
+def test_scenes_come_first_and_tell_each_decision_and_cost(page):
+    assert page.index('<section id="scenes">') < page.index('<section id="soft_bodies">')
+    assert page.index('<section id="soft_bodies">') < page.index('<section id="enrichment">')
+    text = page.replace("\u00a0", " ")
+    press = text[text.index('id="scene_press"') : text.index('id="scene_sag"')]
+    assert "<td>springs</td><td>yes</td><td>the scene describes it</td>" in press
+    assert re.search(r"<tr class=paper>\s*<td>gravity</td><td>no</td><td>no acceleration is given</td>", press)
+    assert "750 µs" in press and "75 %" in press and "9.81" not in press
+
+
+def test_a_scene_without_rows_is_named(results_folder):
+    with pytest.raises(InputError, match="has no rows of the scene drape"):
+        written(results_folder, scenes=["drape"])
+
+
+def test_an_unknown_paper_is_named(results_folder):
+    with pytest.raises(InputError, match="papers names alchemy"):
+        written(results_folder, papers=["alchemy"])
 
 
 def test_shows_the_papers_numbers_beside_ours(page):
@@ -43,36 +102,40 @@ def test_asks_nothing_of_the_network(page):
     assert not re.search(r"@import|url\(|<script|<link", page)
 
 
-def test_headline_comes_from_the_tables(page):
+def test_headlines_come_from_the_tables(page):
+    header = page.split("</header>")[0]
     # conftest: ours is the last of 20 methods, interpolation the 13th, the paper's the sixth
     for share in (0.4 / 20, 0.4 / 13, 0.4 / 6):
-        assert f"{100 * share:.2g}\u00a0%" in page.split("</header>")[0]
+        assert f"{100 * share:.2g}\u00a0%" in header
+    assert "press: 1\u00a0ms a step; sag: 5\u00a0ms a step" in header
+    assert "1.6\u00a0ms a step on one core (the thesis: 20\u00a0ms)" in header
 
 
 def test_every_placeholder_is_filled_and_every_caption_used(page):
     assert not re.search(r"\{[a-z_]+\}", page.split("</style>")[1])
-    source = Path(report.__file__).read_text()
+    modules = [path.read_text() for path in Path(report.__file__).parent.glob("*.py")]
+    source = "\n".join(modules).replace('f"introduction_{part}"', " ".join(f'"introduction_{p}"' for p in report.PARTS))
     for caption in CAPTIONS.glob("*.rst"):
         assert re.search(rf"""["']{caption.stem}["']""", source)
 
 
 def test_two_runs_are_the_same_bytes(page, results_folder):
-    report.write(results_folder.path, CAPTIONS, results_folder.path / "again.html")
-    assert (results_folder.path / "again.html").read_text(encoding="utf-8") == page
+    assert written(results_folder) == page
 
 
 @pytest.mark.parametrize("name", tables.COLUMNS)
 def test_a_missing_table_is_named(results_folder, name):
     (results_folder.path / "tables" / f"{name}.csv").unlink()
     with pytest.raises(InputError, match=rf"{name}\.csv is missing"):
-        report.write(results_folder.path, CAPTIONS, results_folder.path / "report.html")
+        written(results_folder)
     assert not (results_folder.path / "report.html").exists()
 
 
-def test_a_missing_figure_is_named(results_folder):
-    (results_folder.path / "figures" / "sigma_sweep.svg").unlink()
-    with pytest.raises(InputError, match=r"sigma_sweep\.svg is missing"):
-        report.write(results_folder.path, CAPTIONS, results_folder.path / "report.html")
+@pytest.mark.parametrize("name", ["sigma_sweep.svg", "motion_sag.gif", "clusters.png"])
+def test_a_missing_figure_is_named(results_folder, name):
+    (results_folder.path / "figures" / name).unlink()
+    with pytest.raises(InputError, match=rf"{re.escape(name)} is missing"):
+        written(results_folder)
 
 
 def test_a_caption_that_asks_for_an_unknown_number_is_named(results_folder, tmp_path):
@@ -82,4 +145,4 @@ def test_a_caption_that_asks_for_an_unknown_number_is_named(results_folder, tmp_
         (captions / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
     (captions / "claims.rst").write_text("{colour_of_the_sky}")
     with pytest.raises(InputError, match=r"claims\.rst: there is no number called 'colour_of_the_sky'"):
-        report.write(results_folder.path, captions, results_folder.path / "report.html")
+        written(results_folder, captions=captions)

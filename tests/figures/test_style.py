@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from palpate.enrichment.weights import KINDS
 from palpate.errors import InputError
 from palpate.figures import style
+from palpate.scenes.registry import EFFECTS
 
 RIVALS = ["interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "linear_fem", "ours"]
 
@@ -85,3 +86,9 @@ def test_drawing_leaves_the_callers_settings_alone():
     inside = style.styled(lambda: matplotlib.rcParams["svg.hashsalt"])()
     assert inside == style.STYLE["svg.hashsalt"]
     assert {key: matplotlib.rcParams[key] for key in style.STYLE} == before
+
+
+def test_every_effect_has_a_colour_and_one_of_the_users_own_always_the_same():
+    assert set(EFFECTS) <= set(style.EFFECTS)
+    assert style.effect_colour("wind") == style.effect_colour("wind")
+    assert style.effect_colour("wind") not in style.EFFECTS.values()

@@ -33,7 +33,11 @@ def test_the_schema_is_one():
 @pytest.mark.parametrize("path", [ROOT / "config.yaml", SMOKE], ids=lambda path: path.parent.name)
 def test_given_settings_are_complete_as_they_stand(path):
     given = yaml.safe_load(path.read_text())
-    assert complete(given, SCHEMA, path) == given
+    full = complete(given, SCHEMA, path)
+    # a scene may leave out what most scenes do not need
+    scenes, given_scenes = full.pop("scenes"), given.pop("scenes", {})
+    assert full == given
+    assert scenes.keys() == given_scenes.keys()
 
 
 def test_every_key_is_described_and_every_object_closed():
@@ -53,7 +57,7 @@ def test_defaults_are_valid():
 
 
 def test_defaults_fill_what_is_left_out(smoke):
-    given = {key: smoke[key] for key in ("bodies", "regimes")}
+    given = {key: smoke[key] for key in ("bodies", "regimes")} | {"papers": ["enrichment"]}
     full = complete(given, SCHEMA, Path("config.yaml"))
     assert set(full) == set(SCHEMA["properties"])
     assert set(full["enrichment"]["sigma_relative"]) == {"min", "max", "count"}
@@ -99,7 +103,8 @@ def test_defaults_fill_what_is_left_out(smoke):
             10,
             "enrichment.sigma_relative.min is 10; make it less than",
         ),
-        ("papers", [], "papers is [], but must have at least 1 entries"),
+        ("papers", ["enrichmnt"], "papers[0] is 'enrichmnt', but must be one of enrichment, soft_bodies"),
+        ("regimes", None, "papers names enrichment and there are no regimes; add one"),
     ],
 )
 def test_what_is_wrong_is_said(smoke, place, value, said):
@@ -114,3 +119,36 @@ def test_what_is_wrong_is_said(smoke, place, value, said):
         complete(smoke, SCHEMA, Path("my.yaml"))
     assert str(caught.value).startswith(f"my.yaml: {said}")
     assert "\n" not in str(caught.value)
+
+
+def test_nothing_asked_for_is_said(smoke):
+    smoke |= {"papers": [], "scenes": {}}
+    with pytest.raises(InputError, match="nothing is asked for"):
+        complete(smoke, SCHEMA, Path("my.yaml"))
+
+
+def test_scenes_are_completed_down_to_their_loads():
+    full = complete(read_yaml(ROOT / "config.yaml"), SCHEMA, ROOT / "config.yaml")
+    scene = full["scenes"]["clay_dent"]
+    assert scene["held"] is True and scene["start"] == "rest" and scene["level"] == 0
+    del full["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"]
+    again = complete(full, SCHEMA, ROOT / "config.yaml")
+    assert again["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("body", "livr", "scenes.bar_sag.body is livr, and bodies knows"),
+        ("effects", "all", "scenes.bar_sag.effects is 'all'; write auto, or a list"),
+        ("gravity", {"g": 1}, "scenes.bar_sag.gravity has an unknown key g"),
+        ("own", {"wind": "wind.py"}, "scenes.bar_sag.own.wind is wind.py, where there is no file"),
+        ("step_s", 0, "scenes.bar_sag.step_s is 0, but must be above 0"),
+    ],
+)
+def test_what_is_wrong_with_a_scene_is_said(key, value, said):
+    given = read_yaml(ROOT / "config.yaml")
+    given["scenes"]["bar_sag"][key] = value
+    with pytest.raises(InputError) as caught:
+        complete(given, SCHEMA, ROOT / "config.yaml")
+    assert f": {said}" in str(caught.value)

@@ -23,7 +23,9 @@ try:
 except InputError as error:
     sys.exit(f"{FAILED}{error}")
 
-BODIES, REGIMES = list(config["bodies"]), list(config["regimes"])
+# paper 1's bodies are those that get samples; the others are for scenes
+BODIES = [name for name, body in config["bodies"].items() if "train" in body]
+REGIMES, SCENES = list(config.get("regimes", {})), list(config["scenes"])
 # every method is fitted and tested in each of these: protocol and split
 CASES = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
 # methods whose predictions are kept for pictures
@@ -35,6 +37,7 @@ NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 wildcard_constraints:
     body="[a-z][a-z0-9_]*",
     regime="[a-z][a-z0-9_]*",
+    scene="[a-z][a-z0-9_]*",
     batch=r"\d+",
     radius="[0-9.e-]+",
 
@@ -54,6 +57,10 @@ def sources(*names):
     places = [ROOT / "src/palpate" / name for name in names]
     modules = [sorted(p.glob("*.py")) if p.is_dir() else [p.with_suffix(".py")] for p in places]
     return [relpath(module) for found in modules for module in found]
+
+
+# what draws, and what of the other packages it imports
+PICTURES = sources("figures", "evaluation/shape_matching_growth", "scenes/motion", "scenes/registry")
 
 
 def entry(wildcards):
@@ -109,16 +116,33 @@ FIGURES = [
     body=BODIES,
     regime=REGIMES,
 )
-# what reproducing a paper means
-PAPERS = {
-    "enrichment": expand("results/tables/{table}.csv", table=TABLES)
-    + expand("results/figures/{figure}.{suffix}", figure=FIGURES, suffix=["png", "svg"])
-}
+# paper 3's experiments, each a table and a figure
+SOFT_BODIES = ["integrator_stability", "clusters", "shape_matching_timing", "body_springs"]
 
 
 def drawn(*stems):
     """The files of some figures."""
     return [f"results/figures/{stem}.{suffix}" for stem in stems for suffix in ("png", "svg")]
+
+
+def tabulated(*names):
+    """The files of some tables."""
+    return [f"results/tables/{name}.csv" for name in names]
+
+
+# what reproducing a paper means, and what the scenes leave behind
+PAPERS = {
+    "enrichment": tabulated(*TABLES) + drawn(*FIGURES),
+    "soft_bodies": tabulated(*SOFT_BODIES) + drawn(*SOFT_BODIES),
+}
+MOTIONS = (
+    tabulated("scene_effects", "effects", "energy")
+    + drawn("energy", "effects", *(f"motion_{scene}" for scene in SCENES))
+    + expand("results/figures/motion_{scene}.gif", scene=SCENES)
+    + expand("results/motion/{scene}", scene=SCENES)
+    if SCENES
+    else []
+)
 
 
 def hold_folder():

@@ -1,6 +1,6 @@
 # Pictures, each as PNG and SVG. They read tables; those of bodies also read body, database and predictions.
 
-DRAWING = sources("bodies", "enrichment/database", "enrichment/database_fields", "figures")
+DRAWING = PICTURES + sources("bodies", "enrichment/database", "enrichment/database_fields")
 
 
 rule draw_meshes:

@@ -4,5 +4,5 @@ from palpate.figures.report import write
 from palpate.job import job
 
 with job(snakemake.log[0]):
-    out = Path(snakemake.output[0])
-    write(out.parent, Path(snakemake.input.paper).parent, out)
+    out, params = Path(snakemake.output[0]), snakemake.params
+    write(out.parent, Path(snakemake.input.paper).parent, out, params.papers, params.scenes)

@@ -4,12 +4,15 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 
 
-def choose(body: str, rule: dict, mesh: TetMesh) -> np.ndarray:
-    """The coarse nodes that a rule holds, increasing; InputError if it holds none, or none of some piece.
+def choose(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
+    """The coarse nodes that a rule holds, increasing; InputError if it holds none, or lets some piece turn.
+
+    A sheet may turn: it hangs by an edge or a corner as a rule, and only scenes, where things have mass, use it.
 
     rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
         ``{sphere: {center_m: [x, y, z], radius_m}}``
@@ -21,11 +24,12 @@ def choose(body: str, rule: dict, mesh: TetMesh) -> np.ndarray:
     held = np.unique(rules[kind](body, value, mesh))
     if not len(held):
         raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
-    _check_pieces(body, held, mesh)
+    if not isinstance(mesh, Sheet):
+        _check_pieces(body, held, mesh)
     return held
 
 
-def _by_number(body: str, numbers: list, mesh: TetMesh) -> np.ndarray:
+def _by_number(body: str, numbers: list, mesh: Mesh) -> np.ndarray:
     missing = [n for n in numbers if not (isinstance(n, int) and 0 <= n < len(mesh.nodes))]
     if missing:
         raise InputError(
@@ -35,13 +39,13 @@ def _by_number(body: str, numbers: list, mesh: TetMesh) -> np.ndarray:
     return np.array(numbers, dtype=np.int64)
 
 
-def _near_plane(body: str, plane: dict, mesh: TetMesh) -> np.ndarray:
+def _near_plane(body: str, plane: dict, mesh: Mesh) -> np.ndarray:
     along = mesh.nodes[:, "xyz".index(plane["axis"])]
     distance = along - along.min() if plane["side"] == "min" else along.max() - along
     return np.flatnonzero(distance <= plane["depth_m"])
 
 
-def _in_sphere(body: str, sphere: dict, mesh: TetMesh) -> np.ndarray:
+def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
     distance = np.linalg.norm(mesh.nodes - np.asarray(sphere["center_m"], dtype=float), axis=1)
     return np.flatnonzero(distance <= sphere["radius_m"])
 

@@ -8,6 +8,7 @@ from scipy import sparse
 
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refine import refine
+from palpate.bodies.sheet import Sheet
 
 
 @dataclass(frozen=True)
@@ -33,24 +34,24 @@ class Material:
 class Body:
     """Nested meshes, coarse first; node i of a level is node i of every finer level.
 
-    levels : the meshes, ``levels[0]`` coarse … ``levels[-1]`` fine
+    levels : the meshes, ``levels[0]`` coarse … ``levels[-1]`` fine; of a sheet, the one
     prolongations : one (n_finer, n_coarser) sparse matrix between each two neighbouring levels
     anchors : the held nodes of each level, increasing; a new node is held if both ends of its edge are,
         so that the coarse displacements stay a subspace of the fine ones
     """
 
     name: str
-    levels: list[TetMesh]
+    levels: list[TetMesh] | list[Sheet]
     prolongations: list[sparse.csr_array]
     anchors: list[np.ndarray]
     material: Material
 
     @property
-    def coarse(self) -> TetMesh:
+    def coarse(self) -> TetMesh | Sheet:
         return self.levels[0]
 
     @property
-    def fine(self) -> TetMesh:
+    def fine(self) -> TetMesh | Sheet:
         return self.levels[-1]
 
     @cached_property
@@ -60,8 +61,8 @@ class Body:
         return reduce(lambda product, p: p @ product, self.prolongations, identity)
 
 
-def nest(name: str, coarse: TetMesh, refinements: int, anchors: np.ndarray, material: Material) -> Body:
-    """Refine ``coarse`` as often as asked and hand the anchors on to every level."""
+def nest(name: str, coarse: TetMesh | Sheet, refinements: int, anchors: np.ndarray, material: Material) -> Body:
+    """Refine ``coarse`` as often as asked (a sheet never) and hand the anchors on to every level."""
     levels, prolongations, held = [coarse], [], [np.unique(anchors)]
     for _ in range(refinements):
         finer, prolongation = refine(levels[-1])

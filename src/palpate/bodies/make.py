@@ -5,17 +5,19 @@ import math
 from palpate.bodies.anchors import choose
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.sheet import Sheet, sheet
 from palpate.errors import InputError
 
 
 def make_body(name: str, entry: dict) -> Body:
     """Make the coarse mesh that ``entry["kind"]`` asks for, choose anchors, refine; InputError if bad."""
-    kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file}
+    kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet}
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
     mesh = kinds[entry["kind"]](entry)
-    return nest(name, mesh, entry["refinements"], choose(name, entry["anchors"], mesh), material)
+    # a sheet has one level and no such entry
+    return nest(name, mesh, entry.get("refinements", 0), choose(name, entry["anchors"], mesh), material)
 
 
 def _cylinder(entry: dict) -> TetMesh:
@@ -34,6 +36,16 @@ def _file(entry: dict) -> TetMesh:
     from palpate.bodies.files import load_file
 
     return load_file(entry["path"], entry["scale_m"], entry.get("spacing_m"))
+
+
+def _box(entry: dict) -> TetMesh:
+    from palpate.bodies.box import box
+
+    return box(entry["sizes_m"], entry["divisions"])
+
+
+def _sheet(entry: dict) -> Sheet:
+    return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
 
 
 def _material(name: str, entry: dict) -> Material:

@@ -1,4 +1,4 @@
-"""Tetrahedral meshes: nodes, elements and their boundary."""
+"""Meshes: nodes, elements and their surface."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,8 +12,40 @@ EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 """The six edges of a tetrahedron."""
 
 
+class Mesh:
+    """What tetrahedral meshes and sheets share: all that follows from ``nodes`` and surface ``triangles``."""
+
+    @cached_property
+    def surface(self) -> np.ndarray:
+        """Surface nodes, (n_surface,) increasing."""
+        return np.unique(self.triangles)
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Area-weighted outward unit normals, (n_nodes, 3); zero at inner nodes."""
+        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
+        area_vectors = np.cross(b - a, c - a)
+        normals = np.zeros_like(self.nodes)
+        for corner in range(3):
+            np.add.at(normals, self.triangles[:, corner], area_vectors)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """Each node's third of the surface triangles around it, (n_nodes,) [m²]; zero at inner nodes."""
+        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
+        thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+        return np.bincount(self.triangles.ravel(), np.repeat(thirds, 3), minlength=len(self.nodes))
+
+    @cached_property
+    def size(self) -> float:
+        """The longest side of the bounding box [m]: what "size of the body" means everywhere."""
+        return float(np.ptp(self.nodes, axis=0).max())
+
+
 @dataclass(frozen=True, eq=False)
-class TetMesh:
+class TetMesh(Mesh):
     """A tetrahedral mesh in its rest state.
 
     nodes : (n_nodes, 3) float64 [m]
@@ -37,34 +69,6 @@ class TetMesh:
         return faces[np.sort(first[count == 1])]
 
     @cached_property
-    def surface(self) -> np.ndarray:
-        """Boundary nodes, (n_surface,) increasing."""
-        return np.unique(self.triangles)
-
-    @cached_property
     def edges(self) -> np.ndarray:
         """Element edges, (n_edges, 2), each once, smaller node first, in lexicographic order."""
         return np.unique(np.sort(self.tetrahedra[:, EDGES].reshape(-1, 2), axis=1), axis=0)
-
-    @cached_property
-    def normals(self) -> np.ndarray:
-        """Area-weighted outward unit normals, (n_nodes, 3); zero at inner nodes."""
-        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
-        area_vectors = np.cross(b - a, c - a)
-        normals = np.zeros_like(self.nodes)
-        for corner in range(3):
-            np.add.at(normals, self.triangles[:, corner], area_vectors)
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-
-    @cached_property
-    def areas(self) -> np.ndarray:
-        """Each node's third of the boundary triangles around it, (n_nodes,) [m²]; zero at inner nodes."""
-        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
-        thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-        return np.bincount(self.triangles.ravel(), np.repeat(thirds, 3), minlength=len(self.nodes))
-
-    @cached_property
-    def size(self) -> float:
-        """The longest side of the bounding box [m]: what "size of the body" means everywhere."""
-        return float(np.ptp(self.nodes, axis=0).max())

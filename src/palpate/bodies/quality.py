@@ -41,8 +41,12 @@ def radius_ratios(mesh: TetMesh) -> np.ndarray:
 
 
 def mesh_quality(body: Body) -> pd.DataFrame:
-    """One row a level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3."""
-    rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(body.levels)]
+    """One row a level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3.
+
+    A sheet, which has no tetrahedra, gets no row.
+    """
+    meshes = [mesh for mesh in body.levels if len(mesh.tetrahedra)]
+    rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(meshes)]
     return pd.DataFrame(rows)
 
 

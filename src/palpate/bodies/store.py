@@ -9,10 +9,11 @@ from scipy import sparse
 
 from palpate.bodies.body import Body, Material
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 from palpate.files import write_whole
 
-VERSION = 1
+VERSION = 2
 """Raised whenever the layout below changes."""
 
 
@@ -25,7 +26,11 @@ def save(body: Body, path: str | Path) -> None:
         file.attrs["levels"] = len(body.levels)
         for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
             _put(file, f"level_{i}/nodes", mesh.nodes)
-            _put(file, f"level_{i}/tetrahedra", mesh.tetrahedra)
+            if isinstance(mesh, Sheet):
+                _put(file, f"level_{i}/triangles", mesh.triangles)
+                file[f"level_{i}"].attrs["thickness_m"] = mesh.thickness_m
+            else:
+                _put(file, f"level_{i}/tetrahedra", mesh.tetrahedra)
             _put(file, f"level_{i}/anchors", held)
         for i, p in enumerate(body.prolongations):
             for part_name in ("data", "indices", "indptr"):
@@ -51,8 +56,11 @@ def _read(path: Path, file) -> Body:
     levels, held = [], []
     for i in range(attributes["levels"]):
         group = file[f"level_{i}"]
-        mesh = TetMesh(_get(path, group["nodes"], 3, "f"), _get(path, group["tetrahedra"], 4, "i"))
-        levels.append(mesh)
+        nodes = _get(path, group["nodes"], 3, "f")
+        if "triangles" in group:
+            levels.append(Sheet(nodes, _get(path, group["triangles"], 3, "i"), float(group.attrs["thickness_m"])))
+        else:
+            levels.append(TetMesh(nodes, _get(path, group["tetrahedra"], 4, "i")))
         held.append(_get(path, group["anchors"], None, "i"))
     prolongations = []
     for i, (coarse, fine) in enumerate(pairwise(levels)):

@@ -13,13 +13,13 @@ class BlockPattern:
 
     indptr, indices : the rows and columns of the blocks, as in ``scipy.sparse.bsr_array``
     diagonal : (n,) place of each diagonal block
-    slots : (n_elements, 4, 4) place of each element block
+    slots : for each kind of element (n_elements, k, k), the place of each element block
     """
 
     indptr: np.ndarray
     indices: np.ndarray
     diagonal: np.ndarray
-    slots: np.ndarray
+    slots: tuple[np.ndarray, ...]
 
     @property
     def size(self) -> int:
@@ -33,16 +33,22 @@ class BlockPattern:
 
 def pattern_of(tetrahedra: np.ndarray, n_nodes: int) -> BlockPattern:
     """The pattern of a mesh with ``tetrahedra`` (n_elements, 4) on ``n_nodes`` nodes."""
-    rows = np.repeat(tetrahedra, 4, axis=1).ravel()
-    columns = np.tile(tetrahedra, (1, 4)).ravel()
+    return shared_pattern([tetrahedra], n_nodes)
+
+
+def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
+    """One pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …"""
+    rows = [np.repeat(nodes, nodes.shape[1], axis=1).ravel() for nodes in couples]
+    columns = [np.tile(nodes, (1, nodes.shape[1])).ravel() for nodes in couples]
     lonely = np.arange(n_nodes)  # a diagonal block for each node, used or not
-    keys, slots = np.unique(np.concatenate([rows * n_nodes + columns, lonely * (n_nodes + 1)]), return_inverse=True)
-    indptr = np.searchsorted(keys, np.arange(n_nodes + 1) * n_nodes).astype(np.int32)
+    keys = [r * n_nodes + c for r, c in zip(rows, columns, strict=True)]
+    known, places = np.unique(np.concatenate([*keys, lonely * (n_nodes + 1)]), return_inverse=True)
+    *slots, diagonal = np.split(places.astype(np.int32), np.cumsum([len(r) for r in rows]))
     return BlockPattern(
-        indptr,
-        (keys % n_nodes).astype(np.int32),
-        slots[len(rows) :].astype(np.int32),
-        slots[: len(rows)].reshape(-1, 4, 4).astype(np.int32),
+        np.searchsorted(known, np.arange(n_nodes + 1) * n_nodes).astype(np.int32),
+        (known % n_nodes).astype(np.int32),
+        diagonal,
+        tuple(s.reshape(-1, nodes.shape[1], nodes.shape[1]) for s, nodes in zip(slots, couples, strict=True)),
     )
 
 

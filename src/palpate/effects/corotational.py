@@ -1,5 +1,7 @@
 """Corotational linear elasticity on tetrahedra: energy, force and exact or definite stiffness."""
 
+from functools import cached_property
+
 import numba
 import numpy as np
 from scipy import sparse
@@ -7,11 +9,23 @@ from skfem import Basis, ElementTetP1, MeshTet
 
 from palpate.bodies.body import Material
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import Particles
 from palpate.effects.blocks import BlockPattern, pattern_of
 from palpate.effects.polar import signed_svd
+from palpate.errors import InputError
 
 FOLD = 0.05
 """Width of the rounding of the energy's fold, in s₂ + s₃ (which is 2 at rest)."""
+
+
+def make(particles: Particles, settings: dict, elastic: None = None) -> "Corotational":
+    """The elasticity of a solid; InputError if ``particles`` have no tetrahedra."""
+    if not len(particles.tetrahedra):
+        raise InputError(
+            f"{particles.name}: corotational elasticity needs tetrahedra, and these particles have none; "
+            "name triangles for a sheet, or springs or shape_matching for a surface."
+        )
+    return Corotational(particles, particles.material)
 
 
 class Corotational:
@@ -24,12 +38,16 @@ class Corotational:
     off over s₂ + s₃ < FOLD, and nothing is changed anywhere else.
     """
 
-    def __init__(self, mesh: TetMesh, material: Material, pattern: BlockPattern | None = None):
-        self.tetrahedra = np.ascontiguousarray(mesh.tetrahedra)
+    def __init__(self, mesh: TetMesh | Particles, material: Material, pattern: BlockPattern | None = None):
+        self.tetrahedra = self.couples = np.ascontiguousarray(mesh.tetrahedra)
         self.gradients, self.volumes = shape_gradients(mesh)
         self.moduli = (material.shear_pa, material.lame_pa)
-        self.pattern = pattern or pattern_of(mesh.tetrahedra, len(mesh.nodes))
-        self._n_nodes = len(mesh.nodes)
+        self._given, self._n_nodes = pattern, len(mesh.nodes)
+
+    @cached_property
+    def pattern(self) -> BlockPattern:
+        """Where the blocks of ``stiffness`` stand."""
+        return self._given or pattern_of(self.tetrahedra, self._n_nodes)
 
     def energy(self, x: np.ndarray) -> float:
         """Elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
@@ -38,8 +56,12 @@ class Corotational:
     def force(self, x: np.ndarray) -> np.ndarray:
         """Elastic nodal forces (n_nodes, 3) [N] at positions ``x``: minus the energy's gradient."""
         force = np.zeros((self._n_nodes, 3))
-        _add_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, force)
+        self.add_force(x, None, force)
         return force
+
+    def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
+        """Add the elastic nodal forces to ``force`` (n_nodes, 3) [N]."""
+        _add_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, force)
 
     def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
         """Hessian of the energy (3 n_nodes, 3 n_nodes) [N/m] in 3 × 3 blocks.
@@ -47,20 +69,15 @@ class Corotational:
         ``definite`` clamps each element's negative eigenvalues to zero (Smith, de Goes, Kim 2019, section 5).
         """
         values = np.zeros((len(self.pattern.indices), 3, 3))
-        _add_stiffness(
-            x,
-            self.tetrahedra,
-            self.gradients,
-            self.volumes,
-            *self.moduli,
-            definite,
-            self.pattern.slots,
-            values,
-        )
+        self.add_stiffness(x, definite, self.pattern.slots[0], values)
         return self.pattern.matrix(values)
 
+    def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
+        """Add the Hessian's blocks to ``values`` (n_blocks, 3, 3) [N/m], those of element e at ``slots[e]`` (4, 4)."""
+        _add_stiffness(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, definite, slots, values)
 
-def shape_gradients(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
+
+def shape_gradients(mesh: TetMesh | Particles) -> tuple[np.ndarray, np.ndarray]:
     """Gradients of the linear shape functions (n_elements, 4, 3) [1/m] and element volumes (n_elements,) [m³]."""
     points, cells = np.ascontiguousarray(mesh.nodes.T), np.ascontiguousarray(mesh.tetrahedra.T)
     basis = Basis(MeshTet(points, cells, sort_t=False), ElementTetP1(), intorder=1)
@@ -69,7 +86,7 @@ def shape_gradients(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 @numba.njit(cache=True)
-def _deformation_gradient(x, element, gradients, f):
+def deformation_gradient(x, element, gradients, f):
     f[:] = 0.0
     for a in range(4):
         node = element[a]
@@ -101,7 +118,7 @@ def _energy(x, tetrahedra, gradients, volumes, mu, lam):
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     total = 0.0
     for e in range(len(tetrahedra)):
-        _deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
         trace, _, _, _ = _trace(s, mu, lam)
         # Σ(s − 1)² exactly as long as the fold is far: Σs² − 2T + 3 would cancel
@@ -114,7 +131,7 @@ def _energy(x, tetrahedra, gradients, volumes, mu, lam):
 def _add_force(x, tetrahedra, gradients, volumes, mu, lam, force):
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     for e in range(len(tetrahedra)):
-        _deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
         trace, slope, _, c = _trace(s, mu, lam)
         pressure = lam * (trace - 3.0)
@@ -137,7 +154,7 @@ def _add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, 
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     modes, weighted = np.empty((4, 3, 7)), np.empty((4, 3, 7))
     for e in range(len(tetrahedra)):
-        _deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
         count = _low_rank(u, s, v, gradients[e], volumes[e], mu, lam, definite, modes, weighted)
         for a in range(4):

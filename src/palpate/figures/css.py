@@ -15,7 +15,8 @@ h2 { margin: 3rem 0 .5rem; padding-top: .8rem; border-top: 1px solid var(--line)
 h3 { margin: 1.8rem 0 .4rem; font-size: 1.05rem; }
 .headline { font-size: 1.15rem; border-left: 4px solid var(--link); padding: .2rem 0 .2rem 1rem; margin:
   1.2rem 0; }
-nav ul { display: flex; flex-wrap: wrap; gap: .2rem 1.2rem; list-style: none; padding: 0; }
+nav p { margin: .6rem 0 0; font-weight: 600; }
+nav ul { margin: 0; display: flex; flex-wrap: wrap; gap: .2rem 1.2rem; list-style: none; padding: 0; }
 p, li { max-width: 48rem; }
 .scroll { overflow-x: auto; margin: .8rem 0; }
 table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }

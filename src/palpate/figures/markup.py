@@ -28,7 +28,7 @@ def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: li
 
     faint : positions of the rows that hold the paper's numbers; best : columns whose least value is in bold
     """
-    numeric = [all(not isinstance(v, str) or v[:1].isdigit() for v in frame[c]) for c in frame]
+    numeric = [all(not isinstance(v, str) or v.lstrip("<\u00a0")[:1].isdigit() for v in frame[c]) for c in frame]
     heads = "".join(
         f'<th scope="col"{" class=number" if n else ""}>{escape(str(c).replace("_", " "))}</th>'
         for c, n in zip(frame.columns, numeric, strict=True)
@@ -69,6 +69,22 @@ def figure(folder: Path, name: str, caption: str) -> str:
     picture = image(folder / name, name.replace("_", " "))
     return (
         f'<figure id="{name}">\n<a href="figures/{name}.svg">{picture}</a>\n'
+        f"<figcaption>{caption}</figcaption>\n</figure>"
+    )
+
+
+def animation(folder: Path, name: str, caption: str) -> str:
+    """``name``.gif, its data inside, with its caption (HTML) and a link to the file.
+
+    Raises InputError if it is missing.
+    """
+    path = folder / f"{name}.gif"
+    if not path.is_file():
+        raise InputError(f"{path} is missing: make it with the workflow (make) first")
+    data = base64.b64encode(path.read_bytes()).decode()
+    return (
+        f'<figure id="animation_{name}">\n<a href="figures/{name}.gif">'
+        f'<img alt="{escape(name.replace("_", " "))}, animated" src="data:image/gif;base64,{data}"></a>\n'
         f"<figcaption>{caption}</figcaption>\n</figure>"
     )
 

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 _AZIMUTHS, _ELEVATIONS = (30.0, -30.0, 150.0, -150.0), (20.0, -20.0)
+_DOWN = 0.7  # minus the vertical part of a normal from which on a surface looks down
 _OBLIQUE = 0.5  # cosine between the contact's normal and the view: 60° shows contact and indentation alike
 
 
@@ -22,16 +23,23 @@ class View:
     height: float
 
 
-def directions(nodes: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """View axes (3, 3): the body's (n, 3) longest side across, the surface at ``normal`` in sight."""
+def directions(nodes: np.ndarray, normal: np.ndarray, up: int | None = None) -> np.ndarray:
+    """View axes (3, 3): the body's (n, 3) longest side across, the surface at ``normal`` in sight.
+
+    up : the coordinate axis that points up, the body's second longest side if None. With one, the view is from
+    above unless the surface looks down.
+    """
     extents = np.round(np.ptp(nodes, axis=0) / np.ptp(nodes), 3)
-    across, up, depth = np.eye(3)[np.argsort(-extents, kind="stable")]
-    depth = np.cross(across, up)
-    candidates = []
-    for elevation, azimuth in product(np.radians(_ELEVATIONS), np.radians(_AZIMUTHS)):
+    order = [axis for axis in np.argsort(-extents, kind="stable") if axis != up]
+    if up is not None:
+        order.insert(1, up)
+    across, upward, _ = np.eye(3)[order]
+    depth = np.cross(across, upward)
+    candidates, elevations = [], _ELEVATIONS if up is None or normal[up] < -_DOWN else _ELEVATIONS[:1]
+    for elevation, azimuth in product(np.radians(elevations), np.radians(_AZIMUTHS)):
         toward = np.cos(elevation) * (np.cos(azimuth) * depth + np.sin(azimuth) * across)
-        toward = toward + np.sin(elevation) * up
-        right = np.cross(up, toward) / np.linalg.norm(np.cross(up, toward))
+        toward = toward + np.sin(elevation) * upward
+        right = np.cross(upward, toward) / np.linalg.norm(np.cross(upward, toward))
         candidates.append(np.array([right, np.cross(toward, right), toward]))
     return min(candidates, key=lambda axes: round(abs(float(axes[2] @ normal) - _OBLIQUE), 3))
 

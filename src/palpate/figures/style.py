@@ -107,6 +107,32 @@ ALIASES = {"unordered": BASELINE, "contact_ordered": PAPERS}
 SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(the paper)"}
 """Names for where there is little room; the paper's two methods by what they are to it."""
 
+# One hue for what holds a body together, another for what acts on it, a third for what takes energy out of it
+EFFECTS = {
+    "corotational": "#009e73",
+    "triangles": "#009e73",
+    "springs": "#009e73",
+    "shape_matching": "#009e73",
+    "bending": "#66c2a5",
+    "volume": "#00664a",
+    "body_springs": "#8cc63f",
+    "gravity": "#8a3c00",
+    "push": "#d55e00",
+    "contact": "#e69f00",
+    "held": "#b5a58c",
+    "rayleigh": "#b8578f",
+    "kelvin": "#cc79a7",
+    "maxwell": "#7a3b63",
+    "velocity_damping": "#e3b1cd",
+    "plasticity": "#3b3b8f",
+    "kinetic": "#0072b2",
+    "outer_work": "#d55e00",
+    "integrator": "#bdbdbd",
+}
+"""The colour of every effect, and of the energies and costs that are no effect's."""
+
+_OWN_EFFECTS = ("#8b0000", "#5f9ea0", "#bc8f00", "#4b0082", "#708090")
+
 
 def short(method: str) -> str:
     """A name of at most two lines."""
@@ -119,6 +145,11 @@ def look(method: str) -> Look:
         return METHODS[ALIASES.get(method, method)]
     except KeyError:
         raise InputError(f"method {method} has no colour: give it one in palpate/figures/style.py") from None
+
+
+def effect_colour(effect: str) -> str:
+    """The colour of an effect; one of five, always the same, for an effect of the user's own."""
+    return EFFECTS.get(effect) or _OWN_EFFECTS[sum(effect.encode()) % len(_OWN_EFFECTS)]
 
 
 def styled(draw):

@@ -1,5 +1,6 @@
 """Read result tables, and say which one is missing or misses a column."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import pandas as pd
@@ -8,7 +9,7 @@ from palpate.errors import InputError
 
 _D = [f"d{i}_s" for i in range(1, 6)]
 
-COLUMNS = {
+ENRICHMENT = {
     "mesh_sizes": "body level surface_nodes surface_triangles nodes tetrahedra paper_nodes paper_triangles",
     "splits": "body regime split train test",
     "sigma_sweep": "body regime protocol split features weights sigma_m sigma_relative rmse_m rmse_of_peak",
@@ -25,6 +26,22 @@ COLUMNS = {
     "claims": "claim paper ours verdict",
     "sample_peaks": "body regime sample peak_m",
 }
+SCENES = {
+    "scene_effects": "scene effect called reason",
+    "effects": "scene effect ms_per_step share_of_step memory_kb error_if_left_out",
+    "energy": "scene time_s kinetic_j outer_work_j total_j",
+}
+SOFT_BODIES = {
+    "integrator_stability": (
+        "scheme alpha h_over_sqrt_m_k spectral_radius growth_measured limit_stated blow_up_measured"
+    ),
+    "clusters": "clusters force_n particle rest_x_m rest_y_m rest_z_m x_m y_m z_m",
+    "shape_matching_timing": "particles clusters mode objects all_particles memberships ms_per_step threads",
+    "body_springs": (
+        "case body_springs_n_m time_s phase distance_m mean_displacement_m max_displacement_m nodes moved"
+    ),
+}
+COLUMNS = ENRICHMENT | SCENES | SOFT_BODIES
 """The columns that the figures and the report read, by table; a table may have more."""
 
 
@@ -48,14 +65,19 @@ def read(path: str | Path) -> pd.DataFrame:
     return table
 
 
-def read_all(folder: str | Path) -> dict[str, pd.DataFrame]:
-    """Every table of COLUMNS in ``folder``, by name."""
-    return {name: read(Path(folder) / f"{name}.csv") for name in COLUMNS}
+def read_all(folder: str | Path, names: Iterable[str]) -> dict[str, pd.DataFrame]:
+    """The tables called ``names`` in ``folder``, by name."""
+    return {name: read(Path(folder) / f"{name}.csv") for name in names}
 
 
 def bodies(table: pd.DataFrame) -> list[str]:
     """The bodies of a table in the order in which they first appear."""
     return list(dict.fromkeys(table["body"]))
+
+
+def scenes(table: pd.DataFrame) -> list[str]:
+    """The scenes of a table in the order in which they first appear."""
+    return list(dict.fromkeys(table["scene"]))
 
 
 def where(table: pd.DataFrame, **equal) -> pd.DataFrame:

@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from palpate.figures import style, tables
-from palpate.figures.summary import seconds as written
+from palpate.figures.words import seconds as written
 
 
 @style.styled

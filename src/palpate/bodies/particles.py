@@ -1,0 +1,61 @@
+"""What a scene moves: the nodes of one level of a body as point masses."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.bodies.body import Body, Material
+from palpate.bodies.mesh import Mesh
+from palpate.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Particles(Mesh):
+    """Point masses and the elements among them.
+
+    nodes : (n, 3) rest positions [m]; masses : (n,) [kg]; held : (k,) anchors
+    triangles : (t, 3) of the surface, wound outward; tetrahedra : (m, 4), none for sheets and surface models
+    thickness_m : of a sheet, 0 for anything else
+    """
+
+    name: str
+    nodes: np.ndarray
+    masses: np.ndarray
+    held: np.ndarray
+    triangles: np.ndarray
+    tetrahedra: np.ndarray
+    material: Material
+    thickness_m: float = 0.0
+
+
+def particles_of(body: Body, level: int, surface: bool) -> Particles:
+    """One level of ``body`` as particles, or with ``surface`` its boundary only, which then carries all the mass.
+
+    A solid's mass goes in quarters to the corners of its tetrahedra (paper 2, eq. 4), a sheet's in thirds to those
+    of its triangles, a surface model's by area. Raises InputError for a level that the body does not have.
+    """
+    if not -len(body.levels) <= level < len(body.levels):
+        raise InputError(
+            f"scene of {body.name}: level is {level} and the body has levels 0 to {len(body.levels) - 1}; "
+            "choose one of them, or give the body more refinements."
+        )
+    mesh, held = body.levels[level], body.anchors[level]
+    thickness = getattr(mesh, "thickness_m", 0.0)
+    if thickness:
+        masses = body.material.density_kg_m3 * thickness * mesh.areas
+        return Particles(body.name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, body.material, thickness)
+    shares = np.repeat(body.material.density_kg_m3 * mesh.volumes / 4.0, 4)
+    masses = np.bincount(mesh.tetrahedra.ravel(), shares, minlength=len(mesh.nodes))
+    if not surface:
+        return Particles(body.name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, body.material)
+    kept = mesh.surface
+    areas = mesh.areas[kept]
+    return Particles(
+        body.name,
+        np.ascontiguousarray(mesh.nodes[kept]),
+        masses.sum() * areas / areas.sum(),
+        np.searchsorted(kept, np.intersect1d(held, kept)),
+        np.searchsorted(kept, mesh.triangles),
+        np.empty((0, 4), dtype=np.int64),
+        body.material,
+    )

@@ -1,0 +1,119 @@
+"""Plastic flow of corotational finite elements, by changing their rest shapes."""
+
+import math
+
+import numba
+import numpy as np
+
+from palpate.effects.corotational import FOLD, Corotational, deformation_gradient
+from palpate.effects.polar import signed_svd
+
+
+class FemPlasticity:
+    """F = Fₑ Fₚ with det Fₚ = 1 (Irving, Teran, Fedkiw 2004, section 6): what Fₚ holds costs no energy any more.
+
+    Elastic strain is that of Hencky, eᵢ = log sᵢ less their mean, from the singular values s of Fₑ, and its size
+    √(2/3 Σ eᵢ²) is the logarithmic strain of a bar that keeps its volume. Beyond the yield strain an element held
+    still relaxes towards it as exp(−creep t), exactly so for any step; Fₚ, measured likewise, is scaled back to
+    ``max_strain``. It works through ``elastic.gradients``, whose rows become Fₚ⁻ᵀ g; volumes stay.
+
+    Traps: collapsed and inverted elements (s₃ ≤ FOLD) have no such strain and do not flow. Nor does one whose energy
+    would rise: below tr S − 3 ≈ −2μ/λ (4 % less volume at ν = 0.49, 80 % at 0.3) shear lowers the corotational energy.
+    """
+
+    def __init__(self, elastic: Corotational, yield_strain: float, creep: float, max_strain: float):
+        self._elastic, self._creep = elastic, creep
+        self._bounds = (yield_strain, max_strain)
+        self._original = elastic.gradients.copy()
+        self.plastic = np.tile(np.eye(3), (len(elastic.tetrahedra), 1, 1))
+
+    def relax(self, x: np.ndarray, h: float) -> None:
+        """Flow for ``h`` [s] at positions ``x`` (n, 3) [m]: updates ``plastic``, Fₚ (m, 3, 3), and the gradients."""
+        elastic, flow = self._elastic, -math.expm1(-self._creep * h)
+        _relax(
+            x,
+            elastic.tetrahedra,
+            self._original,
+            *elastic.moduli,
+            flow,
+            *self._bounds,
+            self.plastic,
+            elastic.gradients,
+        )
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, plastic, gradients):
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    logs, candidate, inverse, trial = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
+    for e in range(len(tetrahedra)):
+        deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        if not s[2] > FOLD:
+            continue
+        size = _hencky(s, logs)
+        if size <= yield_strain:
+            continue
+        before = _density(s, mu, lam)
+        for k in range(3):
+            s[k] = math.exp(flow * (1.0 - yield_strain / size) * logs[k])
+        _compose(v, s, v, f)
+        _multiply(f, plastic[e], candidate)
+        _bound(candidate, max_strain, inverse, u, s, v, logs)
+        for a in range(4):
+            for i in range(3):
+                trial[a, i] = 0.0
+                for j in range(3):
+                    trial[a, i] += inverse[j, i] * original[e, a, j]
+        deformation_gradient(x, tetrahedra[e], trial, f)
+        signed_svd(f, u, s, v)
+        if s[2] > FOLD and _density(s, mu, lam) < before:
+            plastic[e] = candidate
+            gradients[e] = trial
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _hencky(s, logs):
+    """The deviatoric logarithms of ``s`` (3,), into ``logs``, and their size."""
+    mean = (math.log(s[0]) + math.log(s[1]) + math.log(s[2])) / 3.0
+    total = 0.0
+    for k in range(3):
+        logs[k] = math.log(s[k]) - mean
+        total += logs[k] * logs[k]
+    return math.sqrt(2.0 / 3.0 * total)
+
+
+@numba.njit(cache=True)
+def _density(s, mu, lam):
+    """Elastic energy [J/m³] away from the fold."""
+    squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2
+    return mu * squares + 0.5 * lam * (s[0] + s[1] + s[2] - 3.0) ** 2
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _bound(candidate, max_strain, inverse, u, s, v, logs):
+    """Scale the Hencky strain of Fₚ to ``max_strain`` at most and its determinant to 1, in place; its inverse too."""
+    signed_svd(candidate, u, s, v)
+    size = _hencky(s, logs)
+    scale = max_strain / size if size > max_strain else 1.0
+    for k in range(3):
+        s[k] = math.exp(scale * logs[k])
+    _compose(u, s, v, candidate)
+    for k in range(3):
+        s[k] = 1.0 / s[k]
+    _compose(v, s, u, inverse)
+
+
+@numba.njit(cache=True)
+def _compose(u, s, v, product):
+    """U diag(s) Vᵀ."""
+    for i in range(3):
+        for j in range(3):
+            product[i, j] = u[i, 0] * s[0] * v[j, 0] + u[i, 1] * s[1] * v[j, 1] + u[i, 2] * s[2] * v[j, 2]
+
+
+@numba.njit(cache=True)
+def _multiply(left, right, product):
+    for i in range(3):
+        for j in range(3):
+            product[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]

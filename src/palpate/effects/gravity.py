@@ -1,0 +1,26 @@
+"""Weight."""
+
+import numpy as np
+
+from palpate.bodies.particles import Particles
+
+
+def make(particles: Particles, settings: dict, elastic) -> "Gravity":
+    """The weight of ``particles`` under ``settings["acceleration_m_s2"]``, (3,) [m/s²]."""
+    return Gravity(particles, np.array(settings["acceleration_m_s2"], dtype=float))
+
+
+class Gravity:
+    """E = −Σ m g · (x − x⁰): the weight's potential energy, zero at the rest positions."""
+
+    def __init__(self, particles: Particles, acceleration: np.ndarray):
+        self._rest = particles.nodes
+        self._weight = np.outer(particles.masses, acceleration)
+
+    def energy(self, x: np.ndarray) -> float:
+        """Potential energy [J] at positions ``x`` (n, 3) [m]."""
+        return -float(np.vdot(self._weight, x - self._rest))
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add each node's weight to ``force`` (n, 3) [N]."""
+        force += self._weight

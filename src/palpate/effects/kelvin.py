@@ -1,0 +1,70 @@
+"""Kelvin dampers: one beside each spring, which resists its change of length."""
+
+import numba
+import numpy as np
+
+from palpate.bodies.particles import Particles
+from palpate.effects.springs import Springs, add_pair, direction
+from palpate.errors import InputError
+
+
+def make(particles: Particles, settings: dict, elastic: object) -> "Kelvin":
+    """Dampers of ``ratio`` times critical damping; InputError if the elastic effect is not springs."""
+    return Kelvin(springs_of(elastic, particles, "kelvin"), particles.masses, settings["ratio"])
+
+
+def springs_of(elastic: object, particles: Particles, effect: str) -> Springs:
+    """``elastic`` itself if it is springs, else InputError."""
+    if not isinstance(elastic, Springs):
+        raise InputError(
+            f"effects of {particles.name} name {effect}, which acts beside springs, and its elastic effect is not "
+            f"springs; name springs, or leave {effect} out."
+        )
+    return elastic
+
+
+class Kelvin:
+    """The force −μ (n·Δv) n along each spring, μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂)) [N s/m].
+
+    With ratio 1 two nodes on a spring are damped critically. Paper 2's eq. 1 has this force, but its eq. 6, with
+    2 sqrt(k (m₁ + m₂))/l, is not in N s/m: it is divided by a length, and has the sum of the masses where the
+    vibration of a pair has the reduced mass. Springs whose ends coincide have no direction and are not damped.
+    """
+
+    def __init__(self, springs: Springs, masses: np.ndarray, ratio: float):
+        self.pairs = self.couples = springs.pairs
+        first, second = masses[springs.pairs].T
+        self.damping = 2.0 * ratio * np.sqrt(springs.stiffness_n_m * first * second / (first + second))
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add −C(x) v to ``force`` (n_nodes, 3) [N]."""
+        _add_force(x, v, self.pairs, self.damping, force)
+
+    def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
+        """Add C, which is μ nnᵀ for each spring, to ``values`` (n_blocks, 3, 3) [N s/m]."""
+        _add_damping(x, self.pairs, self.damping, slots, values)
+
+
+@numba.njit(cache=True)
+def _add_force(x, v, pairs, damping, force):
+    n = np.empty(3)
+    for e in range(len(pairs)):
+        direction(x, pairs[e], n)
+        first, second = pairs[e, 0], pairs[e, 1]
+        rate = 0.0
+        for i in range(3):
+            rate += n[i] * (v[second, i] - v[first, i])
+        for i in range(3):
+            force[first, i] += damping[e] * rate * n[i]
+            force[second, i] -= damping[e] * rate * n[i]
+
+
+@numba.njit(cache=True)
+def _add_damping(x, pairs, damping, slots, values):
+    n, block = np.empty(3), np.empty((3, 3))
+    for e in range(len(pairs)):
+        direction(x, pairs[e], n)
+        for i in range(3):
+            for j in range(3):
+                block[i, j] = damping[e] * n[i] * n[j]
+        add_pair(slots[e], values, block)

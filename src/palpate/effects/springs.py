@@ -1,0 +1,117 @@
+"""Linear springs between nodes: the elasticity of mass-spring models."""
+
+import numba
+import numpy as np
+
+from palpate.bodies.particles import Particles
+from palpate.effects.spring_network import rest_lengths, surface_springs, volume_springs
+from palpate.errors import InputError
+
+
+def make(particles: Particles, settings: dict, elastic: None = None) -> "Springs":
+    """The springs of a solid from its Young's modulus, of a surface or sheet from ``settings``.
+
+    Raises InputError if a surface lacks one of structural_n_m, shear_n_m and bending_n_m; 0 leaves a kind out.
+    """
+    if len(particles.tetrahedra):
+        pairs, stiffness = volume_springs(particles)
+        return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
+    kinds = surface_springs(particles.triangles, len(particles.nodes))
+    for kind in kinds:
+        if f"{kind}_n_m" not in settings:
+            raise InputError(
+                f"springs.{kind}_n_m of {particles.name} is missing, and particles without tetrahedra have no other "
+                "stiffness; give it in N/m, 0 for none."
+            )
+    kinds = {kind: pairs for kind, pairs in kinds.items() if settings[f"{kind}_n_m"] > 0.0}
+    if not kinds:
+        raise InputError(f"springs of {particles.name} have no stiffness; give springs.structural_n_m in N/m.")
+    pairs = np.concatenate(list(kinds.values()))
+    stiffness = np.concatenate([np.full(len(p), float(settings[f"{kind}_n_m"])) for kind, p in kinds.items()])
+    return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
+
+
+class Springs:
+    """E = Σ ½ k (l − l₀)² over pairs of nodes l apart (paper 2, eq. 1 without its damper).
+
+    pairs : (n_springs, 2); stiffness_n_m : (n_springs,) [N/m]; rest_m : (n_springs,) [m]
+    Trap: the force of a spring whose ends coincide has no direction, and is taken to be zero; so such a pair stays
+    together until something else parts it. Its stiffness is taken to be k in every direction.
+    """
+
+    def __init__(self, pairs: np.ndarray, stiffness_n_m: np.ndarray, rest_m: np.ndarray):
+        self.pairs = self.couples = np.ascontiguousarray(pairs)
+        self.stiffness_n_m, self.rest_m = stiffness_n_m, rest_m
+
+    def energy(self, x: np.ndarray) -> float:
+        """Elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
+        return _energy(x, self.pairs, self.stiffness_n_m, self.rest_m)
+
+    def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
+        """Add minus the energy's gradient to ``force`` (n_nodes, 3) [N]."""
+        _add_force(x, self.pairs, self.stiffness_n_m, self.rest_m, force)
+
+    def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
+        """Add k [(1 − l₀/l)(I − nnᵀ) + nnᵀ] for each spring to ``values`` (n_blocks, 3, 3) [N/m].
+
+        Only the first coefficient can be negative, where a spring is compressed: ``definite`` makes it zero there.
+        """
+        _add_stiffness(x, self.pairs, self.stiffness_n_m, self.rest_m, definite, slots, values)
+
+
+@numba.njit(cache=True)
+def direction(x, pair, n):
+    """The distance between the nodes of a pair, and in ``n`` the unit vector from the first to the second."""
+    for i in range(3):
+        n[i] = x[pair[1], i] - x[pair[0], i]
+    length = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    if length > 0.0:
+        for i in range(3):
+            n[i] /= length
+    else:
+        n[:] = 0.0
+    return length
+
+
+@numba.njit(cache=True)
+def add_pair(slots, values, block):
+    """Add ``block`` (3, 3) to a pair's diagonal blocks and subtract it from the other two."""
+    for i in range(3):
+        for j in range(3):
+            values[slots[0, 0], i, j] += block[i, j]
+            values[slots[1, 1], i, j] += block[i, j]
+            values[slots[0, 1], i, j] -= block[i, j]
+            values[slots[1, 0], i, j] -= block[i, j]
+
+
+@numba.njit(cache=True)
+def _energy(x, pairs, stiffness, rest):
+    n, total = np.empty(3), 0.0
+    for e in range(len(pairs)):
+        total += 0.5 * stiffness[e] * (direction(x, pairs[e], n) - rest[e]) ** 2
+    return total
+
+
+@numba.njit(cache=True)
+def _add_force(x, pairs, stiffness, rest, force):
+    n = np.empty(3)
+    for e in range(len(pairs)):
+        tension = stiffness[e] * (direction(x, pairs[e], n) - rest[e])
+        for i in range(3):
+            force[pairs[e, 0], i] += tension * n[i]
+            force[pairs[e, 1], i] -= tension * n[i]
+
+
+@numba.njit(cache=True)
+def _add_stiffness(x, pairs, stiffness, rest, definite, slots, values):
+    n, block = np.empty(3), np.empty((3, 3))
+    for e in range(len(pairs)):
+        length = direction(x, pairs[e], n)
+        across = 1.0 if length == 0.0 else 1.0 - rest[e] / length
+        if definite:
+            across = max(across, 0.0)
+        for i in range(3):
+            for j in range(3):
+                block[i, j] = stiffness[e] * (1.0 - across) * n[i] * n[j]
+            block[i, i] += stiffness[e] * across
+        add_pair(slots[e], values, block)

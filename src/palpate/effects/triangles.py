@@ -1,0 +1,187 @@
+"""Constant-strain triangles with a thickness: how a sheet resists being stretched and sheared."""
+
+import numba
+import numpy as np
+
+from palpate.bodies.particles import Particles
+from palpate.effects.polar import signed_svd
+from palpate.errors import InputError
+
+FOLD = 0.05
+"""Width of the rounding of the energy's peak at a collapsed triangle, in the singular value (which is 1 at rest)."""
+
+
+def make(particles: Particles, settings: dict, elastic=None) -> "Triangles":
+    """The membrane of a sheet; InputError for a body that is not one."""
+    if len(particles.tetrahedra) or particles.thickness_m <= 0.0:
+        raise InputError(
+            f"{particles.name}: effect triangles is for sheets, which have a thickness and no tetrahedra; "
+            "name corotational, springs or shape_matching, or give a body of kind sheet."
+        )
+    return Triangles(particles)
+
+
+class Triangles:
+    """E = Σ t A (μ Σ (σ − 1)² + λₚ/2 (σ₁ + σ₂ − 2)²) with σ the singular values of F, (3, 2) (paper 3, chapter 3).
+
+    The constant-strain triangle in plane stress, λₚ = 2λμ/(λ + 2μ), measured in each triangle's own rotated frame.
+    The force is the exact gradient. Trap: at a triangle collapsed to a line or a point the energy has a cone-shaped
+    peak, since σ cannot be negative (a sheet has no inside to tell); it is rounded off where a σ < FOLD, and nothing
+    is changed anywhere else. Bending costs nothing here: a sheet that shall resist it needs the effect bending.
+    """
+
+    def __init__(self, particles: Particles):
+        self.couples = np.ascontiguousarray(particles.triangles)
+        self.gradients, areas = shape_gradients(particles.nodes, particles.triangles)
+        self.volumes = particles.thickness_m * areas
+        mu, lam = particles.material.shear_pa, particles.material.lame_pa
+        self.moduli = (mu, 2.0 * lam * mu / (lam + 2.0 * mu))
+
+    def energy(self, x: np.ndarray) -> float:
+        """Elastic energy [J] at positions ``x`` (n, 3) [m]."""
+        return _energy(x, self.couples, self.gradients, self.volumes, *self.moduli)
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add minus the energy's gradient to ``force`` (n, 3) [N]."""
+        _add_force(x, self.couples, self.gradients, self.volumes, *self.moduli, force)
+
+    def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
+        """Add the Hessian's blocks [N/m]; ``definite`` clamps each triangle's negative eigenvalues to zero."""
+        _add_stiffness(x, self.couples, self.gradients, self.volumes, *self.moduli, definite, slots, values)
+
+
+def shape_gradients(nodes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the linear shape functions (t, 3, 2) [1/m] and areas (t,) [m²] of triangles (t, 3).
+
+    Each in its triangle's own plane, with the first axis along the first edge.
+    """
+    first, second = nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]]
+    base = np.linalg.norm(first, axis=1)
+    along = np.einsum("ti,ti->t", first, second) / base
+    height = np.linalg.norm(np.cross(first, second), axis=1) / base
+    gradients = np.zeros((len(triangles), 3, 2))
+    gradients[:, 1, 0] = 1.0 / base
+    gradients[:, 1, 1] = -along / (base * height)
+    gradients[:, 2, 1] = 1.0 / height
+    gradients[:, 0] = -gradients[:, 1] - gradients[:, 2]
+    return gradients, 0.5 * base * height
+
+
+@numba.njit(cache=True)
+def _deformation_gradient(x, triangle, gradients, f):
+    """F in the first two columns; the third is zero, so that V is a plane rotation and U's last axis the normal."""
+    f[:] = 0.0
+    for a in range(3):
+        for i in range(3):
+            for j in range(2):
+                f[i, j] += x[triangle[a], i] * gradients[a, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _round(s):
+    """|s| with its tip rounded off: τ, τ', τ'' and τ'/s, of the C² quartic that meets |s| at FOLD."""
+    if s >= FOLD:
+        return s, 1.0, 0.0, 1.0 / s
+    q = s / FOLD
+    secant = (3.0 - q * q) / (2.0 * FOLD)
+    return FOLD * (3.0 + 6.0 * q * q - q**4) / 8.0, s * secant, 1.5 * (1.0 - q * q) / FOLD, secant
+
+
+@numba.njit(cache=True)
+def _energy(x, triangles, gradients, volumes, mu, lam):
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    total = 0.0
+    for e in range(len(triangles)):
+        _deformation_gradient(x, triangles[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        trace = _round(s[0])[0] + _round(s[1])[0]
+        # Σ(s − 1)² exactly as long as the peak is far: Σs² − 2T + 2 would cancel
+        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + 2.0 * (s[0] + s[1] - trace)
+        total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 2.0) ** 2)
+    return total
+
+
+@numba.njit(cache=True)
+def _add_force(x, triangles, gradients, volumes, mu, lam, force):
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    for e in range(len(triangles)):
+        _deformation_gradient(x, triangles[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        first, second = _round(s[0]), _round(s[1])
+        pressure = lam * (first[0] + second[0] - 2.0)
+        # principal stresses ∂Ψ/∂s = 2μ (s − τ') + pressure τ'
+        p = 2.0 * mu * (s[0] - first[1]) + pressure * first[1]
+        q = 2.0 * mu * (s[1] - second[1]) + pressure * second[1]
+        for a in range(3):
+            g = volumes[e] * p * (v[0, 0] * gradients[e, a, 0] + v[1, 0] * gradients[e, a, 1])
+            h = volumes[e] * q * (v[0, 1] * gradients[e, a, 0] + v[1, 1] * gradients[e, a, 1])
+            for i in range(3):
+                force[triangles[e, a], i] -= u[i, 0] * g + u[i, 1] * h
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _add_stiffness(x, triangles, gradients, volumes, mu, lam, definite, slots, values):
+    """Element Hessians Σ w M⊗M over six orthonormal modes M, which are their eigenvectors."""
+    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    modes, weights = np.empty((3, 3, 6)), np.empty(6)
+    for e in range(len(triangles)):
+        _deformation_gradient(x, triangles[e], gradients[e], f)
+        signed_svd(f, u, s, v)
+        cosine, sine = _eigenvalues(s, mu, lam, weights)
+        _modes(u, v, gradients[e], cosine, sine, modes)
+        for k in range(6):
+            if definite:
+                weights[k] = max(weights[k], 0.0)
+            weights[k] *= volumes[e]
+        for a in range(3):
+            for b in range(3):
+                place = slots[e, a, b]
+                for i in range(3):
+                    for j in range(3):
+                        entry = 0.0
+                        for k in range(6):
+                            entry += weights[k] * modes[a, i, k] * modes[b, j, k]
+                        values[place, i, j] += entry
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _eigenvalues(s, mu, lam, weights):
+    """Of ∂²Ψ/∂F², in the order of ``_modes``; returns the direction in the stretches (s₁, s₂) of the first.
+
+    Two stretches, twist and flip of the plane, and the two ways out of it (Smith, de Goes, Kim 2019, section 5,
+    for F of two columns).
+    """
+    (t1, slope1, bend1, secant1), (t2, slope2, bend2, secant2) = _round(s[0]), _round(s[1])
+    c = lam * (t1 + t2 - 2.0) - 2.0 * mu
+    a = 2.0 * mu + lam * slope1 * slope1 + c * bend1
+    d = 2.0 * mu + lam * slope2 * slope2 + c * bend2
+    b = lam * slope1 * slope2
+    angle = 0.5 * np.arctan2(2.0 * b, a - d)
+    radius = np.hypot(0.5 * (a - d), b)
+    weights[0], weights[1] = 0.5 * (a + d) + radius, 0.5 * (a + d) - radius
+    if s[0] < FOLD:  # divided differences of τ' without a difference
+        p, q = s[0] / FOLD, s[1] / FOLD
+        twist = (3.0 - (p * p - p * q + q * q)) / (2.0 * FOLD)
+        flip = (3.0 - (p * p + p * q + q * q)) / (2.0 * FOLD)
+    else:
+        twist = (slope1 + slope2) / (s[0] + s[1])
+        flip = (slope1 - slope2) / (s[0] - s[1]) if slope2 < 1.0 else 0.0
+    weights[2], weights[3] = 2.0 * mu + c * twist, 2.0 * mu + c * flip
+    weights[4], weights[5] = 2.0 * mu + c * secant1, 2.0 * mu + c * secant2
+    return np.cos(angle), np.sin(angle)
+
+
+@numba.njit(cache=True)
+def _modes(u, v, gradients, cosine, sine, modes):
+    """The six modes applied to the shape gradients, (3 nodes, 3, 6)."""
+    half = np.sqrt(0.5)
+    for a in range(3):
+        g = v[0, 0] * gradients[a, 0] + v[1, 0] * gradients[a, 1]
+        h = v[0, 1] * gradients[a, 0] + v[1, 1] * gradients[a, 1]
+        for i in range(3):
+            modes[a, i, 0] = cosine * u[i, 0] * g + sine * u[i, 1] * h
+            modes[a, i, 1] = cosine * u[i, 1] * h - sine * u[i, 0] * g
+            modes[a, i, 2] = half * (u[i, 0] * h - u[i, 1] * g)
+            modes[a, i, 3] = half * (u[i, 0] * h + u[i, 1] * g)
+            modes[a, i, 4] = u[i, 2] * g
+            modes[a, i, 5] = u[i, 2] * h

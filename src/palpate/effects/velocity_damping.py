@@ -1,0 +1,38 @@
+"""Damping in proportion to momentum, as in a viscous fluid."""
+
+import math
+
+import numpy as np
+
+from palpate.bodies.particles import Particles
+
+
+def make(particles: Particles, settings: dict, elastic) -> "VelocityDamping":
+    """Damping of every node at ``settings["rate_1_s"]`` [1/s]."""
+    return VelocityDamping(particles.masses, settings["rate_1_s"])
+
+
+class VelocityDamping:
+    """C = rate · M: without other forces velocities decay like exp(−rate t), and so does free fall.
+
+    An explicit integrator takes ``project``, the exact decay, which is stable for any step, and not the force, for
+    which h · rate < 2 would have to hold.
+    """
+
+    def __init__(self, masses: np.ndarray, rate: float):
+        self.couples = np.arange(len(masses))[:, None]
+        self._rate, self._coefficients = rate, rate * masses
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add −C v to ``force`` (n, 3) [N]; ``v`` (n, 3) [m/s]."""
+        force -= self._coefficients[:, None] * v
+
+    def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
+        """Add C's diagonal blocks [N s/m] to ``values`` (n_blocks, 3, 3)."""
+        places = slots[:, 0, 0]  # one a node, so that none comes twice
+        for i in range(3):
+            values[places, i, i] += self._coefficients
+
+    def project(self, x: np.ndarray, v: np.ndarray, h: float) -> None:
+        """Let ``v`` decay over a step ``h`` [s], in place."""
+        v *= math.exp(-self._rate * h)

@@ -1,0 +1,137 @@
+"""How fast each integrator lets one spring swing up or down a step: by paper 3's eigenvalues, and in a run.
+
+A run's growth is the slope of the logarithm of its size over many steps, as ratios of single steps swing with the
+motion. Size is displacement and velocity over the frequency, in which a free swing is nearly a circle; it is set
+back to a small value after each step, where the spring is linear and nothing overflows.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Material
+from palpate.bodies.particles import Particles
+from palpate.effects.held import Held
+from palpate.effects.springs import Springs
+from palpate.solvers import backward_euler, goal_position, symplectic_euler
+from palpate.solvers.system import System
+
+MASS_KG, STIFFNESS_N_M, REST_M, SIZE_M = 0.04, 25.0, 1.0, 1e-5
+FREQUENCY = math.sqrt(STIFFNESS_N_M / MASS_KG)
+STEPS = np.geomspace(0.01, 100.0, 41)
+"""h/sqrt(m/k) of the table."""
+LENGTH = 400
+"""Steps of a run."""
+NODES = np.array([[-REST_M, 0.0, 0.0], [0.0, 0.0, 0.0]])
+"""The held end of the spring and the mass, whose rest is the origin, where displacements lose no digits."""
+
+
+def measure() -> pd.DataFrame:
+    """Rows of integrator_stability.csv: scheme and α over h/sqrt(m/k), with the growth a step and the limits.
+
+    spectral_radius : of the scheme's matrix; growth_measured : of our integrator's motion
+    limit_stated, blow_up_measured : h/sqrt(m/k), inf where there is none; found by bisection between the smallest
+    and the largest step of the table
+    """
+    rows = []
+    for case in CASES:
+        integrator = case.integrator()
+        stated, found = FREQUENCY * integrator.limit_s, _blow_up(case, integrator)
+        for step in STEPS:
+            growth = math.exp(np.polyfit(np.arange(LENGTH), _sizes(case, integrator, step), 1)[0])
+            rows.append((case.scheme, case.alpha, step, case.radius(step), growth, stated, found))
+    names = "scheme alpha h_over_sqrt_m_k spectral_radius growth_measured limit_stated blow_up_measured"
+    return pd.DataFrame(rows, columns=names.split())
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scheme: its module, its spectral radius over h/sqrt(m/k), and the α of its goals or nan."""
+
+    scheme: str
+    make: Callable
+    radius: Callable[[float], float]
+    alpha: float = math.nan
+
+    def integrator(self):
+        """The scheme's integrator for a mass on a spring along x or, if it goes to goals, with its goal at rest."""
+        none, material = np.empty((0, 3), dtype=np.int64), Material(1.0, 0.0, 1.0)
+        particles = Particles("spring", NODES, np.full(2, MASS_KG), np.array([0]), none, none, material)
+        spring = Springs(np.array([[0, 1]]), np.array([STIFFNESS_N_M]), np.array([REST_M]))
+        elastic = spring if math.isnan(self.alpha) else _Goal(self.alpha)
+        return self.make(System(particles, {"elastic": elastic, "held": Held(particles.held)}), {"tolerance": 1e-8})
+
+    def frequency(self, h: float) -> float:
+        """Of the swing [1/s]: sqrt(k/m), or as goals have the stiffness α m/h², sqrt(α)/h."""
+        return FREQUENCY if math.isnan(self.alpha) else math.sqrt(self.alpha) / h
+
+
+class _Goal:
+    """The goal of paper 3's scheme for one particle: its rest position."""
+
+    def __init__(self, alpha: float):
+        self.alpha = alpha
+
+    def goals(self, x: np.ndarray, out: np.ndarray) -> None:
+        out[:] = NODES
+
+
+def explicit_radius(step: float) -> float:
+    """Spectral radius of [[1, −hk/m], [h, 1 − h²k/m]] (paper 3), ``step`` being h/sqrt(m/k)."""
+    root = np.sqrt(complex(step**4 - 4.0 * step**2))
+    return max(abs(1.0 - (step**2 + sign * root) / 2.0) for sign in (1, -1))
+
+
+def goal_radius(alpha: float) -> float:
+    """Spectral radius of [[1, −α/h], [h, 1 − α]] (paper 3), whatever h is."""
+    root = np.sqrt(complex(alpha**2 - 4.0 * alpha))
+    return max(abs(1.0 - alpha / 2.0 + sign * root / 2.0) for sign in (1, -1))
+
+
+def implicit_radius(step: float) -> float:
+    """Modulus of 1/(1 ± i h sqrt(k/m)), backward Euler's eigenvalues."""
+    return 1.0 / math.hypot(1.0, step)
+
+
+CASES = (
+    Case("symplectic_euler", symplectic_euler.make, explicit_radius),
+    *(Case("goal_position", goal_position.make, lambda step, a=a: goal_radius(a), a) for a in (0.1, 0.5, 1.0)),
+    Case("backward_euler", backward_euler.make, implicit_radius),
+)
+
+
+def _sizes(case: Case, integrator, step: float) -> np.ndarray:
+    """Logarithm of the motion's size after each of LENGTH steps of ``step`` sqrt(m/k), (LENGTH,)."""
+    h = step / FREQUENCY
+    frequency, logs, total = case.frequency(h), np.empty(LENGTH), 0.0
+    u, w = SIZE_M, 0.0
+    for i in range(LENGTH):
+        x, v = NODES.copy(), np.zeros((2, 3))
+        x[1, 0], v[1, 0] = u, frequency * w
+        x, v = integrator.step(x, v, h)
+        u, w = x[1, 0], v[1, 0] / frequency
+        size = math.hypot(u, w)
+        total += math.log(size / SIZE_M)
+        logs[i] = total
+        u, w = SIZE_M * u / size, SIZE_M * w / size
+    return logs
+
+
+def _blow_up(case: Case, integrator) -> float:
+    """The smallest h/sqrt(m/k), to 1e-4, from which a run grows a thousandfold; inf if none of STEPS' range does.
+
+    At the double eigenvalue −1 size grows by the same amount a step, which is no blow-up: far less than that.
+    """
+    stable, unstable = math.log(STEPS[0]), math.log(STEPS[-1])
+    if _sizes(case, integrator, STEPS[-1])[-1] < math.log(1e3):
+        return math.inf
+    while unstable - stable > 1e-4:
+        middle = 0.5 * (stable + unstable)
+        if _sizes(case, integrator, math.exp(middle))[-1] < math.log(1e3):
+            stable = middle
+        else:
+            unstable = middle
+    return math.exp(unstable)

@@ -1,0 +1,55 @@
+"""Which integrator blows up, and from which step on."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.figures import style
+
+_NAMES = {"symplectic_euler": "symplectic Euler", "goal_position": "goal positions", "backward_euler": "backward Euler"}
+_LOOKS = {
+    "symplectic_euler": (("#d55e00", "o"),),
+    "goal_position": (("#8cc4e6", "s"), ("#3f9bd1", "D"), ("#0072b2", "^")),
+    "backward_euler": (("#009e73", "v"),),
+}
+"""Colour and marker of each scheme, a shade for each α."""
+
+
+@style.styled
+def draw(stability) -> Figure:
+    """Growth a step over the step, by the formulas (lines) and in runs (markers), and how far runs are off.
+
+    stability : the table integrator_stability
+    """
+    figure = Figure(figsize=(7.5, 5.2), layout="constrained")
+    growth, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    handles = []
+    for scheme, looks in _LOOKS.items():
+        cases = stability[stability["scheme"] == scheme].groupby("alpha", dropna=False)
+        for (alpha, rows), (colour, marker) in zip(cases, looks, strict=False):
+            x, expected, found = (rows[c] for c in ("h_over_sqrt_m_k", "spectral_radius", "growth_measured"))
+            growth.plot(x, expected, color=colour)
+            growth.plot(x, found, marker, color=colour, mec="white", mew=0.5, ms=5)
+            # an exact growth has no place on a logarithmic axis
+            error.plot(x, np.maximum(np.abs(found / expected - 1.0), 1e-16), marker, color=colour, ms=3.5)
+            label = _NAMES[scheme] + (f", α = {alpha:g}" if np.isfinite(alpha) else "")
+            handles.append(Line2D([], [], color=colour, marker=marker, ms=5, mec="white", mew=0.5, label=label))
+    _threshold(growth, stability)
+    growth.set(xscale="log", yscale="log", ylabel="growth a step", title="One spring, stepped")
+    error.set(yscale="log", xlabel="h / sqrt(m/k)", ylabel="|run/formula − 1|", xlim=(0.009, 110))
+    style.plain_log(error.xaxis)
+    figure.legend(handles=handles, loc="outside right upper", title="line: spectral radius\nmarker: run")
+    return figure
+
+
+def _threshold(axis, stability) -> None:
+    """Where runs begin to blow up, for the schemes that do."""
+    finite = stability[np.isfinite(stability["blow_up_measured"])]
+    for scheme, rows in finite.groupby("scheme"):
+        at, stated = rows[["blow_up_measured", "limit_stated"]].iloc[0]
+        axis.axvline(at, color=style.FAINT, ls=":", lw=1)
+        text = f"{_NAMES[scheme]} blows up\nfrom {at:.4f} (stated limit {stated:.4f})"
+        axis.annotate(
+            text, (at, 0.97), (-6, 0), xycoords=("data", "axes fraction"),
+            textcoords="offset points", ha="right", va="top", fontsize=8,
+        )  # fmt: skip

@@ -1,0 +1,110 @@
+"""A scene in motion: a row of stills, and a short animation that loops."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from palpate.figures import gif, panels, render, style
+from palpate.scenes.motion import Motion
+
+_INCHES, _PIXELS, _GIF_FRAMES = 1.9, 480, 60
+_ASPECTS = (0.6, 3.0)
+_COARSE = 800  # triangles; the edges of more would darken the picture
+
+
+@style.styled
+def stills(motion: Motion, count: int) -> Figure:
+    """``count`` moments in a row, coloured by displacement from the rest shape on one scale; dark balls are held.
+
+    The moments share out both the time and the way that the surface covers, so that a fast press is not missed, and
+    one is that of the largest displacement. The grey line is the outline of the rest shape. Nothing is exaggerated.
+    """
+    scenery = _Scenery(motion)
+    frames = _moments(motion, scenery.surface, count)
+    aspect = scenery.view.width / scenery.view.height
+    figure, axes = panels.grid(1, len(frames), aspect, _INCHES * min(1.0, aspect))
+    with render.Stage(*_size(aspect)) as stage:
+        rest = scenery.draw(stage, motion.rest, np.zeros(len(motion.rest)))
+        for axis, frame in zip(axes[0], frames, strict=True):
+            panels.place(axis, scenery.picture(stage, frame), f"{motion.times[frame]:.3g} s")
+            panels.outline(axis, rest)
+    axes[0, 0].set_title(motion.scene)
+    label = "displacement [mm]"
+    panels.colour_bar(figure, Normalize(0, scenery.limit), style.DISPLACEMENT, label)
+    return figure
+
+
+def animate(motion: Motion, path: str | Path) -> None:
+    """Write a looping GIF of at most 60 frames with the view and the colours of ``stills``."""
+    scenery = _Scenery(motion)
+    frames = gif.evenly(len(motion.times), _GIF_FRAMES)
+    with render.Stage(*_size(scenery.view.width / scenery.view.height)) as stage:
+        gif.write([scenery.picture(stage, frame) for frame in frames], motion.times[frames], path)
+
+
+class _Scenery:
+    """What all pictures of a motion share: view, colour scale and held nodes."""
+
+    def __init__(self, motion: Motion):
+        self._motion = motion
+        self.surface = np.unique(motion.triangles)
+        moved = motion.positions - motion.rest
+        self._millimetres = 1e3 * np.linalg.norm(moved, axis=2)
+        self.limit = float(self._millimetres[:, self.surface].max()) or 1.0  # a body that stays is all of one colour
+        self._held = np.intersect1d(motion.held, self.surface)
+        cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
+        up = int(np.argmax(np.square(moved[:, self.surface]).sum(axis=(0, 1))))
+        peak = self.surface[np.argmax(self._millimetres[:, self.surface].max(axis=0))]
+        axes = render.directions(cloud, _normal(motion.rest, motion.triangles, peak), up)
+        view = render.frame(axes, [cloud])
+        low, high = _ASPECTS  # what falls far or lies flat gets room at its sides
+        self.view = replace(view, width=max(view.width, low * view.height), height=max(view.height, view.width / high))
+        self._ball = 0.011 * self.view.width
+
+    def picture(self, stage: render.Stage, frame: int) -> np.ndarray:
+        """One frame, (height, width, 3) uint8."""
+        return self.draw(stage, self._motion.positions[frame], self._millimetres[frame])
+
+    def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray) -> np.ndarray:
+        """Nodes (n, 3) [m] coloured by their displacement (n,) [mm], as ``picture`` gives it."""
+        motion = self._motion
+        actors = [
+            lambda s: s.surface(
+                nodes, motion.triangles, millimetres, (0, self.limit), style.DISPLACEMENT,
+                edges=len(motion.triangles) <= _COARSE,
+            )
+        ]  # fmt: skip
+        if len(self._held):
+            actors.append(lambda s: s.dots(nodes[self._held], self._ball))
+        return stage.picture(self.view, actors)
+
+
+def _normal(nodes: np.ndarray, triangles: np.ndarray, node: int) -> np.ndarray:
+    """The surface's normal (3,) at a node; zero if its triangles have no area."""
+    around = triangles[(triangles == node).any(axis=1)]
+    a, b, c = nodes[around].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a).sum(axis=0)
+    return normal / (np.linalg.norm(normal) or 1.0)
+
+
+def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
+    """Frames from first to last, evenly spread over the mean of the time's and the way's share; one is the peak."""
+    moved = motion.positions[:, surface] - motion.positions[0, surface]
+    peak = int(np.linalg.norm(moved, axis=2).max(axis=1).argmax())
+    steps = np.linalg.norm(np.diff(moved, axis=0), axis=2).mean(axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    time = motion.times - motion.times[0]
+    progress = time / (time[-1] or 1.0) + way / (way[-1] or 1.0)
+    frames = [int(np.argmin(np.abs(progress - target))) for target in np.linspace(0.0, progress[-1], count)]
+    if count > 2 and 0 < peak < len(time) - 1:
+        inner = 1 + int(np.argmin(np.abs(progress[frames[1:-1]] - progress[peak])))
+        frames[inner] = peak
+    return sorted(set(frames))
+
+
+def _size(aspect: float) -> tuple[int, int]:
+    """Width and height of a picture [pixel]."""
+    return round(_PIXELS * min(1.0, aspect)), round(_PIXELS / max(1.0, aspect))

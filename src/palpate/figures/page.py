@@ -1,0 +1,48 @@
+"""What all sections of the report share: tables, the papers' own numbers, and captions filled with ours."""
+
+from itertools import product
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.errors import InputError
+from palpate.figures import markup, tables
+from palpate.figures.summary import numbers
+from palpate.files import read_yaml
+
+TABLES = {"scenes": tables.SCENES, "soft_bodies": tables.SOFT_BODIES, "enrichment": tables.ENRICHMENT}
+"""The tables that each part of the report shows."""
+
+PUBLISHED = {"soft_bodies": "soft_bodies.yaml", "enrichment": "paper.yaml"}
+"""Where a part's own paper has its numbers, beside the captions."""
+
+
+class Report:
+    """The material of the ``parts`` that are asked for; nothing else in ``results`` is looked at."""
+
+    def __init__(self, results: Path, captions: Path, parts: list[str], scenes: list[str]):
+        self.scenes, self.figures, self._captions = scenes, results / "figures", captions
+        self.published = {part: read_yaml(captions / PUBLISHED[part]) for part in parts if part in PUBLISHED}
+        self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES[part]])
+        if scenes:
+            _check(self.tables, scenes)
+        self.numbers = numbers(self.tables, self.published, parts, scenes)
+
+    def note(self, name: str, **more: str) -> str:
+        """A caption by name; ``more`` holds what differs between its uses."""
+        return markup.caption(self._captions, name, self.numbers | more)
+
+    def figure(self, name: str, caption: str | None = None, **more: str) -> str:
+        """A figure under the caption of its own name or of ``caption``."""
+        return markup.figure(self.figures, name, self.note(caption or name, **more))
+
+    def folded(self, *names: str) -> str:
+        """Whole tables, closed at first."""
+        return "".join(markup.folded(self.tables[name], name) for name in names)
+
+
+def _check(found: dict[str, pd.DataFrame], scenes: list[str]) -> None:
+    """Raise InputError if a table of the scenes lacks one of them."""
+    for name, scene in product(tables.SCENES, scenes):
+        if scene not in set(found[name]["scene"]):
+            raise InputError(f"{name}.csv has no rows of the scene {scene}: delete it and make it again")

@@ -1,0 +1,48 @@
+"""A scene: what is simulated, from its entry in the config."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One entry of ``scenes:`` in the config, complete.
+
+    effects : their names, or "auto"
+    settings : one block an effect that has any; own : the user's effects, name → file
+    """
+
+    name: str
+    effects: str | list[str]
+    integrator: str
+    step_s: float
+    duration_s: float
+    level: int = 0
+    surface: bool = False
+    held: bool = True
+    start: str = "rest"
+    frames: int = 60
+    tolerance: float = 1e-8
+    allow_unstable: bool = False
+    seed: int = 1
+    settings: dict[str, dict] = field(default_factory=dict)
+    own: dict[str, Path] = field(default_factory=dict)
+
+    @property
+    def steps(self) -> int:
+        """How many steps the duration takes."""
+        return max(1, round(self.duration_s / self.step_s))
+
+    @property
+    def place(self) -> str:
+        """What messages call it."""
+        return f"scenes.{self.name}"
+
+
+def scene_of(name: str, entry: dict, seed: int = 1, folder: Path = Path()) -> Scene:
+    """The scene of a complete config entry; the paths of own effects are relative to ``folder``."""
+    plain = {key: entry[key] for key in Scene.__dataclass_fields__ if key in entry and key not in ("settings", "own")}
+    blocks = {key: value for key, value in entry.items() if key not in plain and isinstance(value, dict)}
+    own = {key: folder / value for key, value in blocks.pop("own", {}).items()}
+    extra = blocks.pop("own_settings", {})
+    return Scene(name=name, seed=seed, settings=blocks | extra, own=own, **plain)

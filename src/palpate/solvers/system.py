@@ -1,0 +1,137 @@
+"""Particles and the effects that a scene names: their forces, energies and matrices, each summed and timed."""
+
+from time import perf_counter
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.particles import Particles
+from palpate.effects.blocks import hold, shared_pattern
+
+
+class System:
+    """What an integrator moves. It holds and calls the given effects only, so what is not named costs nothing.
+
+    effects : name → effect object, the elastic one first
+    seconds : name → time spent in each so far
+    """
+
+    def __init__(self, particles: Particles, effects: dict[str, object]):
+        self.particles, self.masses, self.effects = particles, particles.masses, effects
+        self._first, self.elastic = next(iter(effects.items()))
+        self.seconds = dict.fromkeys(effects, 0.0)
+        self.free = np.ones(len(particles.nodes), dtype=bool)
+        for _, effect in self.offering("fixed"):
+            self.free[effect.fixed] = False
+        self._fixed = np.flatnonzero(~self.free)
+        self._energies = self._calls("energy")
+        self._forces = self._calls("add_force")
+        self._potential = [(n, e.add_force) for n, e in self.offering("energy")]
+        self._explicit = self._calls("add_force", without="project")
+        self._outer = [(n, e.add_force) for n, e in self.offering("add_force") if getattr(e, "outer", False)]
+        self._told, self._projections, self._relaxed = map(self._calls, ("at", "project", "relax"))
+        coupling = self.offering("couples")
+        self.pattern = shared_pattern([e.couples for _, e in coupling], len(particles.nodes))
+        slots = dict(zip((n for n, _ in coupling), self.pattern.slots, strict=True))
+        self._stiff = [(n, e.add_stiffness, slots[n]) for n, e in self.offering("add_stiffness")]
+        self._damped = [(n, e.add_damping, slots[n]) for n, e in self.offering("add_damping")]
+
+    def offering(self, method: str) -> list[tuple[str, object]]:
+        """Name and object of the effects that have ``method``."""
+        return [(name, effect) for name, effect in self.effects.items() if hasattr(effect, method)]
+
+    def _calls(self, method: str, without: str = "") -> list[tuple[str, object]]:
+        return [(n, getattr(e, method)) for n, e in self.offering(method) if not (without and hasattr(e, without))]
+
+    def energies(self, x: np.ndarray) -> dict[str, float]:
+        """Potential energy [J] of each effect that has one."""
+        found = {}
+        for name, energy in self._energies:
+            start = perf_counter()
+            found[name] = energy(x)
+            self.seconds[name] += perf_counter() - start
+        return found
+
+    def energy(self, x: np.ndarray) -> float:
+        """Potential energy [J]."""
+        return sum(self.energies(x).values())
+
+    def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """All nodal forces (n, 3) [N]; zero where a node is held."""
+        return self._sum(self._forces, x, v)
+
+    def explicit_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The forces (n, 3) [N] of the effects that do not prefer to project."""
+        return self._sum(self._explicit, x, v)
+
+    def potential_force(self, x: np.ndarray) -> np.ndarray:
+        """Minus the gradient of the energy (n, 3) [N]; zero where a node is held."""
+        return self._sum(self._potential, x, np.zeros_like(x))
+
+    def outer_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The loads (n, 3) [N], whose work comes from outside."""
+        return self._sum(self._outer, x, v)
+
+    def magnitude(self, x: np.ndarray) -> float:
+        """Sum of the norms [N] of each effect's force on still, free nodes: how large the terms of a balance are."""
+        still = np.zeros_like(x)  # so that damping, which may be dear, has no part in it
+        return sum(float(np.linalg.norm(self._sum([call], x, still))) for call in self._potential + self._outer)
+
+    def _sum(self, calls, x, v) -> np.ndarray:
+        force = np.zeros_like(x)
+        for name, add in calls:
+            start = perf_counter()
+            add(x, v, force)
+            self.seconds[name] += perf_counter() - start
+        force[self._fixed] = 0.0
+        return force
+
+    def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
+        """Hessian of the energy (3n, 3n) [N/m] on the shared pattern; None if no effect has any."""
+        if not self._stiff:
+            return None
+        values = np.zeros((len(self.pattern.indices), 3, 3))
+        for name, add, slots in self._stiff:
+            start = perf_counter()
+            add(x, definite, slots, values)
+            self.seconds[name] += perf_counter() - start
+        return self.pattern.matrix(values)
+
+    def damping(self, x: np.ndarray) -> sparse.bsr_array | None:
+        """Damping matrix (3n, 3n) [N s/m] on the shared pattern; None if no effect damps."""
+        if not self._damped:
+            return None
+        values = np.zeros((len(self.pattern.indices), 3, 3))
+        for name, add, slots in self._damped:
+            start = perf_counter()
+            add(x, slots, values)
+            self.seconds[name] += perf_counter() - start
+        return self.pattern.matrix(values)
+
+    def hold(self, matrix: sparse.bsr_array) -> None:
+        """Replace the rows and columns of held nodes by those of the identity, in place."""
+        if len(self._fixed):
+            hold(matrix.indptr, matrix.indices, matrix.data, ~self.free)
+
+    def goals(self, x: np.ndarray, out: np.ndarray) -> None:
+        """Where the elastic effect draws each node, into ``out`` (n, 3) [m]."""
+        self._change([(self._first, self.elastic.goals)], x, out)
+
+    def at(self, t: float) -> None:
+        """Tell the loads that the time is ``t`` [s]."""
+        for _, tell in self._told:
+            tell(t)
+
+    def project(self, x: np.ndarray, v: np.ndarray, h: float) -> None:
+        """What ends an explicit step, in place."""
+        self._change(self._projections, x, v, h)
+
+    def relax(self, x: np.ndarray, h: float) -> None:
+        """Let inner variables of effects follow an accepted step."""
+        self._change(self._relaxed, x, h)
+
+    def _change(self, calls, *arguments) -> None:
+        for name, change in calls:
+            start = perf_counter()
+            change(*arguments)
+            self.seconds[name] += perf_counter() - start

@@ -1,0 +1,182 @@
+"""The scenes of backward Euler as one would write them for just their effects: no names, clocks or choices.
+
+Newton's method and what it solves with are palpate's own; what calls an effect is by hand.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from palpate.bodies.particles import Particles
+from palpate.effects import bending, contact, corotational, gravity, held, plasticity, push, rayleigh, triangles
+from palpate.effects.blocks import hold, shared_pattern
+from palpate.scenes.scene import Scene
+from palpate.solvers.backward_euler import BackwardEuler
+
+
+class ByHand:
+    """What backward Euler asks of a system, as far as these scenes have it in common."""
+
+    def __init__(self, particles: Particles, scene: Scene):
+        given = scene.settings
+        self.particles, self.masses = particles, particles.masses
+        self.make(particles, given)
+        self.rayleigh = rayleigh.make(particles, given["rayleigh"], self.elastic)
+        self.fixed = held.make(particles, {}, self.elastic).fixed
+        self.free = np.ones(len(particles.nodes), dtype=bool)
+        self.free[self.fixed] = False
+        self.held = ~self.free
+        self.pattern = shared_pattern(self.couples(), len(particles.nodes))
+        self.blocks = (len(self.pattern.indices), 3, 3)
+
+    def couples(self) -> list[np.ndarray]:
+        return [self.elastic.couples, self.rayleigh.couples]
+
+    def stiffness(self, x, definite):
+        values = np.zeros(self.blocks)
+        self.elastic.add_stiffness(x, definite, self.pattern.slots[0], values)
+        return self.pattern.matrix(values)
+
+    def damping(self, x):
+        values = np.zeros(self.blocks)
+        self.rayleigh.add_damping(x, self.pattern.slots[1], values)
+        return self.pattern.matrix(values)
+
+    def outer_force(self, x, v):
+        return np.zeros_like(x)
+
+    def hold(self, matrix):
+        hold(matrix.indptr, matrix.indices, matrix.data, self.held)
+
+    def norm(self, effect, x):
+        force = np.zeros_like(x)
+        effect.add_force(x, None, force)
+        force[self.fixed] = 0.0
+        return float(np.linalg.norm(force))
+
+
+class Pushed(ByHand):
+    def make(self, particles, given):
+        self.elastic = corotational.make(particles, {})
+        self.push = push.make(particles, given["push"], self.elastic)
+
+    def energy(self, x):
+        return self.elastic.energy(x)
+
+    def potential_force(self, x):
+        force = np.zeros_like(x)
+        self.elastic.add_force(x, None, force)
+        force[self.fixed] = 0.0
+        return force
+
+    def outer_force(self, x, v):
+        force = np.zeros_like(x)
+        self.push.add_force(x, v, force)
+        force[self.fixed] = 0.0
+        return force
+
+    def magnitude(self, x):
+        return self.norm(self.elastic, x) + self.norm(self.push, x)
+
+
+class Sagging(ByHand):
+    def make(self, particles, given):
+        self.elastic = corotational.make(particles, {})
+        self.gravity = gravity.make(particles, given["gravity"], self.elastic)
+
+    def energy(self, x):
+        return self.elastic.energy(x) + self.gravity.energy(x)
+
+    def potential_force(self, x):
+        force = np.zeros_like(x)
+        self.elastic.add_force(x, None, force)
+        self.gravity.add_force(x, None, force)
+        force[self.fixed] = 0.0
+        return force
+
+    def magnitude(self, x):
+        return self.norm(self.elastic, x) + self.norm(self.gravity, x)
+
+
+class Draped(ByHand):
+    def make(self, particles, given):
+        self.elastic = triangles.make(particles, {})
+        self.gravity = gravity.make(particles, given["gravity"], self.elastic)
+        self.bending = bending.make(particles, {}, self.elastic)
+        self.contact = contact.make(particles, given["contact"], self.elastic)
+
+    def couples(self):
+        return [*super().couples(), self.bending.couples, self.contact.couples]
+
+    def energy(self, x):
+        return self.elastic.energy(x) + self.gravity.energy(x) + self.bending.energy(x) + self.contact.energy(x)
+
+    def potential_force(self, x):
+        force = np.zeros_like(x)
+        self.elastic.add_force(x, None, force)
+        self.gravity.add_force(x, None, force)
+        self.bending.add_force(x, None, force)
+        self.contact.add_force(x, None, force)
+        force[self.fixed] = 0.0
+        return force
+
+    def magnitude(self, x):
+        solid = self.norm(self.elastic, x) + self.norm(self.gravity, x)
+        return solid + self.norm(self.bending, x) + self.norm(self.contact, x)
+
+    def stiffness(self, x, definite):
+        values = np.zeros(self.blocks)
+        self.elastic.add_stiffness(x, definite, self.pattern.slots[0], values)
+        self.bending.add_stiffness(x, definite, self.pattern.slots[2], values)
+        self.contact.add_stiffness(x, definite, self.pattern.slots[3], values)
+        return self.pattern.matrix(values)
+
+
+def liver_press(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
+    system = Pushed(particles, scene)
+    integrator = BackwardEuler(system, scene.tolerance)
+
+    def steps():
+        x, v, h = particles.nodes.copy(), np.zeros_like(particles.nodes), scene.step_s
+        for step in range(scene.steps):
+            system.push.at((step + 1) * h)
+            x, v = integrator.step(x, v, h)
+        return x
+
+    return steps
+
+
+def clay_dent(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
+    system = Pushed(particles, scene)
+    flow = plasticity.make(particles, scene.settings["plasticity"], system.elastic)
+    integrator = BackwardEuler(system, scene.tolerance)
+
+    def steps():
+        x, v, h = particles.nodes.copy(), np.zeros_like(particles.nodes), scene.step_s
+        for step in range(scene.steps):
+            system.push.at((step + 1) * h)
+            x, v = integrator.step(x, v, h)
+            flow.relax(x, h)
+        return x
+
+    return steps
+
+
+def bar_sag(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
+    return _unloaded(scene, Sagging(particles, scene))
+
+
+def sheet_drape(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
+    return _unloaded(scene, Draped(particles, scene))
+
+
+def _unloaded(scene, system):
+    integrator = BackwardEuler(system, scene.tolerance)
+
+    def steps():
+        x, v, h = system.particles.nodes.copy(), np.zeros_like(system.particles.nodes), scene.step_s
+        for _ in range(scene.steps):
+            x, v = integrator.step(x, v, h)
+        return x
+
+    return steps

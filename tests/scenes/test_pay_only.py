@@ -1,0 +1,84 @@
+"""Each shipped scene in a process of its own: what it does not name is not imported, not made, and not called."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from palpate.config import complete
+from palpate.files import read_yaml
+from palpate.scenes.registry import EFFECTS, SOLVERS
+
+ROOT = Path(__file__).parents[2]
+CONFIG = complete(
+    read_yaml(ROOT / "config.yaml"), read_yaml(ROOT / "workflow/schemas/config.schema.yaml"), ROOT / "config.yaml"
+)
+NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
+RUN = """
+import gc, json, sys
+from dataclasses import replace
+from palpate.bodies.make import make_body
+from palpate.bodies.particles import particles_of
+from palpate.scenes import run as runs
+from palpate.scenes.compose import named
+from palpate.scenes.scene import scene_of
+
+name, entry, body = json.load(sys.stdin)
+scene = scene_of(name, entry)
+particles = particles_of(make_body(entry["body"], body), scene.level, scene.surface)
+systems, compose = [], runs.compose
+runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
+done = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)
+gc.collect()
+print(json.dumps({
+    "named": scene.effects,
+    "integrator": scene.integrator,
+    "auto": named(replace(scene, effects="auto"), particles),
+    "steps": done.steps,
+    "effects": list(systems[0].effects),
+    "timed": list(done.effect_seconds),
+    "alive": sorted({str(type(thing).__module__) for thing in gc.get_objects()}),
+    "modules": sorted(sys.modules),
+}))
+"""
+
+
+@pytest.fixture(scope="module", params=CONFIG["scenes"])
+def seen(request) -> dict:
+    """What a process holds that has made two steps of a scene."""
+    entry = CONFIG["scenes"][request.param]
+    body = {key: value for key, value in CONFIG["bodies"][entry["body"]].items() if key not in NOT_OF_THE_BODY}
+    given = json.dumps([request.param, entry, body])
+    done = subprocess.run([sys.executable, "-c", RUN], input=given, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_only_what_is_named_is_imported(seen):
+    loaded = set(seen["modules"])
+    assert {name for name, module in EFFECTS.items() if module in loaded} == set(seen["named"])
+    assert {name for name, module in SOLVERS.items() if module in loaded} == {seen["integrator"]}
+    packages = {"enrichment", "evaluation", "figures"}
+    assert not [m for m in loaded if m.startswith("palpate.") and m.split(".")[1] in packages]
+    assert not {"matplotlib", "pyvista", "snakemake"} & loaded
+
+
+def test_only_what_is_named_is_made_and_called(seen):
+    assert seen["steps"] == 2
+    assert seen["effects"] == seen["timed"]
+    assert sorted(seen["effects"]) == sorted(seen["named"])
+
+
+def test_nothing_alive_is_of_what_is_not_named(seen):
+    alive = {name for name, module in EFFECTS.items() if module in seen["alive"]}
+    assert alive == set(seen["named"]) - {"plasticity"}
+    # the one name with two makings, neither in its own module: the one that does not suit the elastic effect is absent
+    makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_plasticity"}
+    assert len(makings & set(seen["modules"])) == ("plasticity" in seen["named"])
+
+
+def test_auto_picks_the_list_written_by_hand(seen):
+    assert seen["auto"][0] == seen["effects"][0]
+    assert set(seen["auto"]) == set(seen["named"])

@@ -1,0 +1,50 @@
+"""Bodies that only scenes use, and the kinds for them."""
+
+from pathlib import Path
+
+import pytest
+
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.files import read_yaml
+
+SCHEMA = read_yaml(Path(__file__).parents[2] / "workflow/schemas/config.schema.yaml")
+COMMON = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
+BAR = {"kind": "box", "sizes_m": [0.3, 0.1, 0.1], "divisions": [6, 2, 2], "refinements": 0} | COMMON
+CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.3], "divisions": [6, 6], "thickness_m": 0.001} | COMMON
+SAMPLES = {"magnitudes": [0.7, 1.3], "train": 8, "test": 6}
+
+
+def check(smoke, body):
+    smoke["bodies"]["new"] = body
+    return complete(smoke, SCHEMA, Path("my.yaml"))["bodies"]["new"]
+
+
+@pytest.mark.parametrize("body", [BAR, CLOTH, BAR | {"refinements": 1} | SAMPLES], ids=["box", "sheet", "trained box"])
+def test_new_kinds_stand_as_given(smoke, body):
+    assert check(smoke, body) == body
+
+
+def test_a_body_without_samples_needs_no_refinement(smoke):
+    liver = {key: value for key, value in smoke["bodies"]["liver"].items() if key not in {*SAMPLES, "paper_surface"}}
+    assert check(smoke, liver | {"refinements": 0})["refinements"] == 0
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        (BAR | {"train": 8, "test": 6}, "bodies.new lacks magnitudes; give magnitudes, train and test together"),
+        (BAR | {"magnitudes": [1.0]}, "bodies.new lacks train; give magnitudes"),
+        (BAR | SAMPLES, "bodies.new.refinements is 0; give at least 1"),
+        (BAR | {"refinements": 1} | SAMPLES | {"test": 5}, "bodies.new.test is 5; make it a multiple"),
+        (CLOTH | SAMPLES, "bodies.new has an unknown key magnitudes"),
+        (CLOTH | {"refinements": 1}, "bodies.new has an unknown key refinements"),
+        (CLOTH | {"thickness_m": 0.0}, "bodies.new.thickness_m is 0.0, but must be above 0"),
+        (BAR | {"sizes_m": [0.3, 0.1]}, "bodies.new.sizes_m is [0.3, 0.1], but must have at least 3 entries"),
+        (BAR | {"divisions": [6, 0, 2]}, "bodies.new.divisions[1] is 0, but must be at least 1 (Cells along an axis)."),
+    ],
+)
+def test_what_is_wrong_is_said(smoke, body, said):
+    with pytest.raises(InputError) as caught:
+        check(smoke, body)
+    assert str(caught.value).startswith(f"my.yaml: {said}")

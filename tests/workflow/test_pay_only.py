@@ -1,0 +1,99 @@
+"""What nobody asks for is in no plan, and a scene that cannot be is refused in one sentence."""
+
+import pytest
+
+SCENES = {
+    "simulate_scene",
+    "leave_out_effects",
+    "time_effects",
+    "tabulate_scenes",
+    "write_series",
+    "draw_motion",
+    "draw_scenes",
+}
+SOFT_BODIES = {
+    "tabulate_integrator_stability",
+    "tabulate_clusters",
+    "time_shape_matching",
+    "tabulate_body_springs",
+    "draw_soft_bodies",
+}
+REPORT = {"write_report", "all"}
+
+
+@pytest.fixture
+def planned(plan, smoke, write_config, tmp_path):
+    """The jobs for the smoke run's settings, some of them changed."""
+
+    def jobs(**changes) -> dict[str, int]:
+        return plan(tmp_path, write_config(smoke | changes))
+
+    return jobs
+
+
+def test_soft_bodies_alone_make_no_body_and_no_scene(planned):
+    jobs = planned(papers=["soft_bodies"], scenes={}, bodies={})
+    assert set(jobs) == SOFT_BODIES | REPORT
+    assert set(jobs.values()) == {1}
+
+
+def test_a_scene_alone_makes_its_own_body(planned, smoke):
+    jobs = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]})
+    assert set(jobs) == SCENES | REPORT | {"make_body"}
+    assert set(jobs.values()) == {1}  # bar, and no liver
+
+
+def test_a_second_scene_of_a_body_does_not_make_it_again(planned):
+    jobs = planned(papers=[])
+    assert jobs["make_body"] == 1
+    assert jobs["simulate_scene"] == jobs["draw_motion"] == 2
+    assert jobs["tabulate_scenes"] == 1
+
+
+def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
+    jobs = planned(papers=["enrichment"], scenes={})
+    assert not set(jobs) & (SCENES | SOFT_BODIES)
+    assert jobs["make_body"] == jobs["compute_compliance"] == 1
+    assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
+
+
+@pytest.fixture
+def refused(run, smoke, write_config, tmp_path):
+    """Run towards a scene with changed settings, and return the one sentence of its refusal."""
+
+    def said(change) -> str:
+        change(smoke)
+        done = run(tmp_path, write_config(smoke), "--", "results/data/scenes/sag/motion.h5")
+        assert done.returncode == 1
+        assert "Traceback" not in done.stdout
+        assert not (tmp_path / "results/data/scenes/sag/motion.h5").exists()
+        sentences = {line for line in done.stdout.splitlines() if line.startswith("error: ")}
+        assert len(sentences) == 1, done.stdout
+        return sentences.pop()
+
+    return said
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"body": "barr"}, "error: config.yaml: scenes.sag.body is barr, and bodies knows liver, bar; name one"),
+        ({"gravity": {"g": 9.81}}, "error: config.yaml: scenes.sag.gravity has an unknown key g; it knows acc"),
+        ({"effects": ["corotational", "gravty"]}, "error: scenes.sag.effects names gravty, which is unknown; did you"),
+        (
+            {"effects": ["corotational", "push"]},
+            "error: scenes.sag.effects names push, and the scene does not describe",
+        ),
+        (
+            {"integrator": "symplectic_euler"},
+            "error: scenes.sag.step_s is 0.02 s, and symplectic_euler is stable up to",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_scene_is_said(refused, changes, sentence):
+    assert refused(lambda settings: settings["scenes"]["sag"].update(changes)).startswith(sentence)
+
+
+def test_nothing_asked_for_is_said(refused):
+    said = refused(lambda settings: settings.update(papers=[], scenes={}))
+    assert said == "error: config.yaml: nothing is asked for; name a paper in papers, or describe a scene in scenes."

@@ -1,0 +1,138 @@
+# What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
+
+
+def scene(wildcards):
+    """What a scene is made from."""
+    entry = config["scenes"][wildcards.scene]
+    return {"entry": entry, "seed": config["seed"], "folder": str(CONFIG_FILE.parent)}
+
+
+def own_effects(wildcards):
+    """The files of effects that a scene brings along."""
+    own = config["scenes"][wildcards.scene].get("own", {})
+    return [normpath(CONFIG_FILE.parent / path) for path in own.values()]
+
+
+def body_of(wildcards):
+    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
+
+
+MOVING = sources("bodies", "effects", "solvers", "scenes")
+
+
+rule simulate_scene:
+    input:
+        body=body_of,
+        own=own_effects,
+        code=MOVING,
+    output:
+        motion="results/data/scenes/{scene}/motion.h5",
+        decisions="results/data/scenes/{scene}/decisions.csv",
+    log:
+        "results/logs/scenes/{scene}/simulate_scene.log",
+    params:
+        scene=scene,
+    message:
+        "simulate the scene {wildcards.scene}"
+    script:
+        "../scripts/simulate_scene.py"
+
+
+rule leave_out_effects:
+    input:
+        body=body_of,
+        own=own_effects,
+        motion="results/data/scenes/{scene}/motion.h5",
+        code=MOVING + sources("evaluation/effect_cost"),
+    output:
+        "results/data/scenes/{scene}/left_out.csv",
+    log:
+        "results/logs/scenes/{scene}/leave_out_effects.log",
+    params:
+        scene=scene,
+    message:
+        "simulate {wildcards.scene} without each of its effects"
+    script:
+        "../scripts/leave_out_effects.py"
+
+
+rule time_effects:
+    input:
+        body=body_of,
+        own=own_effects,
+        code=MOVING + sources("evaluation/effect_cost"),
+    output:
+        "results/data/scenes/{scene}/cost.csv",
+    log:
+        "results/logs/scenes/{scene}/time_effects.log",
+    threads: workflow.cores
+    params:
+        scene=scene,
+    message:
+        "time the effects of {wildcards.scene}, alone"
+    script:
+        "../scripts/time_effects.py"
+
+
+rule tabulate_scenes:
+    input:
+        motions=expand("results/data/scenes/{scene}/motion.h5", scene=SCENES),
+        decisions=expand("results/data/scenes/{scene}/decisions.csv", scene=SCENES),
+        costs=expand("results/data/scenes/{scene}/cost.csv", scene=SCENES),
+        errors=expand("results/data/scenes/{scene}/left_out.csv", scene=SCENES),
+        code=sources("scenes/motion"),
+    output:
+        decisions="results/tables/scene_effects.csv",
+        effects="results/tables/effects.csv",
+        energy="results/tables/energy.csv",
+    log:
+        "results/logs/tabulate_scenes.log",
+    message:
+        "tabulate the scenes"
+    script:
+        "../scripts/tabulate_scenes.py"
+
+
+rule write_series:
+    input:
+        motion="results/data/scenes/{scene}/motion.h5",
+        code=sources("scenes/motion", "scenes/series"),
+    output:
+        directory("results/motion/{scene}"),
+    log:
+        "results/logs/scenes/{scene}/write_series.log",
+    message:
+        "write the motion of {wildcards.scene} for ParaView"
+    script:
+        "../scripts/write_series.py"
+
+
+rule draw_motion:
+    input:
+        motion="results/data/scenes/{scene}/motion.h5",
+        code=PICTURES,
+    output:
+        stills=drawn("motion_{scene}"),
+        animation="results/figures/motion_{scene}.gif",
+    log:
+        "results/logs/scenes/{scene}/draw_motion.log",
+    message:
+        "draw the motion of {wildcards.scene}"
+    script:
+        "../scripts/draw_motion.py"
+
+
+rule draw_scenes:
+    input:
+        energy="results/tables/energy.csv",
+        effects="results/tables/effects.csv",
+        code=PICTURES,
+    output:
+        energy=drawn("energy"),
+        effects=drawn("effects"),
+    log:
+        "results/logs/draw_scenes.log",
+    message:
+        "draw energies and costs of the scenes"
+    script:
+        "../scripts/draw_scenes.py"

@@ -1,0 +1,5 @@
+from palpate.evaluation.clusters import measure
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    write_table(measure(), snakemake.output[0])

@@ -9,7 +9,7 @@ from palpate.figures import clusters as drawing
 
 @pytest.fixture(scope="module")
 def table():
-    return clusters.measure()
+    return clusters.measure(0.15, 0.5, 0.8)
 
 
 def test_more_clusters_bend_farther_and_finer(table):
@@ -33,7 +33,7 @@ def test_what_is_held_stays_and_the_rest_is_symmetric(table):
 
 
 def test_comes_out_the_same_again(table):
-    assert table.equals(clusters.measure())
+    assert table.equals(clusters.measure(0.15, 0.5, 0.8))
 
 
 def test_the_figure_shows_each_column_and_how_far_it_moves(table):

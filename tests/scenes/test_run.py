@@ -110,13 +110,16 @@ def test_an_own_effect_acts(particles, tmp_path):
     wind = tmp_path / "wind.py"
     wind.write_text(re.search(r"```python\n(.*?)```", GUIDE.read_text(), re.S)[1])
     entry = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 0.2, "body": "bar"}
-    entry |= {"own": {"wind": "wind.py"}, "own_settings": {"wind": {"speed_m_s": 3.0}}}
-    scene = scene_of("windy", entry, folder=tmp_path)
+    entry |= {"own": {"wind": wind}, "own_settings": {"wind": {"speed_m_s": 3.0}}}
+    scene = scene_of("windy", entry)
     assert named(scene, particles) == ["corotational", "held", "wind"]
     blown = run(scene, particles).motion
     assert (blown.positions[-1] - particles.nodes)[:, 0].max() > 1e-4
     wind.write_text(wind.read_text().replace("outer = True", ""))
     with pytest.raises(InputError, match="wind has a force"):
+        run(scene, particles)
+    wind.write_text(wind.read_text().replace("add_force", "energy"))
+    with pytest.raises(InputError, match="wind has energy and no add_force"):
         run(scene, particles)
     wind.write_text("nothing = here is wrong")
     with pytest.raises(InputError, match="cannot be imported"):

@@ -15,8 +15,11 @@ STUB = """
 import json
 from pathlib import Path
 said = {"rule": snakemake.rule, "code": list(snakemake.input.get("code", []))}
-for path in snakemake.output:
-    Path(path).write_text(json.dumps(said))
+for path in map(Path, snakemake.output):
+    if not path.suffix:  # a folder
+        path.mkdir()
+        path /= "said.json"
+    path.write_text(json.dumps(said))
 """
 
 

@@ -57,7 +57,9 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after, finished):
 
 def test_an_edit_of_a_figure_only_draws(after, finished):
     jobs = after(modules=[finished / "src/palpate/figures/style.py"])
-    assert set(jobs) == {"draw_meshes", "draw_responses", "draw_sweep", "draw_costs", "write_report", "all"}
+    draws = {"draw_meshes", "draw_responses", "draw_sweep", "draw_costs"}
+    draws |= {"draw_scenes", "draw_motion", "draw_soft_bodies"}
+    assert set(jobs) == draws | {"write_report", "all"}
 
 
 def test_a_run_time_tolerance_leaves_the_fine_reference(after):

@@ -75,6 +75,22 @@ def mesh_file(wildcards):
     return [] if path is None else normpath(CONFIG_FILE.parent / path)
 
 
+def own_effects(wildcards):
+    """The files of effects that a scene brings along, by name; given relative to the folder of the config file."""
+    own = config["scenes"][wildcards.scene].get("own", {})
+    return {name: normpath(CONFIG_FILE.parent / path) for name, path in own.items()}
+
+
+def scene(wildcards):
+    """What a scene is made from."""
+    entry = config["scenes"][wildcards.scene] | {"own": own_effects(wildcards)}
+    return {"entry": entry, "seed": config["seed"]}
+
+
+def body_of(wildcards):
+    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
+
+
 def count(body):
     """How many samples a body gets in each regime."""
     return config["bodies"][body]["train"] + config["bodies"][body]["test"]

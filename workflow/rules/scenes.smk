@@ -1,29 +1,12 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
-
-def scene(wildcards):
-    """What a scene is made from."""
-    entry = config["scenes"][wildcards.scene]
-    return {"entry": entry, "seed": config["seed"], "folder": str(CONFIG_FILE.parent)}
-
-
-def own_effects(wildcards):
-    """The files of effects that a scene brings along."""
-    own = config["scenes"][wildcards.scene].get("own", {})
-    return [normpath(CONFIG_FILE.parent / path) for path in own.values()]
-
-
-def body_of(wildcards):
-    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
-
-
 MOVING = sources("bodies", "effects", "solvers", "scenes")
 
 
 rule simulate_scene:
     input:
         body=body_of,
-        own=own_effects,
+        own=lambda wildcards: own_effects(wildcards).values(),
         code=MOVING,
     output:
         motion="results/data/scenes/{scene}/motion.h5",
@@ -41,7 +24,7 @@ rule simulate_scene:
 rule leave_out_effects:
     input:
         body=body_of,
-        own=own_effects,
+        own=lambda wildcards: own_effects(wildcards).values(),
         motion="results/data/scenes/{scene}/motion.h5",
         code=MOVING + sources("evaluation/effect_cost"),
     output:
@@ -59,7 +42,7 @@ rule leave_out_effects:
 rule time_effects:
     input:
         body=body_of,
-        own=own_effects,
+        own=lambda wildcards: own_effects(wildcards).values(),
         code=MOVING + sources("evaluation/effect_cost"),
     output:
         "results/data/scenes/{scene}/cost.csv",

@@ -8,6 +8,8 @@ rule tabulate_integrator_stability:
         "results/tables/integrator_stability.csv",
     log:
         "results/logs/tabulate_integrator_stability.log",
+    params:
+        settings=config["soft_bodies"]["integrator_stability"],
     message:
         "measure which steps integrators stand"
     script:
@@ -21,6 +23,8 @@ rule tabulate_clusters:
         "results/tables/clusters.csv",
     log:
         "results/logs/tabulate_clusters.log",
+    params:
+        settings=config["soft_bodies"]["clusters"],
     message:
         "bend the column of 60 particles in clusters"
     script:
@@ -42,6 +46,8 @@ rule time_shape_matching:
     log:
         "results/logs/time_shape_matching.log",
     threads: workflow.cores
+    params:
+        settings=config["soft_bodies"]["shape_matching_timing"],
     message:
         "time shape matching, alone"
     script:
@@ -55,6 +61,8 @@ rule tabulate_body_springs:
         "results/tables/body_springs.csv",
     log:
         "results/logs/tabulate_body_springs.log",
+    params:
+        settings=config["soft_bodies"]["body_springs"],
     message:
         "poke a surface with and without virtual body springs"
     script:

@@ -2,4 +2,4 @@ from palpate.evaluation.body_springs import measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):
-    write_table(measure(), snakemake.output[0])
+    write_table(measure(**snakemake.params.settings), snakemake.output[0])

@@ -3,7 +3,7 @@ from palpate.evaluation.shape_matching_timing import measure, rotation_speedup
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]) as say:
-    table = measure()
+    table = measure(**snakemake.params.settings)
     fits = ", ".join(f"{row.mode} {row.clusters}: {row.exponent:.3f}" for row in exponents(table).itertuples())
     say(f"100 objects of 100 particles in 8 quadratic clusters: {headline(table):.3f} ms a step")
     say(f"exponents of the cost in particles: {fits}")

@@ -11,16 +11,15 @@ from palpate.scenes.scene import Scene
 
 LENGTH_M, RADIUS_M, RING_M = 0.2, 0.03, 0.015
 PRESS_S, HOLD_S, RELEASE_S, DURATION_S = 0.1, 0.9, 0.05, 2.0
-FORCE_N, MOVED = 0.2, 0.1
+MOVED = 0.1
 SPRINGS = {"structural_n_m": 60.0, "shear_n_m": 30.0, "bending_n_m": 15.0}
-BODY_SPRINGS_N_M = (2.0, 10.0, 40.0)
 DAMPING_RATIO = 0.5
 DAMPED_LIKE = 10.0
 """The body springs [N/m] whose dampers are also tried without them, to tell what springs do from what damping does."""
 
 
-def measure() -> pd.DataFrame:
-    """Rows of body_springs.csv: case and time, for rings of nodes by their distance from the poke.
+def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
+    """Rows of body_springs.csv: case and time, for rings of nodes by their distance from a poke of ``force_n``.
 
     case : none, dampers_only or body_springs; body_springs_n_m : their stiffness a node, 0 in the first two
     phase : press, hold, release or after; distance_m : mean rest distance of the ring's nodes from the poked one
@@ -29,10 +28,13 @@ def measure() -> pd.DataFrame:
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
     damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}
-    tables = [_table("none", 0.0, _run(particles, {})), _table("dampers_only", 0.0, _run(particles, damped))]
-    for stiffness in BODY_SPRINGS_N_M:
+    tables = [
+        _table("none", 0.0, _run(particles, force_n, {})),
+        _table("dampers_only", 0.0, _run(particles, force_n, damped)),
+    ]
+    for stiffness in stiffnesses_n_m:
         tied = {"body_springs": {"stiffness_n_m": stiffness, "damping_ratio": DAMPING_RATIO}}
-        tables.append(_table("body_springs", stiffness, _run(particles, tied)))
+        tables.append(_table("body_springs", stiffness, _run(particles, force_n, tied)))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -43,10 +45,10 @@ def tube() -> Particles:
     return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
 
 
-def _run(particles: Particles, extra: dict[str, dict]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _run(particles: Particles, force_n: float, extra: dict[str, dict]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (f,) [s], displacements (f, n) [m] and distances from the poke (n,) [m], for some effects more."""
     at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
-    load = {"at_m": at, "force_n": [-FORCE_N, 0.0, 0.0], "radius_m": 0.0, "start_s": 0.0}
+    load = {"at_m": at, "force_n": [-force_n, 0.0, 0.0], "radius_m": 0.0, "start_s": 0.0}
     load |= {"press_s": PRESS_S, "hold_s": HOLD_S, "release_s": RELEASE_S}
     scene = Scene(
         "body_springs",

@@ -16,25 +16,23 @@ LAYERS = 15
 EDGES_M = {1: 14 * SPACING_M, 2: 28 / 3 * SPACING_M, 5: 14 / 3 * SPACING_M}
 """Sides of the cubes that make so many clusters of the column, each sharing half with the next."""
 
-FORCE_N = 0.15
-"""Sideways, on the four particles of the top layer together."""
-
-STEP_S, RATE_1_S, ALPHA, BETA = 1e-3, 100.0, 0.5, 0.8
+STEP_S, RATE_1_S = 1e-3, 100.0
 STILL_M, MOST_STEPS = 1e-12, 100_000
 
 
-def measure() -> pd.DataFrame:
+def measure(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
     """Where every particle comes to rest: clusters, force_n, particle, rest_x_m … rest_z_m, x_m, y_m, z_m.
 
-    The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; the force bends it along x.
+    The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; ``force_n`` [N] on the top
+    layer bends it along x. ``alpha`` and ``beta`` are its stiffness and deformation.
     Raises NotConverged if a column does not come to rest.
     """
     column = _column()
     tables = []
     for count, edge in EDGES_M.items():
-        table = pd.DataFrame({"clusters": count, "force_n": FORCE_N, "particle": np.arange(len(column.nodes))})
+        table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(column.nodes))})
         table[["rest_x_m", "rest_y_m", "rest_z_m"]] = column.nodes
-        table[["x_m", "y_m", "z_m"]] = _settle(column, edge)
+        table[["x_m", "y_m", "z_m"]] = _settle(column, edge, force_n, alpha, beta)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
@@ -48,15 +46,15 @@ def _column() -> Particles:
     return Particles("column", mesh.nodes, masses, foot, mesh.triangles, mesh.tetrahedra, soft)
 
 
-def _settle(column: Particles, edge: float) -> np.ndarray:
+def _settle(column: Particles, edge: float, force_n: float, alpha: float, beta: float) -> np.ndarray:
     """Positions (n, 3) [m] at which the pushed column stands still."""
     cubes = {"kind": "cubes", "edge_m": edge, "overlap": 0.5}
-    settings = {"mode": "quadratic", "alpha": ALPHA, "beta": BETA, "clusters": cubes}
+    settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
     top = column.nodes[:, 2] == column.nodes[:, 2].max()
     effects = {
         "shape_matching": shape_matching.make(column, settings),
         "held": held.make(column, {}, None),
-        "push": _Push(np.outer(top, [FORCE_N / top.sum(), 0.0, 0.0])),
+        "push": _Push(np.outer(top, [force_n / top.sum(), 0.0, 0.0])),
         "velocity_damping": velocity_damping.make(column, {"rate_1_s": RATE_1_S}, None),
     }
     integrator = goal_position.make(System(column, effects), {})

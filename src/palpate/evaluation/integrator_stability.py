@@ -29,15 +29,16 @@ NODES = np.array([[-REST_M, 0.0, 0.0], [0.0, 0.0, 0.0]])
 """The held end of the spring and the mass, whose rest is the origin, where displacements lose no digits."""
 
 
-def measure() -> pd.DataFrame:
-    """Rows of integrator_stability.csv: scheme and α over h/sqrt(m/k), with the growth a step and the limits.
+def measure(alphas: list[float]) -> pd.DataFrame:
+    """Rows of integrator_stability.csv: each scheme over h/sqrt(m/k), its growth a step and its limits.
 
+    alphas : stiffnesses of the goal-position schemes
     spectral_radius : of the scheme's matrix; growth_measured : of our integrator's motion
     limit_stated, blow_up_measured : h/sqrt(m/k), inf where there is none; found by bisection between the smallest
     and the largest step of the table
     """
     rows = []
-    for case in CASES:
+    for case in cases(alphas):
         integrator = case.integrator()
         stated, found = FREQUENCY * integrator.limit_s, _blow_up(case, integrator)
         for step in STEPS:
@@ -96,11 +97,13 @@ def implicit_radius(step: float) -> float:
     return 1.0 / math.hypot(1.0, step)
 
 
-CASES = (
-    Case("symplectic_euler", symplectic_euler.make, explicit_radius),
-    *(Case("goal_position", goal_position.make, lambda step, a=a: goal_radius(a), a) for a in (0.1, 0.5, 1.0)),
-    Case("backward_euler", backward_euler.make, implicit_radius),
-)
+def cases(alphas: list[float]) -> list[Case]:
+    """The schemes that are compared."""
+    return [
+        Case("symplectic_euler", symplectic_euler.make, explicit_radius),
+        *(Case("goal_position", goal_position.make, lambda step, a=a: goal_radius(a), a) for a in alphas),
+        Case("backward_euler", backward_euler.make, implicit_radius),
+    ]
 
 
 def _sizes(case: Case, integrator, step: float) -> np.ndarray:

@@ -26,7 +26,7 @@ EDGES = {8: 0.6, 18: 0.5}
 OBJECTS = (1, 10, 30, 100, 300, 1000)
 
 
-def measure(repeats: int = 5) -> pd.DataFrame:
+def measure(repeats: int) -> pd.DataFrame:
     """Milliseconds of a goal-position step: the median of ``repeats`` turns over all rows, on one thread.
 
     Columns: particles and clusters of an object, mode, objects, all_particles and memberships of all objects

@@ -58,7 +58,8 @@ def whole(rows: pd.DataFrame) -> bool:
 def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
     """One scene, in the unit that suits its largest energy."""
     parts = of_effects(rows)
-    largest = float(np.nanmax(np.abs(rows[[*parts, "total_j"]].to_numpy())))
+    drawn = [*parts, *(c for c in ("total_j", "outer_work_j") if c in rows)]
+    largest = float(np.nanmax(np.abs(rows[drawn].to_numpy())))
     unit, factor = next(((u, f) for u, f in _UNITS if largest * f >= 1), _UNITS[-1])
     t = rows["time_s"]
     axis.axhline(0, color=style.FAINT, lw=0.6, zorder=1)
@@ -67,7 +68,7 @@ def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
         axis.plot(t, factor * rows["balance_j"], color=style.INK, lw=1.1, zorder=4)
     else:
         note = "its elastic effect has no energy"
-        axis.text(0.98, 0.96, note, transform=axis.transAxes, ha="right", va="top", fontsize=7, color="#666666")
+        axis.text(0.03, 0.96, note, transform=axis.transAxes, va="top", fontsize=7, color="#666666")
     for column in parts:
         axis.plot(t, factor * rows[column], color=style.effect_colour(column.removesuffix("_j")), zorder=3)
     if "outer_work_j" in rows and rows["outer_work_j"].any():

@@ -63,11 +63,21 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
         elastic = next(iter(effects.values()), None)
         module = registry.effect(name, scene.own, scene.place)
         effects[name] = module.make(particles, _settings(scene, particles, name), elastic)
+        _check(scene, name, effects[name])
     system = System(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
         raise InputError(f"{scene.place}: node {node} of {particles.name} has no mass; remove nodes without elements.")
     return system
+
+
+def _check(scene: Scene, name: str, effect: object) -> None:
+    """Whether an effect has what goes with what it has; ours do, a user's may not."""
+    for has, needs in (("energy", "add_force"), ("add_stiffness", "couples"), ("add_damping", "couples")):
+        if hasattr(effect, has) and not hasattr(effect, needs):
+            raise InputError(
+                f"{scene.place}: the effect {name} has {has} and no {needs}; add it, see docs/add-an-effect.md."
+            )
 
 
 def _settings(scene: Scene, particles: Particles, name: str) -> dict:

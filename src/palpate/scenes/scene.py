@@ -39,10 +39,10 @@ class Scene:
         return f"scenes.{self.name}"
 
 
-def scene_of(name: str, entry: dict, seed: int = 1, folder: Path = Path()) -> Scene:
-    """The scene of a complete config entry; the paths of own effects are relative to ``folder``."""
+def scene_of(name: str, entry: dict, seed: int = 1) -> Scene:
+    """The scene of a complete config entry, whose ``own`` holds paths that can be opened as they are."""
     plain = {key: entry[key] for key in Scene.__dataclass_fields__ if key in entry and key not in ("settings", "own")}
     blocks = {key: value for key, value in entry.items() if key not in plain and isinstance(value, dict)}
-    own = {key: folder / value for key, value in blocks.pop("own", {}).items()}
+    own = {key: Path(value) for key, value in blocks.pop("own", {}).items()}
     extra = blocks.pop("own_settings", {})
     return Scene(name=name, seed=seed, settings=blocks | extra, own=own, **plain)

@@ -31,12 +31,15 @@ particles = particles_of(make_body(entry["body"], body), scene.level, scene.surf
 systems, compose = [], runs.compose
 runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
 done = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)
+again = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)
 gc.collect()
 print(json.dumps({
     "named": scene.effects,
     "integrator": scene.integrator,
     "auto": named(replace(scene, effects="auto"), particles),
     "steps": done.steps,
+    "repeats": done.motion.positions.tobytes() == again.motion.positions.tobytes()
+    and done.motion.energy.equals(again.motion.energy),
     "effects": list(systems[0].effects),
     "timed": list(done.effect_seconds),
     "alive": sorted({str(type(thing).__module__) for thing in gc.get_objects()}),
@@ -77,6 +80,10 @@ def test_nothing_alive_is_of_what_is_not_named(seen):
     # the one name with two makings, neither in its own module: the one that does not suit the elastic effect is absent
     makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_plasticity"}
     assert len(makings & set(seen["modules"])) == ("plasticity" in seen["named"])
+
+
+def test_a_scene_repeats_to_the_bit(seen):
+    assert seen["repeats"]
 
 
 def test_auto_picks_the_list_written_by_hand(seen):

@@ -120,14 +120,16 @@ def test_load_steps_reach_the_same_equilibrium(slab, monkeypatch):
     whole = Equilibrium(slab, 1).solve(load, 1e-10)
     calls = []
 
-    def impatient(problem, x, scale, tolerance):
+    def impatient(problem, x, scale, tolerance, solution):
         calls.append(tolerance)
-        return minimise(problem, x, scale, tolerance, max_iterations=whole.iterations - 2)
+        return minimise(problem, x, scale, tolerance, max_iterations=whole.iterations - 2, solution=solution)
 
     monkeypatch.setattr(equilibrium, "minimise", impatient)
     stepped = Equilibrium(slab, 1).solve(load, 1e-10)
     assert len(calls) >= 3 and calls[-1] == 1e-10
     assert stepped.iterations > whole.iterations
+    assert stepped.linear_solves > whole.linear_solves and stepped.products > whole.products
+    assert len(stepped.seconds) == len(stepped.history) and np.all(np.diff(stepped.seconds) >= 0)
     assert np.abs(stepped.x - whole.x).max() < 1e-8 * slab.fine.size
 
 

@@ -87,25 +87,22 @@ class Equilibrium:
         if scale == 0.0:
             return Solution(rest.copy(), [0.0], [0.0])
         x = rest if start is None else start
-        reached, step, spent = 0.0, 1.0, []
+        reached, step, solution = 0.0, 1.0, Solution(x)
         while True:
             self._load = (reached + step) * load
             last = reached + step >= 1.0
             try:
-                solution = minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4))
+                minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
             except NotConverged as failure:
-                spent += failure.history
                 step *= 0.5
                 x = rest if reached == 0.0 else x
                 if step < 1 / 64:
                     message = f"{failure}, at {reached + 2 * step:.0%} of the load in steps of {2 * step:.1%}"
-                    raise NotConverged(message, spent) from failure
+                    raise NotConverged(message, solution.history) from failure
                 continue
             x, reached = solution.x, reached + step
             if last:
-                solution.history = spent + solution.history
                 return solution
-            spent += solution.history
 
 
 def _indicator(nodes: np.ndarray, count: int) -> np.ndarray:

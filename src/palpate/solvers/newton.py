@@ -49,35 +49,46 @@ class Solution:
         return len(self.history) - 1
 
 
-def minimise(problem: Problem, x: np.ndarray, scale: float, tolerance: float, max_iterations: int = 60) -> Solution:
+def minimise(
+    problem: Problem,
+    x: np.ndarray,
+    scale: float,
+    tolerance: float,
+    max_iterations: int = 60,
+    solution: Solution | None = None,
+) -> Solution:
     """Find x with ‖force(x)‖ ≤ ``tolerance`` · ``scale`` [N], starting from ``x``.
 
     The exact Hessian is tried first; where conjugate gradients meet negative curvature its clamped form gives
     a descent direction instead. Steps are halved until the energy falls enough (Armijo). Linear systems are
     solved only as well as the progress warrants (Eisenstat and Walker 1996, choice 2).
 
+    solution : of earlier attempts, to be continued: what this one takes is added, also where it fails
+
     Raises NotConverged, with the history of relative residuals, when the iterations are used up, the energy
     stops falling, or a value stops being finite.
     """
-    start = perf_counter()
-    energy, force = problem.energy(x), problem.force(x)
-    solution, stalled = Solution(x), 0
+    solution = solution or Solution(x)
+    solution.x, first = x, len(solution.history)
+    start = perf_counter() - (solution.seconds[-1] if first else 0.0)
+    energy, force, stalled = problem.energy(x), problem.force(x), 0
     while True:
         residual = float(np.linalg.norm(force)) / scale
         solution.history.append(residual)
         solution.seconds.append(perf_counter() - start)
         if residual <= tolerance:
             return solution
-        if not np.isfinite(residual) or solution.iterations >= max_iterations or stalled > STALL:
-            raise NotConverged(_complaint(solution, tolerance), solution.history)
-        forcing = _forcing(solution.history, tolerance)
+        iterations = len(solution.history) - first - 1
+        if not np.isfinite(residual) or iterations >= max_iterations or stalled > STALL:
+            raise NotConverged(_complaint(solution, iterations, tolerance), solution.history)
+        forcing = _forcing(solution.history[first:], tolerance)
         for definite in (False, True):
             direction, positive = _direction(problem, solution, force, forcing, definite)
             step = _line_search(problem, solution.x, energy, force, direction, definite) if positive else None
             if step is not None:
                 break
         else:
-            raise NotConverged(_complaint(solution, tolerance), solution.history)
+            raise NotConverged(_complaint(solution, iterations, tolerance), solution.history)
         solution.x, energy, length = step
         stalled = stalled + 1 if length < 0.02 else 0
         force = problem.force(solution.x)
@@ -124,8 +135,8 @@ def _line_search(problem, x, energy, force, direction, grow) -> tuple[np.ndarray
     return best
 
 
-def _complaint(solution: Solution, tolerance: float) -> str:
+def _complaint(solution: Solution, iterations: int, tolerance: float) -> str:
     return (
-        f"Newton's method stopped after {solution.iterations} iterations at a relative residual of "
+        f"Newton's method stopped after {iterations} iterations at a relative residual of "
         f"{solution.history[-1]:.1e}, above the tolerance {tolerance:.0e}"
     )

@@ -93,6 +93,7 @@ def test_orders():
     assert find(found, "inversion left out") == "confirmed"
     assert find(found, "sorting costs") == "refuted"
     assert find(verdicts(exponent=2.6), "inversion included") == "refuted"
+    assert find(verdicts(exponent=1.0), "inversion included") == "true as a bound"
 
 
 @pytest.mark.parametrize(

@@ -37,10 +37,10 @@ class TwoLevel:
     The detail of a unit force is what the linear fine response has and interpolation from the coarse nodes
     lacks: u_fine − P C u_fine where the coarse samples are subsampled from fine ones, u_fine − P u_coarse
     where the coarse mesh is really simulated. The force is turned back by the contact's rotation R_c, the
-    detail forward by each node's R. Learnt are the gain s = 1 + β · (ratios − 1) of two numbers β, and the
-    rest e by kernel ridge on the coarse displacements, if that helps on samples left out. Without ``turned``
-    the rotations are taken for the identity, and without ``learn`` s = 1 and e = 0: docs/method.md has what
-    each part is worth.
+    detail forward by each node's R. Learnt are the gain s = 1 + β · (ratios − 1) of two numbers β, which stays
+    among the gains of the training samples, and the rest e by kernel ridge on the coarse displacements, if that
+    helps on samples left out. Without ``turned`` the rotations are taken for the identity, and without ``learn``
+    s = 1 and e = 0: docs/method.md has what each part is worth.
     """
 
     sigma_m = np.nan
@@ -56,7 +56,7 @@ class TwoLevel:
         self._neighbours = {
             int(c): coarse.edges[(coarse.edges == c).any(axis=1)].sum(axis=1) - c for c in compliance.contacts
         }
-        self.beta, self._rest = np.zeros(2), None
+        self.beta, self._rest, self._gains = np.zeros(2), None, (-np.inf, np.inf)
 
     def learn(self, training: Training, settings: Settings) -> "TwoLevel":
         """Fit the gain and then the rest to the training samples; only with ``turned``."""
@@ -66,6 +66,8 @@ class TwoLevel:
         self.beta = fit_gain(
             np.array([q.ratios for q in queries]), np.array([q.detail for q in queries]), missing, training
         )
+        gains = [self._gain(q) for q in queries]
+        self._gains = min(gains), max(gains)
         left = missing - np.array([self._gain(q) * q.detail for q in queries])
         error = np.mean(np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks)
         unturned = np.array([_turn(q.turned.transpose(0, 2, 1), e) for q, e in zip(queries, left, strict=True)])
@@ -101,7 +103,7 @@ class TwoLevel:
         return Query(self._prolongation @ coarse, detail, turned, ratios)
 
     def _gain(self, query: Query) -> float:
-        return 1.0 + self.beta @ (query.ratios - 1.0)
+        return float(np.clip(1.0 + self.beta @ (query.ratios - 1.0), *self._gains))
 
 
 def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.scenes.registry import unknown
 
 
 def complete(config: dict, schema: dict, file: Path) -> dict:
@@ -49,7 +50,17 @@ def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:
         raise InputError(f"{place}.body is {scene['body']}, and bodies knows {known}; name one of them, or add it.")
     if isinstance(scene["effects"], str) and scene["effects"] != "auto":
         raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
-    for name, path in scene.get("own", {}).items():
+    named = [] if scene["effects"] == "auto" else scene["effects"]
+    own = scene.get("own", {})
+    if wrong := unknown(named, own):
+        raise InputError(f"{place}.{wrong}")
+    for name in scene.get("own_settings", {}):
+        if name not in own:
+            raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
+    finest = config["bodies"][scene["body"]].get("refinements", 0)
+    if scene["level"] > finest:
+        raise InputError(f"{place}.level is {scene['level']}, and {scene['body']} has levels 0 to {finest}.")
+    for name, path in own.items():
         if not (folder / path).is_file():
             raise InputError(
                 f"{place}.own.{name} is {path}, where there is no file; "
@@ -114,7 +125,7 @@ def _resolve(schema: dict, root: dict, value: object) -> dict:
     flat = dict(schema)
     if "$ref" in schema:
         flat |= root["$defs"][schema["$ref"].rpartition("/")[2]]
-    for branch in schema.get("allOf", []):
+    for branch in flat.get("allOf", []):
         if Draft202012Validator(branch["if"]).is_valid(value):
             flat |= _resolve(branch["then"], root, value)
     return flat

@@ -93,3 +93,8 @@ def test_tetrahedra_need_tetrahedra_around_every_particle(volume, surface):
     spare = replace(volume, nodes=np.vstack([volume.nodes, [[9.0, 9.0, 9.0]]]))
     with pytest.raises(InputError, match="no tetrahedron"):
         make_clusters(spare, {"kind": "tetrahedra"})
+
+
+def test_cubes_need_an_edge(slab):
+    with pytest.raises(InputError, match="lacks edge_m"):
+        make_clusters(particles_of(slab, 0, False), {"kind": "cubes", "overlap": 0.5})

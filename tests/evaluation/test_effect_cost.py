@@ -74,3 +74,10 @@ def test_memory_is_what_an_effect_holds_itself(particles):
     assert memory["gravity"] == pytest.approx(particles.nodes.nbytes / 1024, rel=0.01)
     assert memory["corotational"] >= (4 * 3 + 1) * 8 * len(particles.tetrahedra) / 1024  # gradients and volumes
     assert np.isnan(memory[REST])
+
+
+def test_a_scene_that_stands_still_has_no_error_and_says_why(particles):
+    still = replace(SAG, effects=["corotational", "held", "push"], duration_s=0.1)
+    table = left_out(still, particles, run(still, particles).motion).set_index("effect")
+    assert np.isnan(table.loc["push", "error_if_left_out"])
+    assert table.loc["push", "note"] == "the scene is still"

@@ -145,7 +145,7 @@ def sagging(body):
     positions = np.repeat(mesh.nodes[None], len(times), axis=0)
     positions[:, :, 1] -= down
     energy = pd.DataFrame({"time_s": times, "kinetic_j": 0.0, "outer_work_j": 0.0, "total_j": 0.0})
-    return Motion("sag", times, positions, positions[0], mesh.triangles, body.anchors[0], energy)
+    return Motion("sag", times, positions, positions[0], mesh.triangles, mesh.tetrahedra, body.anchors[0], energy)
 
 
 @pytest.fixture(scope="session")

@@ -46,7 +46,8 @@ def test_seen_from_above_unless_what_moves_looks_down(side):
     triangles = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])[:, ::side]
     positions = np.stack([nodes, nodes])
     positions[1, 4, 2] = -0.2 * side
-    pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], triangles, np.arange(4), pd.DataFrame())
+    cells = triangles, np.empty((0, 4), dtype=int)
+    pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], *cells, np.arange(4), pd.DataFrame())
     assert np.sign(pictures._Scenery(pressed).view.axes[2, 2]) == side
 
 

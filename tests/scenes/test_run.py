@@ -91,6 +91,10 @@ def test_outer_work_balances_energy(particles):
         ({"effects": ["corotational", "gravty"]}, "did you mean gravity"),
         ({"effects": ["corotational", "plasticity"]}, "add a block plasticity"),
         ({"own": {"wind": "nowhere.py"}}, "no Python file"),
+        ({"own": {"gravity": "mine.py"}}, "palpate uses itself"),
+        ({"own": {"kinetic": "mine.py"}}, "palpate uses itself"),
+        ({"effects": ["corotational", "held"], "held": False}, "says held: false"),
+        ({"effects": ["springs"], "settings": {"springs": {"shear_n_m": 1.0}}}, "has no use"),
     ],
 )
 def test_bad_lists_are_refused(particles, change, message):
@@ -106,20 +110,49 @@ def test_an_unstable_step_is_refused_with_its_limit_unless_asked_for(particles):
         run(replace(hasty, allow_unstable=True, duration_s=100.0), particles)
 
 
+@pytest.mark.parametrize(
+    ("integrator", "elastic", "more"),
+    [
+        ("goal_position", "shape_matching", "contact"),
+        ("goal_position", "shape_matching", "body_springs"),
+        ("goal_position", "shape_matching", "rayleigh"),
+        ("symplectic_euler", "springs", "contact"),
+    ],
+)
+def test_explicit_steps_are_limited_by_what_is_not_elastic(particles, integrator, elastic, more):
+    """Beyond the stated limit the step is refused; below it a body dropped on the floor gains nothing."""
+    matching = {"mode": "rigid", "alpha": 0.5, "beta": 0.0, "clusters": {"kind": "one"}}
+    blocks = {
+        "shape_matching": matching,
+        "gravity": {"acceleration_m_s2": [0, 0, -9.81]},
+        "contact": {"stiffness_n_m": 2e4, "instruments": [{"kind": "floor", "axis": "z", "height_m": -0.01}]},
+        "body_springs": {"stiffness_n_m": 2e4, "damping_ratio": 0.1},
+        "rayleigh": {"mass_1_s": 5e3, "stiffness_s": 0.0},
+    }
+    listed = [elastic, "gravity", more]
+    loose = replace(SCENE, effects=listed, integrator=integrator, settings=blocks, held=False, step_s=0.01)
+    with pytest.raises(InputError, match="is stable up to") as caught:
+        run(loose, particles)
+    limit = float(re.search(r"up to (\S+) s", str(caught.value))[1])
+    moved = run(replace(loose, step_s=0.99 * limit, duration_s=0.3), particles).motion.positions - particles.nodes
+    assert np.abs(moved).max() < 0.5 * 9.81 * 0.3**2 + 0.02
+    assert more != "contact" or np.abs(moved).max() < 0.25  # as far as the soft bar falls over
+
+
 def test_an_own_effect_acts(particles, tmp_path):
     wind = tmp_path / "wind.py"
     wind.write_text(re.search(r"```python\n(.*?)```", GUIDE.read_text(), re.S)[1])
     entry = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 0.2, "body": "bar"}
     entry |= {"own": {"wind": wind}, "own_settings": {"wind": {"speed_m_s": 3.0}}}
     scene = scene_of("windy", entry)
-    assert named(scene, particles) == ["corotational", "held", "wind"]
+    assert named(scene, particles) == ["corotational", "held", "rayleigh", "wind"]
     blown = run(scene, particles).motion
     assert (blown.positions[-1] - particles.nodes)[:, 0].max() > 1e-4
     wind.write_text(wind.read_text().replace("outer = True", ""))
     with pytest.raises(InputError, match="wind has a force"):
         run(scene, particles)
     wind.write_text(wind.read_text().replace("add_force", "energy"))
-    with pytest.raises(InputError, match="wind has energy and no add_force"):
+    with pytest.raises(InputError, match="has energy and no add_force"):
         run(scene, particles)
     wind.write_text("nothing = here is wrong")
     with pytest.raises(InputError, match="cannot be imported"):

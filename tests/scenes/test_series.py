@@ -18,7 +18,14 @@ def motion(beam):
     mesh, times = beam.coarse, np.array([0.0, 0.1, 0.25, 0.3, 1.0 / 3.0])
     positions = mesh.nodes * (1 + times)[:, None, None]
     return Motion(
-        "stretch", times, positions, positions[0], mesh.triangles, beam.anchors[0], pd.DataFrame({"time_s": times})
+        "stretch",
+        times,
+        positions,
+        positions[0],
+        mesh.triangles,
+        mesh.tetrahedra,
+        beam.anchors[0],
+        pd.DataFrame({"time_s": times}),
     )
 
 
@@ -29,7 +36,7 @@ def test_reads_back_what_was_moved(motion, tmp_path):
         reader.set_active_time_value(time)
         surface = reader.read()[0]
         np.testing.assert_array_equal(surface.points, motion.positions[frame])
-        np.testing.assert_array_equal(surface.cells_dict[pyvista.CellType.TRIANGLE], motion.triangles)
+        np.testing.assert_array_equal(surface.cells_dict[pyvista.CellType.TETRA], motion.tetrahedra)
         moved = motion.positions[frame] - motion.positions[0]
         np.testing.assert_array_equal(surface.point_data["displacement_m"], moved)
         np.testing.assert_array_equal(np.flatnonzero(surface.point_data["held"]), motion.held)

@@ -163,4 +163,3 @@ def test_says_so_when_a_force_runs_away(particles):
 def test_needs_goals(particles):
     with pytest.raises(InputError, match="shape_matching"):
         goal_position.make(System(particles, {"gravity": Gravity(particles, np.zeros(3))}), {})
-    assert goal_position.GoalPosition.limit_s == math.inf

@@ -132,8 +132,10 @@ def test_scenes_are_completed_down_to_their_loads():
     scene = full["scenes"]["clay_dent"]
     assert scene["held"] is True and scene["start"] == "rest" and scene["level"] == 0
     del full["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"]
+    full["scenes"]["sheet_drape"]["contact"]["instruments"] = [{"kind": "floor", "height_m": -0.1}]
     again = complete(full, SCHEMA, ROOT / "config.yaml")
     assert again["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"] == 0.5
+    assert again["scenes"]["sheet_drape"]["contact"]["instruments"][0]["axis"] == "z"
 
 
 @pytest.mark.parametrize(
@@ -143,6 +145,9 @@ def test_scenes_are_completed_down_to_their_loads():
         ("effects", "all", "scenes.bar_sag.effects is 'all'; write auto, or a list"),
         ("gravity", {"g": 1}, "scenes.bar_sag.gravity has an unknown key g"),
         ("own", {"wind": "wind.py"}, "scenes.bar_sag.own.wind is wind.py, where there is no file"),
+        ("effects", ["corotationl"], "scenes.bar_sag.effects names corotationl, which is unknown; did you mean coro"),
+        ("level", 1, "scenes.bar_sag.level is 1, and bar has levels 0 to 0"),
+        ("own_settings", {"wind": {}}, "scenes.bar_sag.own_settings names wind, and own does not"),
         ("step_s", 0, "scenes.bar_sag.step_s is 0, but must be above 0"),
     ],
 )

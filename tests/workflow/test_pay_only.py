@@ -79,7 +79,10 @@ def refused(run, smoke, write_config, tmp_path):
     [
         ({"body": "barr"}, "error: config.yaml: scenes.sag.body is barr, and bodies knows liver, bar; name one"),
         ({"gravity": {"g": 9.81}}, "error: config.yaml: scenes.sag.gravity has an unknown key g; it knows acc"),
-        ({"effects": ["corotational", "gravty"]}, "error: scenes.sag.effects names gravty, which is unknown; did you"),
+        (
+            {"effects": ["corotational", "gravty"]},
+            "error: config.yaml: scenes.sag.effects names gravty, which is unknown",
+        ),
         (
             {"effects": ["corotational", "push"]},
             "error: scenes.sag.effects names push, and the scene does not describe",

@@ -37,7 +37,7 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     if not -len(body.levels) <= level < len(body.levels):
         raise InputError(
             f"scene of {body.name}: level is {level} and the body has levels 0 to {len(body.levels) - 1}; "
-            "choose one of them, or give the body more refinements."
+            "choose one of them."
         )
     mesh, held = body.levels[level], body.anchors[level]
     thickness = getattr(mesh, "thickness_m", 0.0)

@@ -54,6 +54,11 @@ def make_clusters(particles, settings: dict) -> Clusters:
             )
         groups = _neighbourhoods(particles.tetrahedra, count)
     else:
+        if "edge_m" not in settings:
+            raise InputError(
+                f"shape_matching.clusters of {particles.name} lacks edge_m; give the cubes' edge in metres, such as "
+                f"{particles.size / 3:.2g}."
+            )
         groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], settings)]
     clusters = Clusters(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     if len(clusters.shared_by) < count or not clusters.shared_by.all():

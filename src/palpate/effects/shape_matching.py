@@ -40,9 +40,9 @@ class ShapeMatching:
 
     Two changes to the paper: the terms q̃ have their mean taken out, without which quadratic goals move the mass
     centre; and det(A)^(−1/3) of the linear mode, infinite for a flat cluster, stays as it is at DOUBLE volume above
-    that, and falls from what it is at HALF to 1 for a flat or inverted one. Without these bounds an undamped body
-    that starts flat or inverted swings ever wider, a thousand times its size after 2000 steps with α = 1; with them
-    as wide as in the other modes.
+    that, and falls from what it is at HALF to 1 for a flat or inverted one. Without these bounds an undamped
+    body that starts flat or inverted swings a thousand times its size after 2000 steps with α = 1; with them tens
+    of times after 10 000, and still growing: damp what may start so.
 
     Traps: the force α m (g − x)/h² depends on the step, and beyond the rigid mode it is no gradient, so there is
     no energy to offer. With β = 1 goals follow any (linear or quadratic) shape, an inverted one too. Clusters that

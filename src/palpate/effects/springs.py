@@ -11,9 +11,15 @@ from palpate.errors import InputError
 def make(particles: Particles, settings: dict, elastic: None = None) -> "Springs":
     """The springs of a solid from its Young's modulus, of a surface or sheet from ``settings``.
 
-    Raises InputError if a surface lacks one of structural_n_m, shear_n_m and bending_n_m; 0 leaves a kind out.
+    Raises InputError if a surface lacks one of structural_n_m, shear_n_m and bending_n_m (0 leaves a kind out), and if
+    a solid is given any.
     """
     if len(particles.tetrahedra):
+        if settings:
+            raise InputError(
+                f"springs.{next(iter(settings))} of {particles.name} has no use: a solid's springs follow from its "
+                "Young's modulus; leave the block empty, or set surface: true."
+            )
         pairs, stiffness = volume_springs(particles)
         return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
     kinds = surface_springs(particles.triangles, len(particles.nodes))

@@ -52,7 +52,8 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
         try:
             other = run(scene, particles, without=effect).motion
             away = np.linalg.norm(other.positions - whole.positions, axis=-1)
-            rows.append([scene.name, effect, float(np.sqrt((away**2).mean())) / peak, ""])
+            error = float(np.sqrt((away**2).mean()))
+            rows.append([scene.name, effect, error / peak if peak else np.nan, "" if peak else "the scene is still"])
         except (NotConverged, InputError) as failure:
             rows.append([scene.name, effect, np.nan, str(failure)])
     return pd.DataFrame(rows, columns=["scene", "effect", "error_if_left_out", "note"])

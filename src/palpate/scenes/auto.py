@@ -46,6 +46,7 @@ def decide(scene: Scene, particles: Particles) -> list[Decision]:
         _plasticity(scene),
     ]
     moves = [d.effect for d in decisions if d.called and d.effect in ("gravity", "push", "contact")]
+    moves += scene.own
     if scene.start != "rest":
         moves.append(f"the start, {scene.start}")
     decisions += _dampings(scene, elastic, moves)

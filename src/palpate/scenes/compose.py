@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
-from palpate.scenes import registry
+from palpate.scenes import own, registry
 from palpate.scenes.auto import decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
@@ -30,8 +30,10 @@ DEFAULTS: dict[str, Callable[[Particles], dict]] = {
 def named(scene: Scene, particles: Particles) -> list[str]:
     """The effects that the scene calls for, the elastic one first.
 
-    Raises InputError unless exactly one of them is elastic and each is named once.
+    Raises InputError unless each is known and exactly one of them is elastic.
     """
+    if wrong := registry.unknown([] if scene.effects == "auto" else scene.effects, scene.own):
+        raise InputError(f"{scene.place}.{wrong}")
     if scene.effects == "auto":
         return [decision.effect for decision in decide(scene, particles) if decision.called]
     elastic = [name for name in scene.effects if name in registry.ELASTIC]
@@ -41,6 +43,8 @@ def named(scene: Scene, particles: Particles) -> list[str]:
             f"{scene.place}.effects must name exactly one of {', '.join(registry.ELASTIC)}, but names {found}; "
             "name one, or write effects: auto."
         )
+    if not scene.held and "held" in scene.effects:
+        raise InputError(f"{scene.place} says held: false, and its effects name held; remove one of them.")
     return elastic + [name for name in scene.effects if name not in elastic]
 
 
@@ -60,24 +64,17 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
     for name in named(scene, particles):
         if name == without:
             continue
-        elastic = next(iter(effects.values()), None)
-        module = registry.effect(name, scene.own, scene.place)
-        effects[name] = module.make(particles, _settings(scene, particles, name), elastic)
-        _check(scene, name, effects[name])
+        elastic, settings = next(iter(effects.values()), None), _settings(scene, particles, name)
+        if name in scene.own:
+            module = own.load(name, scene.own[name], scene.place)
+            effects[name] = own.make(scene.own[name], module, particles, settings, elastic)
+        else:
+            effects[name] = registry.effect(name).make(particles, settings, elastic)
     system = System(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
         raise InputError(f"{scene.place}: node {node} of {particles.name} has no mass; remove nodes without elements.")
     return system
-
-
-def _check(scene: Scene, name: str, effect: object) -> None:
-    """Whether an effect has what goes with what it has; ours do, a user's may not."""
-    for has, needs in (("energy", "add_force"), ("add_stiffness", "couples"), ("add_damping", "couples")):
-        if hasattr(effect, has) and not hasattr(effect, needs):
-            raise InputError(
-                f"{scene.place}: the effect {name} has {has} and no {needs}; add it, see docs/add-an-effect.md."
-            )
 
 
 def _settings(scene: Scene, particles: Particles, name: str) -> dict:

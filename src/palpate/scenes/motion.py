@@ -10,7 +10,7 @@ import pandas as pd
 from palpate.errors import InputError
 from palpate.files import write_whole
 
-ARRAYS = ("times", "positions", "rest", "triangles", "held")
+ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +18,7 @@ class Motion:
     """A scene over time, in f frames.
 
     times : (f,) [s]; positions : (f, n, 3) and rest : (n, 3) [m]
-    triangles : (t, 3) of the surface; held : (k,) nodes held still
+    triangles : (t, 3) of the surface; tetrahedra : (m, 4), if any; held : (k,) nodes held still
     energy : one row a frame: time_s, kinetic_j, one column ``<effect>_j`` an energy, outer_work_j, total_j
     """
 
@@ -27,6 +27,7 @@ class Motion:
     positions: np.ndarray
     rest: np.ndarray
     triangles: np.ndarray
+    tetrahedra: np.ndarray
     held: np.ndarray
     energy: pd.DataFrame
 

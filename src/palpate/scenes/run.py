@@ -102,7 +102,8 @@ class _Record:
         particles = self._system.particles
         held = np.flatnonzero(~self._system.free)
         times, positions = energy["time_s"].to_numpy(), np.array(self._frames)
-        return Motion(self._scene.name, times, positions, particles.nodes, particles.triangles, held, energy)
+        cells = particles.triangles, particles.tetrahedra
+        return Motion(self._scene.name, times, positions, particles.nodes, *cells, held, energy)
 
 
 def _integrator(scene: Scene, system: System):

@@ -1,5 +1,6 @@
 """A scene: what is simulated, from its entry in the config."""
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -30,8 +31,8 @@ class Scene:
 
     @property
     def steps(self) -> int:
-        """How many steps the duration takes."""
-        return max(1, round(self.duration_s / self.step_s))
+        """How many steps it takes to cover the duration."""
+        return max(1, math.ceil(self.duration_s / self.step_s - 1e-9))
 
     @property
     def place(self) -> str:

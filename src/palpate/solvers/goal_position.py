@@ -1,11 +1,12 @@
 """The goal-position scheme of shape matching: explicit, and stable for every step."""
 
-import math
+from functools import cached_property
 
 import numba
 import numpy as np
 
 from palpate.errors import InputError, NotConverged
+from palpate.solvers.stable_step import stable_step
 from palpate.solvers.system import System
 
 
@@ -21,19 +22,22 @@ class GoalPosition:
 
     For a particle with a goal at rest this is the matrix [[1, −α/h], [h, 1 − α]] of eigenvalues
     (1 − α/2) ± sqrt(α² − 4α)/2: their product is 1 and they are conjugate for α ≤ 1, so of modulus 1 whatever h
-    is, and ``limit_s`` is infinite. Traps: the stiffness α m/h² depends on the step; forces that grow with x or v
-    bring back a limit; without damping nothing comes to rest, even with α = 1. Where goals jump, as a rotation does
-    when a body collapses to a dot, that may add energy: undamped, swings from there reach tens of times its size in
-    some thousand steps, and go on growing slowly. Losing a twentieth of the velocity a step keeps them within three
-    times the start's, and brings every start back.
+    is. Other forces that grow with x or v, such as contact, bring back a limit. Traps: the stiffness α m/h² depends
+    on the step; without damping nothing comes to rest, even with α = 1. Where goals jump, as rotations do when a
+    body starts scrambled, flat or inverted, that may add energy: undamped, swings reach tens of times the body's
+    size in some thousand steps and go on growing slowly. Losing a twentieth of the velocity a step keeps them within
+    three times the start's, and brings every start back.
     """
-
-    limit_s = math.inf
 
     def __init__(self, system: System):
         self._system = system
         self._mobility = np.where(system.free, 1.0 / np.where(system.free, system.masses, 1.0), 0.0)
         self._goals = np.zeros((len(system.masses), 3))
+
+    @cached_property
+    def limit_s(self) -> float:
+        """The largest step [s] that is stable for the forces besides the goals; inf if none of them grows."""
+        return stable_step(self._system, taken=self._system.elastic.alpha)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""

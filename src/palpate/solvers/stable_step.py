@@ -12,22 +12,30 @@ SMALL = 120
 """Unknowns up to which all eigenvalues are found at once: the iteration needs more of them."""
 
 
-def stable_step(system: System) -> float:
-    """The step h [s] with h² λ_K + 2 h λ_C = 4, where λ are the largest eigenvalues of M⁻¹K and M⁻¹C at rest.
+def stable_step(system: System, taken: float = 0.0) -> float:
+    """The step h [s] with h² λ_K + 2 h λ_C = 4 − ``taken``, λ being the largest eigenvalues of M⁻¹K and M⁻¹C at rest.
 
     A mode of frequency² a and damping rate c is multiplied by the roots of z² − (2 − hc − h²a) z + (1 − hc) each
     step, which are in the unit circle up to h² a + 2 h c = 4; without damping up to 2 sqrt(m/k) (paper 3). In any
-    mode of the whole a and c are means over the body, a ≤ λ_K and c ≤ λ_C: the limit is sufficient. Damping that
-    effects project at the end of the step has the same bound. inf if nothing has stiffness or damping.
+    mode of the whole a and c are means over the body, a ≤ λ_K and c ≤ λ_C: the limit is sufficient. A decay of
+    velocities that effects project at the end of the step takes the right side to 2 at worst. What an effect can
+    have elsewhere than at rest, ``stiffness_bound``, counts in full. ``taken`` is the part that goals take, α.
+    inf if nothing has stiffness or damping.
     """
-    rest = system.particles.nodes
-    scale = 1.0 / np.sqrt(np.repeat(system.masses[system.free], 3))
-    unknowns = np.repeat(system.free, 3)
+    rest, free = system.particles.nodes, system.free
+    scale = 1.0 / np.sqrt(np.repeat(system.masses[free], 3))
+    unknowns = np.repeat(free, 3)
     a = _largest(system.stiffness(rest, definite=True), unknowns, scale)
-    c = _largest(system.damping(rest), unknowns, scale)
+    a += sum(
+        float((e.stiffness_bound[free] / system.masses[free]).max(initial=0.0))
+        for _, e in system.offering("stiffness_bound")
+    )
+    c = _largest(system.damping(rest, explicit=True), unknowns, scale)
     if a + c == 0.0:
         return math.inf
-    return 4.0 / (c + math.sqrt(c * c + 4.0 * a))  # the root without cancellation, also for a = 0
+    decays = any(hasattr(effect, "add_damping") for _, effect in system.offering("project"))
+    room = (2.0 if decays else 4.0) - taken
+    return room / (c + math.sqrt(c * c + room * a))  # the root without cancellation, also for a = 0
 
 
 def _largest(matrix: sparse.bsr_array | None, unknowns: np.ndarray, scale: np.ndarray) -> float:

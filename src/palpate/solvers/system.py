@@ -97,12 +97,14 @@ class System:
             self.seconds[name] += perf_counter() - start
         return self.pattern.matrix(values)
 
-    def damping(self, x: np.ndarray) -> sparse.bsr_array | None:
-        """Damping matrix (3n, 3n) [N s/m] on the shared pattern; None if no effect damps."""
-        if not self._damped:
+    def damping(self, x: np.ndarray, explicit: bool = False) -> sparse.bsr_array | None:
+        """Damping matrix (3n, 3n) [N s/m] on the shared pattern, with ``explicit`` that of ``explicit_force``; None if
+        no effect damps."""
+        damped = [call for call in self._damped if not (explicit and hasattr(self.effects[call[0]], "project"))]
+        if not damped:
             return None
         values = np.zeros((len(self.pattern.indices), 3, 3))
-        for name, add, slots in self._damped:
+        for name, add, slots in damped:
             start = perf_counter()
             add(x, slots, values)
             self.seconds[name] += perf_counter() - start

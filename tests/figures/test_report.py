@@ -13,13 +13,14 @@ from palpate.figures.page import TABLES
 CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
 
 
-PAPERS = ["soft_bodies", "enrichment"]
+PAPERS = ["soft_bodies", "springs", "enrichment"]
 
 
-def written(folder, papers=PAPERS, scenes=None, captions=CAPTIONS):
+def written(folder, papers=PAPERS, scenes=None, cts=None, captions=CAPTIONS):
     """The page about what is asked for, all scenes if not said otherwise."""
     out = folder.path / "report.html"
-    report.write(folder.path, captions, out, papers, folder.scenes if scenes is None else scenes)
+    scenes, cts = (folder.scenes if scenes is None else scenes), (folder.cts if cts is None else cts)
+    report.write(folder.path, captions, out, papers, scenes, cts)
     return out.read_text(encoding="utf-8")
 
 
@@ -39,23 +40,25 @@ def test_holds_every_figure(page, results_folder):
 
 
 @pytest.mark.parametrize(
-    ("papers", "scenes", "parts"),
+    ("papers", "scenes", "cts", "parts"),
     [
-        ([], ["sag"], {"scenes"}),
-        (["soft_bodies"], [], {"soft_bodies"}),
-        (["enrichment"], [], {"enrichment"}),
-        (["enrichment", "soft_bodies"], ["press"], {"scenes", "soft_bodies", "enrichment"}),
-        ([], [], set()),
+        ([], ["sag"], [], {"scenes"}),
+        ([], [], ["abdomen"], {"ct"}),
+        (["soft_bodies"], [], [], {"soft_bodies"}),
+        (["springs"], [], [], {"springs"}),
+        (["enrichment"], [], [], {"enrichment"}),
+        (["enrichment", "soft_bodies"], ["press"], [], {"scenes", "soft_bodies", "enrichment"}),
+        ([], [], [], set()),
     ],
 )
-def test_shows_what_is_asked_for_and_reads_nothing_else(results_folder, papers, scenes, parts):
+def test_shows_what_is_asked_for_and_reads_nothing_else(results_folder, papers, scenes, cts, parts):
     for part, names in TABLES.items():
         if part not in parts:  # what an earlier run left behind must not matter, whatever it is
             for name in names:
                 (results_folder.path / "tables" / f"{name}.csv").write_text("stale,table\n")
             for name in results_folder.figures[part]:
                 (results_folder.path / "figures" / f"{name}.svg").unlink()
-    text = written(results_folder, papers, scenes)
+    text = written(results_folder, papers, scenes, cts)
     for part, figures in results_folder.figures.items():
         assert (f'<section id="{part}">' in text) == (part in parts)
         assert any(f'<figure id="{name}">' in text for name in figures) == (part in parts)
@@ -77,6 +80,18 @@ def test_scenes_come_first_and_tell_each_decision_and_cost(page):
 def test_a_scene_without_rows_is_named(results_folder):
     with pytest.raises(InputError, match="has no rows of the scene drape"):
         written(results_folder, scenes=["drape"])
+
+
+def test_masses_from_ct_are_told(page):
+    text = page.replace("\u00a0", " ")
+    assert "masses within 2 % of the voxels" in text and "0.1 % from 6000 elements on" in text
+    assert "1.13 to 1.15 kg" in text and "-9 % to -1 %" in text
+    assert "1070.0 mL, smallest dihedral angle 9.5°" in text.split("</header>")[0]
+
+
+def test_a_body_from_ct_without_rows_is_named(results_folder):
+    with pytest.raises(InputError, match=r"node_mass\.csv has no rows of the body brain"):
+        written(results_folder, cts=["brain"])
 
 
 def test_an_unknown_paper_is_named(results_folder):

@@ -121,8 +121,12 @@ def test_what_is_wrong_is_said(smoke, place, value, said):
     assert "\n" not in str(caught.value)
 
 
+def test_a_body_from_ct_is_enough(smoke):
+    complete(smoke | {"papers": [], "scenes": {}}, SCHEMA, Path("my.yaml"))
+
+
 def test_nothing_asked_for_is_said(smoke):
-    smoke |= {"papers": [], "scenes": {}}
+    smoke |= {"papers": [], "scenes": {}, "bodies": {}}
     with pytest.raises(InputError, match="nothing is asked for"):
         complete(smoke, SCHEMA, Path("my.yaml"))
 

@@ -12,6 +12,7 @@ SCHEMA = read_yaml(Path(__file__).parents[2] / "workflow/schemas/config.schema.y
 COMMON = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
 BAR = {"kind": "box", "sizes_m": [0.3, 0.1, 0.1], "divisions": [6, 2, 2], "refinements": 0} | COMMON
 CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.3], "divisions": [6, 6], "thickness_m": 0.001} | COMMON
+CT = {"kind": "ct", "refinements": 1} | COMMON
 SAMPLES = {"magnitudes": [0.7, 1.3], "train": 8, "test": 6}
 
 
@@ -23,6 +24,24 @@ def check(smoke, body):
 @pytest.mark.parametrize("body", [BAR, CLOTH, BAR | {"refinements": 1} | SAMPLES], ids=["box", "sheet", "trained box"])
 def test_new_kinds_stand_as_given(smoke, body):
     assert check(smoke, body) == body
+
+
+def test_a_ct_is_the_synthetic_abdomen_by_default(smoke):
+    body = check(smoke, CT | SAMPLES)
+    assert body["image"] is None
+    assert body["mask"] is None
+    assert body["threshold_hu"] == [30, 120]
+    assert body["surface_nodes"] == 140
+    assert body["snap"] is False
+
+
+def test_an_image_may_be_a_folder_and_a_mask_not(smoke, tmp_path):
+    (tmp_path / "slices").mkdir()
+    smoke["bodies"]["new"] = CT | {"image": "slices"}
+    assert complete(smoke, SCHEMA, tmp_path / "my.yaml")["bodies"]["new"]["image"] == "slices"
+    smoke["bodies"]["new"] |= {"mask": "slices"}
+    with pytest.raises(InputError, match=r"bodies\.new\.mask is slices, where there is no file; give a path relative"):
+        complete(smoke, SCHEMA, tmp_path / "my.yaml")
 
 
 def test_a_body_without_samples_needs_no_refinement(smoke):
@@ -41,6 +60,11 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (CLOTH | {"refinements": 1}, "bodies.new has an unknown key refinements"),
         (CLOTH | {"thickness_m": 0.0}, "bodies.new.thickness_m is 0.0, but must be above 0"),
         (BAR | {"sizes_m": [0.3, 0.1]}, "bodies.new.sizes_m is [0.3, 0.1], but must have at least 3 entries"),
+        (CT | {"image": "none.nii.gz"}, "bodies.new.image is none.nii.gz, where there is no file; give a path"),
+        (CT | {"mask": __file__}, "bodies.new.mask is given and image is not; give the image that the mask"),
+        (CT | {"threshold_hu": [120, 30]}, "bodies.new.threshold_hu is [120, 30]; give the lower number first."),
+        (CT | {"surface_nodes": 8}, "bodies.new.surface_nodes is 8, but must be at least 12"),
+        (CT | {"crop_m": [[0, 0, 0]]}, "bodies.new.crop_m is [[0, 0, 0]], but must have at least 2 entries"),
         (BAR | {"divisions": [6, 0, 2]}, "bodies.new.divisions[1] is 0, but must be at least 1 (Cells along an axis)."),
     ],
 )

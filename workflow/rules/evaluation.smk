@@ -71,21 +71,6 @@ rule time_complexity:
         "../scripts/time_complexity.py"
 
 
-rule merge_table:
-    input:
-        lambda wildcards: PARTS[wildcards.table],
-    output:
-        "results/tables/{table}.csv",
-    log:
-        "results/logs/merge_table_{table}.log",
-    wildcard_constraints:
-        table="|".join(PARTS),
-    message:
-        "merge the table {wildcards.table}"
-    script:
-        "../scripts/merge_table.py"
-
-
 rule check_claims:
     input:
         accuracy="results/tables/enrichment_accuracy.csv",

@@ -4,10 +4,12 @@
 rule write_report:
     input:
         [PAPERS[paper] for paper in config["papers"]],
+        CT_RESULTS,
         MOTIONS,
         captions=sorted(relpath(caption) for caption in CAPTIONS.glob("*.rst")),
         paper=PAPER,
         thesis=relpath(CAPTIONS / "soft_bodies.yaml"),
+        springs=relpath(CAPTIONS / "springs.yaml"),
         code=PICTURES,
     output:
         "results/report.html",
@@ -16,6 +18,7 @@ rule write_report:
     params:
         papers=config["papers"],
         scenes=SCENES,
+        cts=CTS,
     message:
         "write the report"
     script:

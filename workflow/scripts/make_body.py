@@ -3,7 +3,4 @@ from palpate.bodies.store import save
 from palpate.job import job
 
 with job(snakemake.log[0]):
-    entry = dict(snakemake.params.entry)
-    if snakemake.input.mesh:
-        entry["path"] = snakemake.input.mesh
-    save(make_body(snakemake.wildcards.body, entry), snakemake.output[0])
+    save(make_body(snakemake.wildcards.body, snakemake.params.entry), snakemake.output[0])

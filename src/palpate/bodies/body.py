@@ -61,11 +61,19 @@ class Body:
         return reduce(lambda product, p: p @ product, self.prolongations, identity)
 
 
-def nest(name: str, coarse: TetMesh | Sheet, refinements: int, anchors: np.ndarray, material: Material) -> Body:
-    """Refine ``coarse`` as often as asked (a sheet never) and hand the anchors on to every level."""
+def nest(
+    name: str, coarse: TetMesh | Sheet, refinements: int, anchors: np.ndarray, material: Material, settle=None
+) -> Body:
+    """Refine ``coarse`` as often as asked (a sheet never) and hand the anchors on to every level.
+
+    ``settle``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements
+    stay interpolated linearly; only places at rest are then no longer.
+    """
     levels, prolongations, held = [coarse], [], [np.unique(anchors)]
     for _ in range(refinements):
         finer, prolongation = refine(levels[-1])
+        if settle is not None:
+            finer = settle(finer, len(levels[-1].nodes))
         indicator = np.zeros(len(levels[-1].nodes))
         indicator[held[-1]] = 1.0
         levels.append(finer)

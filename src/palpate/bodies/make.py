@@ -1,6 +1,7 @@
 """A body from its entry in the config."""
 
 import math
+from collections.abc import Callable
 
 from palpate.bodies.anchors import choose
 from palpate.bodies.body import Body, Material, nest
@@ -11,13 +12,15 @@ from palpate.errors import InputError
 
 def make_body(name: str, entry: dict) -> Body:
     """Make the coarse mesh that ``entry["kind"]`` asks for, choose anchors, refine; InputError if bad."""
-    kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet}
+    kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
     mesh = kinds[entry["kind"]](entry)
+    # only from a CT is more known of the surface than the coarse mesh says
+    mesh, settle = mesh if isinstance(mesh, tuple) else (mesh, None)
     # a sheet has one level and no such entry
-    return nest(name, mesh, entry.get("refinements", 0), choose(name, entry["anchors"], mesh), material)
+    return nest(name, mesh, entry.get("refinements", 0), choose(name, entry["anchors"], mesh), material, settle)
 
 
 def _cylinder(entry: dict) -> TetMesh:
@@ -46,6 +49,12 @@ def _box(entry: dict) -> TetMesh:
 
 def _sheet(entry: dict) -> Sheet:
     return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
+
+
+def _ct(entry: dict) -> tuple[TetMesh, Callable | None]:
+    from palpate.bodies.ct import build
+
+    return build(entry)
 
 
 def _material(name: str, entry: dict) -> Material:

@@ -49,6 +49,7 @@ def spread(points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count:
 
 def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Flip edges as long as that raises the smaller of the two triangles' smallest angles."""
+    fan = np.bincount(triangles.ravel())
     triangles = triangles.tolist()
     owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
     queue = [edge for edge in owner if edge[0] < edge[1]]
@@ -62,8 +63,12 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
         # it ends, since the sorted list of smallest angles only grows; the margin is there for rounding
         better = _smallest(points, new) > _smallest(points, old) + 1e-3
-        if not better or (c, d) in owner or (d, c) in owner or _folded(points, new):
+        # a point of three triangles is a spike, which later moves could press flat
+        spike = min(fan[a], fan[b]) <= 4
+        if spike or not better or (c, d) in owner or (d, c) in owner or _folded(points, new):
             continue
+        fan[[a, b]] -= 1
+        fan[[c, d]] += 1
         del owner[a, b], owner[b, a]
         triangles[first], triangles[second] = new
         owner |= {(t[i - 1], t[i]): k for k, t in zip((first, second), new, strict=True) for i in range(3)}

@@ -1,5 +1,6 @@
 """What all sections of the report share: tables, the papers' own numbers, and captions filled with ours."""
 
+from collections.abc import Iterable
 from itertools import product
 from pathlib import Path
 
@@ -10,22 +11,28 @@ from palpate.figures import markup, tables
 from palpate.figures.summary import numbers
 from palpate.files import read_yaml
 
-TABLES = {"scenes": tables.SCENES, "soft_bodies": tables.SOFT_BODIES, "enrichment": tables.ENRICHMENT}
+TABLES = {
+    "ct": tables.CT,
+    "scenes": tables.SCENES,
+    "soft_bodies": tables.SOFT_BODIES,
+    "springs": tables.SPRINGS,
+    "enrichment": tables.ENRICHMENT,
+}
 """The tables that each part of the report shows."""
 
-PUBLISHED = {"soft_bodies": "soft_bodies.yaml", "enrichment": "paper.yaml"}
+PUBLISHED = {"soft_bodies": "soft_bodies.yaml", "springs": "springs.yaml", "enrichment": "paper.yaml"}
 """Where a part's own paper has its numbers, beside the captions."""
 
 
 class Report:
     """The material of the ``parts`` that are asked for; nothing else in ``results`` is looked at."""
 
-    def __init__(self, results: Path, captions: Path, parts: list[str], scenes: list[str]):
-        self.scenes, self.figures, self._captions = scenes, results / "figures", captions
+    def __init__(self, results: Path, captions: Path, parts: list[str], scenes: list[str], cts: list[str]):
+        self.scenes, self.cts, self.figures, self._captions = scenes, cts, results / "figures", captions
         self.published = {part: read_yaml(captions / PUBLISHED[part]) for part in parts if part in PUBLISHED}
         self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES[part]])
-        if scenes:
-            _check(self.tables, scenes)
+        _check(self.tables, tables.SCENES if scenes else {}, "scene", scenes)
+        _check(self.tables, tables.CT if cts else {}, "body", cts)
         self.numbers = numbers(self.tables, self.published, parts, scenes)
 
     def note(self, name: str, **more: str) -> str:
@@ -41,8 +48,8 @@ class Report:
         return "".join(markup.folded(self.tables[name], name) for name in names)
 
 
-def _check(found: dict[str, pd.DataFrame], scenes: list[str]) -> None:
-    """Raise InputError if a table of the scenes lacks one of them."""
-    for name, scene in product(tables.SCENES, scenes):
-        if scene not in set(found[name]["scene"]):
-            raise InputError(f"{name}.csv has no rows of the scene {scene}: delete it and make it again")
+def _check(found: dict[str, pd.DataFrame], names: Iterable[str], kind: str, wanted: list[str]) -> None:
+    """Raise InputError if a table of the scenes, or of the bodies from CT, lacks one of them."""
+    for name, one in product(names, wanted):
+        if one not in set(found[name][kind]):
+            raise InputError(f"{name}.csv has no rows of the {kind} {one}: delete it and make it again")

@@ -107,6 +107,17 @@ class Stage:
             show_scalar_bar=False, log_scale=log, **colour,
         )  # fmt: skip
 
+    def volume(self, volume) -> None:
+        """A vtkVolume, lit from where the camera is.
+
+        Trap: its ray caster takes ambient light from lamps, which have none by default; this stage gets another lamp.
+        """
+        lamp = self._pyvista.Light(light_type="headlight")
+        lamp.SetAmbientColor(1, 1, 1)
+        self._plotter.remove_all_lights()
+        self._plotter.add_light(lamp)
+        self._plotter.add_actor(volume)
+
     def dots(self, points, radius) -> None:
         """Held nodes, (n, 3) [m], as dark balls."""
         ball = self._pyvista.Sphere(radius=radius, theta_resolution=12, phi_resolution=12)

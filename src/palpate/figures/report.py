@@ -4,28 +4,37 @@ from html import escape
 from pathlib import Path
 
 from palpate.errors import InputError
-from palpate.figures import sections_enrichment, sections_scenes, sections_soft_bodies
+from palpate.figures import sections_ct, sections_enrichment, sections_scenes, sections_soft_bodies, sections_springs
 from palpate.figures.css import CSS
 from palpate.figures.page import Report
 from palpate.files import write_whole
 
-PARTS = {"scenes": sections_scenes, "soft_bodies": sections_soft_bodies, "enrichment": sections_enrichment}
+PARTS = {
+    "ct": sections_ct,
+    "scenes": sections_scenes,
+    "soft_bodies": sections_soft_bodies,
+    "springs": sections_springs,
+    "enrichment": sections_enrichment,
+}
 """What the page can hold, in order: a heading, an introduction (the caption of that name) and sections each."""
 
 QUESTION = "For each scene, how wrong is each way of simulating it, and what does a better answer cost in time?"
 
 
-def write(results: str | Path, captions: str | Path, out: str | Path, papers: list[str], scenes: list[str]) -> None:
+def write(
+    results: str | Path, captions: str | Path, out: str | Path, papers: list[str], scenes: list[str], cts: list[str]
+) -> None:
     """Write ``out`` about ``papers`` and ``scenes`` from ``results``/tables/*.csv and ``results``/figures/*.
 
+    cts : names of the bodies that are made from a CT
     captions : the folder with one .rst a caption, and the papers' own numbers
     Raises InputError naming the first table, figure, caption or number that is missing, or a paper unknown here.
     """
     unknown = [paper for paper in papers if paper not in PARTS]
     if unknown:
         raise InputError(f"papers names {unknown[0]}, which the report does not know; choose from {', '.join(PARTS)}.")
-    asked = [part for part in PARTS if part in papers or (part == "scenes" and scenes)]
-    report = Report(Path(results), Path(captions), asked, scenes)
+    asked = [part for part in PARTS if part in papers or {"scenes": scenes, "ct": cts}.get(part)]
+    report = Report(Path(results), Path(captions), asked, scenes, cts)
     sections = {part: PARTS[part].sections(report) for part in asked}
     headlines = "\n".join(f'<p class="headline">{escape(report.numbers[f"headline_{part}"])}</p>' for part in asked)
     page = (

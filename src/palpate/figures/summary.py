@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from palpate.figures import summary_enrichment, summary_scenes, summary_soft_bodies
+from palpate.figures import summary_ct, summary_enrichment, summary_scenes, summary_soft_bodies, summary_springs
 
 
 def numbers(
@@ -13,8 +13,10 @@ def numbers(
     published : the papers' own numbers, paper.yaml and soft_bodies.yaml, by part
     """
     of = {
+        "ct": lambda: summary_ct.numbers(all_tables),
         "scenes": lambda: summary_scenes.numbers(all_tables, scenes),
         "soft_bodies": lambda: summary_soft_bodies.numbers(all_tables, published["soft_bodies"]),
+        "springs": lambda: summary_springs.numbers(all_tables, published["springs"]),
         "enrichment": lambda: summary_enrichment.numbers(all_tables, published["enrichment"]),
     }
     return {name: text for part in parts for name, text in of[part]().items()}

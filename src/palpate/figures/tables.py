@@ -41,7 +41,20 @@ SOFT_BODIES = {
         "case body_springs_n_m time_s phase distance_m mean_displacement_m max_displacement_m nodes moved"
     ),
 }
-COLUMNS = ENRICHMENT | SCENES | SOFT_BODIES
+CT = {
+    "node_mass": "body elements nodes total_mass_kg mean_density deviation_from_voxels raw_deviation",
+    "mesh_quality": "body level min_dihedral_deg max_dihedral_deg min_radius_ratio volume_m3",
+}
+SPRINGS = {
+    "spring_fit": (
+        "method volume_force seed press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness generations "
+        "evaluations seconds"
+    ),
+    "spring_history": "method volume_force seed generation evaluations seconds fitness",
+    "spring_errors": "method volume_force seed press used_in_fit step error_x_m error_y_m error_z_m",
+    "spring_floor": "poisson volume_force volume_n_m press rmse_m rmse_of_peak",
+}
+COLUMNS = CT | ENRICHMENT | SCENES | SOFT_BODIES | SPRINGS
 """The columns that the figures and the report read, by table; a table may have more."""
 
 

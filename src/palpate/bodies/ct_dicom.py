@@ -1,0 +1,123 @@
+"""One CT series in a folder of DICOM slices, ordered by where they lie."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from palpate.errors import InputError
+
+# parts of the slice distance by which positions may be off: headers are rounded to about 1e-3 mm
+UNEVEN = 0.02
+
+
+@dataclass(frozen=True)
+class Slice:
+    """The header of one file: its place (3,) [mm], row and column direction (6,), and what must not vary."""
+
+    file: Path
+    series: str
+    modality: str
+    position: np.ndarray
+    orientation: np.ndarray
+    grid: tuple
+
+
+def read_folder(folder: Path):
+    """The series as a SimpleITK image with rescaled values; InputError unless it is one whole CT series.
+
+    Traps: file names and instance numbers need not follow the patient, and the tags of slice thickness and of
+    spacing between slices need not be the distance between slices; positions are both. The reader applies the
+    rescale slope and intercept of each slice, and decodes JPEG 2000.
+    """
+    import SimpleITK
+
+    slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _header(file))]
+    slices = _checked(folder, slices)
+    first = slices[0]
+    normal = np.cross(first.orientation[:3], first.orientation[3:])
+    slices = sorted(slices, key=lambda s: float(s.position @ normal))
+    step = _step(folder, slices, normal)
+    try:
+        values = [SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(s.file)))[0] for s in slices]
+    except RuntimeError as error:
+        raise InputError(f"{folder}: SimpleITK cannot decode its slices; download or export them again.") from error
+    image = SimpleITK.GetImageFromArray(np.stack(values))
+    column, row = first.grid[1:]
+    image.SetSpacing((row, column, step))
+    image.SetOrigin(slices[0].position.tolist())
+    image.SetDirection(np.column_stack([first.orientation[:3], first.orientation[3:], normal]).ravel().tolist())
+    return image
+
+
+def _header(file: Path) -> Slice | None:
+    """What a file says of itself, or None if it is no DICOM image (a note, an index of the folder)."""
+    import SimpleITK
+
+    reader = SimpleITK.ImageFileReader()
+    reader.SetImageIO("GDCMImageIO")
+    reader.SetFileName(str(file))
+    try:
+        reader.ReadImageInformation()
+    except RuntimeError:
+        return None
+    if not reader.HasMetaDataKey("0008|0060"):
+        return None
+
+    def numbers(tag: str, count: int) -> np.ndarray:
+        words = reader.GetMetaData(tag).split("\\") if reader.HasMetaDataKey(tag) else []
+        return np.array([float(word) for word in words]) if len(words) == count else np.full(count, np.nan)
+
+    return Slice(
+        file,
+        reader.GetMetaData("0020|000e").strip() if reader.HasMetaDataKey("0020|000e") else "",
+        reader.GetMetaData("0008|0060").strip(),
+        numbers("0020|0032", 3),
+        numbers("0020|0037", 6),
+        (reader.GetSize(), *numbers("0028|0030", 2).tolist()),
+    )
+
+
+def _checked(folder: Path, slices: list[Slice]) -> list[Slice]:
+    """The slices, which are CT, of one series, on one grid and more than one."""
+    if not slices:
+        raise InputError(f"{folder}: no file in it is a DICOM image; give the folder that holds the slices.")
+    for s in slices:
+        if s.modality != "CT":
+            raise InputError(f"{s.file}: its modality is {s.modality}; give a folder with CT slices only.")
+    series = {s.series for s in slices}
+    if len(series) > 1:
+        raise InputError(f"{folder}: it holds {len(series)} series; put the one to use in a folder of its own.")
+    first = slices[0]
+    for s in slices:
+        if not np.isfinite([*s.position, *s.orientation, *s.grid[1:]]).all() or s.grid[0][2:] not in ((), (1,)):
+            raise InputError(
+                f"{s.file}: it is not one slice with a position, orientation and pixel spacing; "
+                "convert the series to NIfTI first."
+            )
+        if s.grid != first.grid or np.abs(s.orientation - first.orientation).max() > 1e-3:
+            raise InputError(f"{s.file}: its pixels or orientation differ from {first.file.name}'s; remove it.")
+    if len(slices) == 1:
+        raise InputError(f"{folder}: it holds a single slice; give the whole series.")
+    return slices
+
+
+def _step(folder: Path, slices: list[Slice], normal: np.ndarray) -> float:
+    """The distance between neighbouring slices [mm], which must be even and along the normal."""
+    moves = np.diff([s.position for s in slices], axis=0)
+    along = moves @ normal
+    step = float(np.median(along))
+    where = int(np.argmax(np.abs(along - step)))
+    pair = f"{slices[where].file.name} and {slices[where + 1].file.name}"
+    if along.min() < UNEVEN * step or step <= 0:
+        where = int(np.argmin(along))
+        pair = f"{slices[where].file.name} and {slices[where + 1].file.name}"
+        raise InputError(f"{folder}: {pair} lie at the same place; keep one of them.")
+    if abs(along[where] - step) > UNEVEN * step:
+        raise InputError(
+            f"{folder}: a slice is missing or out of place, since {pair} are {along[where]:.3g} mm apart and most "
+            f"others {step:.3g} mm; give the whole series."
+        )
+    if np.abs(moves - along[:, None] * normal).max() > UNEVEN * step:
+        raise InputError(f"{folder}: its slices are sheared (a tilted gantry); resample it to an upright grid first.")
+    return step

@@ -1,0 +1,71 @@
+"""Spring parameters without a search, or with that for one number: what a search has to beat."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from palpate.bodies.body import Material
+from palpate.bodies.mesh import EDGES
+from palpate.calibration.fitness import Fit, Range, Track
+from palpate.calibration.spring_model import SpringModel
+
+STARTS = 12
+"""Evaluations that bracket the best uniform modulus: the fitness need not have one maximum only."""
+
+
+def van_gelder(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarray]:
+    """k = E ΣV/l² with the material's E everywhere (Van Gelder 1998): moduli (n,) [Pa] for the unchanged model.
+
+    Averaged over directions that is the given E at a Poisson ratio of 1/4.
+    """
+    return model, np.full(len(model.masses), float(material.young_pa))
+
+
+def lloyd(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarray]:
+    """k = Σ (2√2/25) l E over the tetrahedra around a spring (Lloyd, Székely, Harders 2007).
+
+    Derived for regular tetrahedra of edge l, by the least difference to the stiffness matrix of linear finite elements
+    at a Poisson ratio of 1/4; there k is 24/25 of Van Gelder's. In other shapes l is, here, the edge of the regular
+    tetrahedron of the same volume: the long and the short edges of an element get springs alike.
+    """
+    regular = np.cbrt(6.0 * np.sqrt(2.0) * _volumes(model))
+    ends = np.sort(model.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
+    pairs, edge = np.unique(ends, axis=0, return_inverse=True)
+    assert np.array_equal(pairs, model.pairs)
+    shares = np.repeat(2.0 * np.sqrt(2.0) / 25.0 * regular, len(EDGES))
+    weights = np.bincount(edge.ravel(), shares, minlength=len(pairs))
+    return replace(model, weights=weights), np.full(len(model.masses), float(material.young_pa))
+
+
+def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:
+    """The one modulus for all ``nodes`` that is fittest: even in log E first, then Brent's method around the best."""
+    track = Track(fitness)
+    low, high = np.log(limits.low_pa), np.log(limits.high_pa)
+    logs = np.linspace(low, high, STARTS)
+    best = int(np.argmax(track(np.exp(np.repeat(logs[:, None], nodes, axis=1)))))
+    around = (logs[max(best - 1, 0)], logs[min(best + 1, STARTS - 1)])
+
+    def unfitness(log: float) -> float:
+        return -float(track(np.full((1, nodes), np.exp(log)))[0])
+
+    minimize_scalar(unfitness, bounds=around, method="bounded", options={"xatol": 1e-4})
+    return track.fit()
+
+
+def volume_stiffness(model: SpringModel, material: Material) -> float:
+    """κ [N/m] of the volume force that gives springs of the modulus E the material's bulk modulus; 0 below ν = 1/4.
+
+    A swelling by ε costs springs ½ Σ k l² ε², which makes their bulk modulus 2E/3, and the volume force ½ κ ΣL² ε²,
+    so 9V (E/(3 (1 − 2ν)) − 2E/3) = κ ΣL². In a shear L of a regular tetrahedron does not change.
+    """
+    lacking = material.young_pa / (3.0 * (1.0 - 2.0 * material.poisson)) - 2.0 * material.young_pa / 3.0
+    corners = model.nodes[model.tetrahedra]
+    spread = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
+    return max(0.0, 9.0 * float(_volumes(model).sum()) * lacking / float((spread**2).sum()))
+
+
+def _volumes(model: SpringModel) -> np.ndarray:
+    a, b, c, d = (model.nodes[model.tetrahedra[:, i]] for i in range(4))
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0

@@ -1,0 +1,130 @@
+"""How well springs follow a reference motion, for a whole population on all cores (paper 2, eq. 9)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numba
+import numpy as np
+
+from palpate.calibration.spring_model import Press, SpringModel
+from palpate.calibration.spring_motion import Settings, advance, constants, dampings, stiffnesses
+from palpate.errors import InputError
+
+ALPHA_S = 0.0025
+"""α of eq. 9 [s]: how much a velocity counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What a search has found: ``young`` (n,) [Pa], its ``fitness`` [m], and its ``history``.
+
+    history : (k, 3) evaluations so far, seconds so far, best fitness so far
+    """
+
+    young: np.ndarray
+    fitness: float
+    history: np.ndarray
+
+
+@dataclass(frozen=True)
+class Range:
+    """Moduli that a search may try, from ``low_pa`` to ``high_pa`` [Pa]; InputError if they are none."""
+
+    low_pa: float
+    high_pa: float
+
+    def __post_init__(self):
+        if not 0.0 < self.low_pa < self.high_pa < np.inf:
+            raise InputError(
+                f"calibration.young_pa is from {self.low_pa:g} to {self.high_pa:g} Pa; "
+                "give two positive numbers, the smaller one first."
+            )
+
+
+class Fitness:
+    """f = −Σ_steps Σ_keys (‖r − rˢ‖ + α ‖v − vˢ‖) [m], with norms, since the paper's bare differences could cancel.
+
+    positions [m] and velocities [m/s] : of the reference at the key points after each step, both (steps, p, 3)
+    ``evaluations`` counts individuals. Each is computed by one thread on its own, so that results are the same bit
+    for bit for any number of threads. An individual whose springs blow up has the fitness −inf.
+    """
+
+    def __init__(
+        self, model: SpringModel, press: Press, settings: Settings, positions: np.ndarray, velocities: np.ndarray
+    ):
+        wanted = (settings.steps, len(settings.keys.corners), 3)
+        for name, array in (("positions", positions), ("velocities", velocities)):
+            if array.shape != wanted or not np.isfinite(array).all():
+                raise InputError(
+                    f"reference of press {press.name}: {name} must be finite and of shape {wanted}, not "
+                    f"{array.shape}; compute the reference again."
+                )
+        self.model, self.press, self.settings = model, press, settings
+        self.positions, self.velocities = positions, velocities
+        self.evaluations = 0
+        self._constants = constants(model, press, settings)
+        self._wanted = (settings.keys.corners, settings.keys.shares, positions, velocities)
+
+    def __call__(self, young: np.ndarray) -> np.ndarray:
+        """Fitness (k,) [m] of individuals ``young`` (k, n) [Pa]."""
+        stiffness = stiffnesses(self.model, young)
+        damping = dampings(self.model, stiffness, self.settings.damping_ratio)
+        found = np.empty(len(young))
+        _evaluate(found, stiffness, damping, *self._wanted, *self._constants)
+        self.evaluations += len(young)
+        return np.where(np.isfinite(found), found, -np.inf)
+
+
+class Track:
+    """Calls a fitness and keeps the best individual and, after each call, a line of a ``Fit``'s history."""
+
+    def __init__(self, fitness: Callable[[np.ndarray], np.ndarray]):
+        self._fitness, self._start, self._count = fitness, perf_counter(), 0
+        self.best, self.young, self.history = -np.inf, np.empty(0), []
+
+    def __call__(self, young: np.ndarray) -> np.ndarray:
+        found = self._fitness(young)
+        leader = int(np.argmax(found))
+        if found[leader] > self.best or not self.history:
+            self.best, self.young = float(found[leader]), young[leader].copy()
+        self._count += len(young)
+        self.history.append([self._count, perf_counter() - self._start, self.best])
+        return found
+
+    def fit(self) -> Fit:
+        """What was found so far."""
+        return Fit(self.young, self.best, np.array(self.history))
+
+
+@numba.njit(cache=True, parallel=True, error_model="numpy")
+def _evaluate(
+    found, stiffness, damping, corners, shares, positions, velocities,
+    nodes, pairs, rest, tetrahedra, spread, volume, mobility, node, loads, h,
+):  # fmt: skip
+    for i in numba.prange(len(found)):
+        x, v, force = nodes.copy(), np.zeros_like(nodes), np.empty_like(nodes)
+        total = 0.0
+        for s in range(len(loads)):
+            advance(
+                x, v, force, stiffness[i], damping[i], pairs, rest, tetrahedra, spread, volume, mobility, node,
+                loads[s], h,
+            )  # fmt: skip
+            total += _distance(x, corners, shares, positions[s])
+            total += ALPHA_S * _distance(v, corners, shares, velocities[s])
+        found[i] = -total
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _distance(values, corners, shares, wanted):
+    """Σ over the key points of how far they are from where they should be."""
+    total = 0.0
+    for p in range(len(corners)):
+        square = 0.0
+        for i in range(3):
+            away = -wanted[p, i]
+            for c in range(4):
+                away += shares[p, c] * values[corners[p, c], i]
+            square += away * away
+        total += np.sqrt(square)
+    return total

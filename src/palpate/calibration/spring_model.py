@@ -1,0 +1,98 @@
+"""What the calibration moves: a spring network of point masses, the points it is judged at, and how it is pressed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.bodies.body import Material
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import Particles
+from palpate.effects.spring_network import rest_lengths, volume_springs
+from palpate.errors import InputError
+
+TOLERANCE = 1e-9
+"""A barycentric coordinate that is negative by less than this is on the mesh's surface, up to rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpringModel:
+    """Point masses on the edges of tetrahedra, all but the springs' stiffness (paper 2, eq. 1–5).
+
+    nodes : (n, 3) [m]; tetrahedra : (m, 4); held : (k,) nodes that nothing moves
+    pairs : (s, 2) ends of the springs; rest_m : (s,) [m]; masses : (n,) [kg]
+    weights : (s,) ΣV/l² [m], so that a spring between moduli E₁ and E₂ has k = ½ (E₁ + E₂) · weight (eq. 5)
+    """
+
+    nodes: np.ndarray
+    tetrahedra: np.ndarray
+    pairs: np.ndarray
+    rest_m: np.ndarray
+    weights: np.ndarray
+    masses: np.ndarray
+    held: np.ndarray
+
+
+def spring_model(particles: Particles) -> SpringModel:
+    """The network of a solid's tetrahedra."""
+    unit = replace(particles.material, young_pa=1.0)
+    pairs, weights = volume_springs(replace(particles, material=unit))
+    rest = rest_lengths(particles.nodes, pairs)
+    return SpringModel(
+        particles.nodes, particles.tetrahedra, pairs, rest, weights, particles.masses, np.array(particles.held)
+    )
+
+
+def solid(mesh: TetMesh, held: np.ndarray, material: Material, name: str) -> Particles:
+    """The nodes of ``mesh`` as point masses, a quarter of each tetrahedron's to each of its corners (eq. 4)."""
+    shares = np.repeat(material.density_kg_m3 * mesh.volumes / 4.0, 4)
+    masses = np.bincount(mesh.tetrahedra.ravel(), shares, minlength=len(mesh.nodes))
+    return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material)
+
+
+@dataclass(frozen=True, eq=False)
+class KeyPoints:
+    """p points that move with the mesh: each is Σ ``shares`` (p, 4) times the nodes ``corners`` (p, 4)."""
+
+    corners: np.ndarray
+    shares: np.ndarray
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Interpolate nodal ``values`` (…, n, 3) to (…, p, 3)."""
+        return np.einsum("pc,...pci->...pi", self.shares, values[..., self.corners, :])
+
+
+def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray, place: str) -> KeyPoints:
+    """Where ``points_m`` (p, 3) [m] are in a mesh; InputError, which says ``place``, for one outside it."""
+    origin = nodes[tetrahedra[:, 0]]
+    edges = np.swapaxes(nodes[tetrahedra[:, 1:]] - origin[:, None], 1, 2)
+    corners, shares = [], []
+    for number, point in enumerate(np.asarray(points_m, dtype=float).reshape(-1, 3)):
+        local = np.linalg.solve(edges, (point - origin)[:, :, None])[:, :, 0]
+        inside = np.column_stack([1.0 - local.sum(axis=1), local])
+        best = int(np.argmax(inside.min(axis=1)))
+        if not inside[best].min() >= -TOLERANCE:  # a NaN is outside, too
+            low, high = nodes.min(axis=0), nodes.max(axis=0)
+            raise InputError(
+                f"{place}[{number}] is {point.tolist()}, which is outside the mesh; "
+                f"give a point in it, in metres, its nodes being from {low.tolist()} to {high.tolist()}."
+            )
+        corners.append(tetrahedra[best])
+        shares.append(inside[best])
+    if not corners:
+        raise InputError(f"{place} is empty; give at least one point [x, y, z] in metres.")
+    return KeyPoints(np.array(corners), np.array(shares))
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """``force_n`` (3,) [N] on ``node``, up over ``rise_s`` [s] as 3q² − 2q³ and held from then on."""
+
+    name: str
+    node: int
+    force_n: np.ndarray
+    rise_s: float
+
+    def factors(self, step_s: float, steps: int) -> np.ndarray:
+        """How hard it presses at the end of each step, (steps,) from 0 to 1: what an explicit step is told."""
+        q = np.clip(step_s * np.arange(1, steps + 1) / self.rise_s, 0.0, 1.0)
+        return q * q * (3.0 - 2.0 * q)

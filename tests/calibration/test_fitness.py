@@ -1,0 +1,60 @@
+"""Eq. 9 for a population."""
+
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+
+from palpate.calibration.fitness import ALPHA_S, Fitness, Range
+from palpate.calibration.spring_motion import simulate
+from palpate.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def population():
+    return np.random.default_rng(1).uniform(500.0, 4000.0, (6, 120))
+
+
+def test_it_is_equation_nine(cube, population):
+    settings = replace(cube.settings, volume_n_m=0.5)
+    fitness = Fitness(cube.model, cube.press, settings, *cube.motion)
+    for young, found in zip(population, fitness(population), strict=True):
+        x, v = simulate(cube.model, young, cube.press, settings)
+        away = np.linalg.norm(x - cube.motion[0], axis=2) + ALPHA_S * np.linalg.norm(v - cube.motion[1], axis=2)
+        assert found == pytest.approx(-away.sum(), rel=1e-10)
+
+
+def test_the_motion_itself_is_fittest(cube, population):
+    own = cube.fitness(np.full((1, 120), 1500.0))[0]
+    assert -1e-12 < own <= 0.0
+    assert (cube.fitness(population) < -1e-3).all()
+
+
+def test_any_number_of_threads_gives_the_same_bits(cube, population):
+    together, threads = cube.fitness(population), numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        assert np.array_equal(cube.fitness(population), together)
+    finally:
+        numba.set_num_threads(threads)
+    assert np.array_equal([cube.fitness(young[None])[0] for young in population], together)
+
+
+def test_it_counts_and_outlives_a_blow_up(cube):
+    fitness = Fitness(cube.model, cube.press, cube.settings, *cube.motion)
+    found = fitness(np.stack([np.full(120, 1e7), np.full(120, 1500.0)]))
+    assert found[0] == -np.inf
+    assert found[1] > -1e-12
+    assert fitness.evaluations == 2
+
+
+@pytest.mark.parametrize(("low", "high"), [(5000.0, 300.0), (300.0, 300.0), (-1.0, 5.0), (1.0, np.inf), (np.nan, 1.0)])
+def test_a_range_that_is_none_gets_one_sentence(low, high):
+    with pytest.raises(InputError, match=r"^calibration.young_pa is from .* Pa; give two positive numbers, .*\.$"):
+        Range(low, high)
+
+
+def test_a_reference_of_another_shape_gets_one_sentence(cube):
+    with pytest.raises(InputError, match="reference of press top: velocities must be finite and of shape"):
+        Fitness(cube.model, cube.press, cube.settings, cube.motion[0], cube.motion[1][1:])

@@ -1,0 +1,16 @@
+# Tables that several jobs fill.
+
+
+rule merge_table:
+    input:
+        lambda wildcards: (PARTS | SPRING_PARTS)[wildcards.table],
+    output:
+        "results/tables/{table}.csv",
+    log:
+        "results/logs/merge_table_{table}.log",
+    wildcard_constraints:
+        table="|".join(PARTS | SPRING_PARTS),
+    message:
+        "merge the table {wildcards.table}"
+    script:
+        "../scripts/merge_table.py"

@@ -1,0 +1,22 @@
+import os
+
+os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)  # read when numba is imported: this job runs alone
+
+from pathlib import Path
+
+from palpate.evaluation.spring_experiment import experiment, load_references
+from palpate.evaluation.spring_fit import SEEDED, budget, tables
+from palpate.job import job, rarely, write_table
+
+with job(snakemake.log[0]) as say:
+    calibration, method = snakemake.params.calibration, snakemake.wildcards.method
+    volume, seed = snakemake.wildcards.force == "volume", snakemake.params.seed
+    seeds = range(seed, seed + (snakemake.params.searches["seeds"] if method in SEEDED else 1))
+    folder = Path(snakemake.output[0]).parent
+    found = experiment(calibration, calibration["material"]["poisson"])
+    found_tables = tables(
+        found, method, volume, load_references(snakemake.input.reference), budget(snakemake.params.searches, volume),
+        {one: folder / f"state_{one}.npz" for one in seeds}, rarely(say, f"{method}: seed, generation, best fitness"),
+    )  # fmt: skip
+    for path in snakemake.output:
+        write_table(found_tables[Path(path).stem], path)

@@ -1,0 +1,13 @@
+import pandas as pd
+
+from palpate.bodies.ct import segmented
+from palpate.evaluation.node_mass import measure
+from palpate.job import job, steps, write_table
+
+with job(snakemake.log[0]) as say:
+    entries, settings = snakemake.params.entries, snakemake.params.settings
+    tables = [
+        measure(body, *segmented(entry), **settings, progress=steps(say, f"{body}: node masses, resolution"))
+        for body, entry in entries.items()
+    ]
+    write_table(pd.concat(tables), snakemake.output[0])

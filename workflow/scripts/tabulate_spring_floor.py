@@ -1,0 +1,10 @@
+from palpate.evaluation.spring_experiment import experiment, load_references
+from palpate.evaluation.spring_floor import INCOMPRESSIBLE, measure
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    calibration = snakemake.params.calibration
+    found = experiment(calibration, float(snakemake.wildcards.poisson))
+    stiffest = experiment(calibration, INCOMPRESSIBLE).volume_n_m()
+    references = load_references(snakemake.input.reference)
+    write_table(measure(found, references, stiffest, snakemake.params.evaluations), snakemake.output[0])

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
@@ -35,7 +36,8 @@ def job(log: str) -> Iterator[Callable[[str], None]]:
             print(line, file=file)
 
         try:
-            yield say
+            with _warnings_to(say):
+                yield say
         except (InputError, NotConverged) as error:
             say(f"{FAILED}{error}")
             raise SystemExit(1) from None
@@ -45,6 +47,22 @@ def job(log: str) -> Iterator[Callable[[str], None]]:
             raise SystemExit(1) from None
         else:
             print(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file=file)
+
+
+@contextmanager
+def _warnings_to(say: Callable[[str], None]) -> Iterator[None]:
+    """Have what palpate warns of said, and with that in the log; others' warnings go where they went."""
+    with warnings.catch_warnings():
+        others = warnings.showwarning
+
+        def show(message, category, *where, **more) -> None:
+            if category is UserWarning:
+                say(f"warning: {message}")
+            else:
+                others(message, category, *where, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 def _end_with(run: int) -> None:

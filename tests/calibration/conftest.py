@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Material
+from palpate.bodies.particles import solid
 from palpate.calibration.cube import middle, paper_cube
 from palpate.calibration.fitness import Fitness
-from palpate.calibration.spring_model import Press, key_points, solid, spring_model
+from palpate.calibration.spring_model import Press, key_points, spring_model
 from palpate.calibration.spring_motion import Settings, simulate
 
 KEYS = [[0.005, 0.005, 0.01], [0.0, 0.0, 0.01], [0.01, 0.003, 0.006], [0.005, 0.004, 0.005]]

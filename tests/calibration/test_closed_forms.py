@@ -1,16 +1,20 @@
 """Spring parameters without a search, and CMA-ES, against what is known."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from skfem import Basis, ElementTetP1, ElementVector, MeshTet
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from palpate.bodies.body import Material
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import solid
 from palpate.calibration import closed_forms
 from palpate.calibration.cma_es import cma_es
 from palpate.calibration.fitness import Range
-from palpate.calibration.spring_model import solid, spring_model
+from palpate.calibration.spring_model import spring_model
 from palpate.calibration.spring_motion import stiffnesses
 from palpate.effects.volume import Volume
 
@@ -27,6 +31,23 @@ def test_regular_tetrahedron():
     gelder = stiffnesses(*closed_forms.van_gelder(model, material))
     assert gelder == pytest.approx(np.full(6, 3000.0 * 0.02 / (6.0 * np.sqrt(2.0))))
     assert stiffnesses(*closed_forms.lloyd(model, material)) == pytest.approx(24.0 / 25.0 * gelder)
+
+
+def test_lloyds_constant_is_the_nearest_to_linear_finite_elements():
+    """2√2/25: the k of six springs with the least difference to scikit-fem's matrix at ν = 1/4, not at 0.3."""
+    nodes = 0.02 / np.sqrt(8.0) * np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    basis = Basis(MeshTet(nodes.T.copy(), np.array([[0], [1], [2], [3]])), ElementVector(ElementTetP1()))
+    springs = np.zeros((12, 12))
+    for i, j in itertools.combinations(range(4), 2):
+        along = np.zeros((4, 3))
+        along[i], along[j] = nodes[i] - nodes[j], nodes[j] - nodes[i]
+        springs += np.outer(along, along) / 0.02**2
+    constants = []
+    for poisson in (0.25, 0.3):
+        matrix = linear_elasticity(*lame_parameters(3000.0, poisson)).assemble(basis).toarray()
+        constants.append(float((matrix * springs).sum() / (springs**2).sum()) / (3000.0 * 0.02))
+    assert constants[0] == pytest.approx(2.0 * np.sqrt(2.0) / 25.0, rel=1e-12)
+    assert constants[1] > 1.1 * constants[0]
 
 
 def test_uniform_finds_the_modulus_that_made_the_motion(cube):

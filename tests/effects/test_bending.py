@@ -9,7 +9,6 @@ from palpate.bodies.body import Material, nest
 from palpate.bodies.particles import particles_of
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.effects.bending import hinges, make
-from palpate.effects.blocks import shared_pattern
 from palpate.errors import InputError
 
 LENGTH, WIDTH, THICKNESS, CURVATURE = 0.3, 0.2, 0.002, 4.0
@@ -29,19 +28,6 @@ def rolled(nodes, angle):
     arc = CURVATURE * (nodes @ along)
     up = (1 - np.cos(arc)) / CURVATURE
     return np.outer(np.sin(arc) / CURVATURE, along) + np.outer(nodes @ across, across) + np.outer(up, [0, 0, 1])
-
-
-def force_of(effect, x):
-    force = np.zeros_like(x)
-    effect.add_force(x, np.zeros_like(x), force)
-    return force
-
-
-def stiffness_of(effect, x):
-    pattern = shared_pattern([effect.couples], len(x))
-    values = np.zeros((len(pattern.indices), 3, 3))
-    effect.add_stiffness(x, True, pattern.slots[0], values)
-    return pattern.matrix(values).toarray()
 
 
 @pytest.mark.parametrize(("angle", "along", "across"), [(0.0, 24, 16), (np.pi / 2, 16, 24)])
@@ -75,7 +61,7 @@ def test_twist_costs_what_a_plate_pays():
     assert make(particles, {}).energy(x) == pytest.approx(expected, rel=1e-10)
 
 
-def test_rigid_motion_and_stretch_cost_nothing(rotation):
+def test_rigid_motion_and_stretch_cost_nothing(rotation, force_of):
     particles = plate()
     effect, bent = make(particles, {}), rolled(particles.nodes, 0.4)
     scale = np.abs(force_of(effect, bent)).max()
@@ -84,7 +70,7 @@ def test_rigid_motion_and_stretch_cost_nothing(rotation):
         assert np.abs(force_of(effect, x)).max() < 1e-9 * scale
 
 
-def test_momentum_is_kept(rotation):
+def test_momentum_is_kept(rotation, force_of):
     particles = plate()
     effect = make(particles, {})
     x = rolled(particles.nodes, 0.4) @ rotation(1.0).T + 0.01 * np.random.default_rng(0).normal(size=(35, 3))
@@ -93,12 +79,12 @@ def test_momentum_is_kept(rotation):
     assert np.abs(np.cross(x, force).sum(axis=0)).max() < 1e-12 * np.abs(force).sum() * particles.size
 
 
-def test_force_and_stiffness_are_derivatives():
+def test_force_and_stiffness_are_derivatives(force_of, stiffness_of):
     """Exactly: the energy is ½ xᵀ Q x, and Q is positive semidefinite."""
     particles = plate((3, 2))
     effect = make(particles, {})
     x = rolled(particles.nodes, 0.4) + 0.01 * np.random.default_rng(0).normal(size=(12, 3))
-    stiffness = stiffness_of(effect, x)
+    stiffness = stiffness_of(effect, x, definite=True)
     assert effect.energy(x) == pytest.approx(0.5 * x.ravel() @ stiffness @ x.ravel(), rel=1e-10)
     force = force_of(effect, x).ravel()
     assert np.abs(force + stiffness @ x.ravel()).max() < 1e-11 * np.abs(force).max()

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects.blocks import shared_pattern
 from palpate.effects.contact import make
 
 STIFFNESS = 40.0
@@ -24,31 +23,7 @@ def contact(particles):
     return make(particles, {"stiffness_n_m": STIFFNESS, "instruments": [SPHERE, FLOOR]}, None)
 
 
-def force_of(contact, x):
-    force = np.zeros_like(x)
-    contact.add_force(x, np.zeros_like(x), force)
-    return force
-
-
-def stiffness_of(contact, x, definite):
-    pattern = shared_pattern([contact.couples], len(x))
-    values = np.zeros((len(pattern.indices), 3, 3))
-    contact.add_stiffness(x, definite, pattern.slots[0], values)
-    return pattern.matrix(values).toarray()
-
-
-def differences(function, x, step):
-    """Central differences along every coordinate of ``x``, one row each."""
-    rows = []
-    for i in range(x.size):
-        delta = np.zeros(x.size)
-        delta[i] = step
-        delta = delta.reshape(x.shape)
-        rows.append((np.asarray(function(x + delta)) - np.asarray(function(x - delta))).ravel() / (2 * step))
-    return np.array(rows)
-
-
-def test_force_and_stiffness_are_the_derivatives(particles, contact):
+def test_force_and_stiffness_are_the_derivatives(particles, contact, force_of, stiffness_of, differences):
     x = particles.nodes + 0.01 * np.random.default_rng(0).normal(size=particles.nodes.shape)
     force = force_of(contact, x)
     inside = np.linalg.norm(x - SPHERE["center_m"], axis=1) < SPHERE["radius_m"]
@@ -61,7 +36,7 @@ def test_force_and_stiffness_are_the_derivatives(particles, contact):
     assert np.abs(stiffness - slope).max() < 1e-6 * np.abs(stiffness).max()
 
 
-def test_the_definite_stiffness_drops_exactly_the_negative_part(particles, contact):
+def test_the_definite_stiffness_drops_exactly_the_negative_part(particles, contact, stiffness_of):
     x = particles.nodes + 0.01 * np.random.default_rng(0).normal(size=particles.nodes.shape)
     alone = make(particles, {"stiffness_n_m": STIFFNESS, "instruments": [SPHERE]}, None)
     values, vectors = np.linalg.eigh(stiffness_of(alone, x, False))
@@ -71,7 +46,7 @@ def test_the_definite_stiffness_drops_exactly_the_negative_part(particles, conta
     assert np.linalg.eigvalsh(stiffness_of(contact, x, True))[0] > -1e-12 * STIFFNESS
 
 
-def test_the_force_grows_with_depth_and_points_out(particles, contact):
+def test_the_force_grows_with_depth_and_points_out(particles, contact, force_of):
     x = np.tile([5.0, 5.0, 5.0], (len(particles.nodes), 1))  # clear of everything
     assert contact.energy(x) == 0.0 and not force_of(contact, x).any()
     x[0] = [3.0, 3.0, -0.02]
@@ -83,7 +58,7 @@ def test_the_force_grows_with_depth_and_points_out(particles, contact):
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
-def test_floors_face_along_their_axis(particles, axis):
+def test_floors_face_along_their_axis(particles, axis, force_of):
     floor = {"kind": "floor", "axis": axis, "height_m": 10.0}
     force = force_of(make(particles, {"stiffness_n_m": 1.0, "instruments": [floor]}, None), particles.nodes)
     expected = np.zeros_like(force)
@@ -92,7 +67,7 @@ def test_floors_face_along_their_axis(particles, axis):
 
 
 @pytest.mark.parametrize("away", [0.0, 1e-300, 1e-14])
-def test_the_centre_of_a_sphere_is_safe(particles, away):
+def test_the_centre_of_a_sphere_is_safe(particles, away, force_of, stiffness_of):
     alone = make(particles, {"stiffness_n_m": STIFFNESS, "instruments": [SPHERE]}, None)
     x = np.tile(np.add(SPHERE["center_m"], [away, 0.0, 0.0]), (len(particles.nodes), 1))
     force = force_of(alone, x)

@@ -6,7 +6,6 @@ import pytest
 from palpate.bodies.body import Material, nest
 from palpate.bodies.particles import particles_of
 from palpate.bodies.sheet import Sheet, sheet
-from palpate.effects.blocks import shared_pattern
 from palpate.effects.triangles import FOLD, make
 from palpate.errors import InputError
 
@@ -52,28 +51,7 @@ def crumpled(nodes, rotation, amount=0.01):
     return nodes @ rotation(2.0).T + amount * np.random.default_rng(3).normal(size=nodes.shape)
 
 
-def force_of(effect, x):
-    force = np.zeros_like(x)
-    effect.add_force(x, np.zeros_like(x), force)
-    return force
-
-
-def stiffness_of(effect, x, definite=False):
-    pattern = shared_pattern([effect.couples], len(x))
-    values = np.zeros((len(pattern.indices), 3, 3))
-    effect.add_stiffness(x, definite, pattern.slots[0], values)
-    return pattern.matrix(values).toarray()
-
-
-def differences(function, x, step):
-    """Central differences of ``function`` along every coordinate of ``x``, one row each."""
-    rows = []
-    for delta in step * np.eye(x.size).reshape(-1, *x.shape):
-        rows.append((np.asarray(function(x + delta)) - np.asarray(function(x - delta))).ravel() / (2 * step))
-    return np.array(rows)
-
-
-def test_turning_costs_nothing(cloth, rotation):
+def test_turning_costs_nothing(cloth, rotation, force_of):
     sheet, effect = cloth
     for angle in [*np.linspace(0, 2 * np.pi, 9), np.pi - 1e-8, 1e-9]:
         x = sheet.nodes @ rotation(angle).T + [0.3, -0.2, 0.1]
@@ -81,7 +59,7 @@ def test_turning_costs_nothing(cloth, rotation):
         assert effect.energy(x) < 1e-24 * effect.moduli[0] * sheet.thickness_m * sheet.size**2 * 10
 
 
-def test_energy_and_force_turn_with_the_sheet(cloth, rotation):
+def test_energy_and_force_turn_with_the_sheet(cloth, rotation, force_of):
     sheet, effect = cloth
     x, turn = crumpled(sheet.nodes, rotation), rotation(0.7)
     assert effect.energy(x @ turn.T) == pytest.approx(effect.energy(x), rel=1e-12)
@@ -91,7 +69,7 @@ def test_energy_and_force_turn_with_the_sheet(cloth, rotation):
     assert np.abs(np.cross(x, force).sum(axis=0)).max() < 1e-12 * np.abs(force).sum() * sheet.size
 
 
-def test_force_and_stiffness_are_derivatives(cloth, rotation):
+def test_force_and_stiffness_are_derivatives(cloth, rotation, force_of, stiffness_of, differences):
     sheet, effect = cloth
     x = crumpled(sheet.nodes, rotation)
     force, stiffness = force_of(effect, x), stiffness_of(effect, x)
@@ -103,7 +81,7 @@ def test_force_and_stiffness_are_derivatives(cloth, rotation):
 
 
 @pytest.mark.parametrize("name", STRETCHES)
-def test_collapsed_triangles(name, triangle, rotation):
+def test_collapsed_triangles(name, triangle, rotation, force_of, stiffness_of, differences):
     """Derivatives are right, nothing is NaN, and the definite stiffness drops exactly the negative part."""
     patch, effect = triangle
     plane = np.array([[0.6, -0.8], [0.8, 0.6]])
@@ -135,7 +113,7 @@ def test_a_collapsed_triangle_far_from_the_fold_is_the_plain_energy(triangle):
 
 
 @pytest.mark.parametrize("strain", [1e-6, 0.3])
-def test_tension_gives_youngs_modulus_and_poissons_ratio(cloth, strain):
+def test_tension_gives_youngs_modulus_and_poissons_ratio(cloth, strain, force_of):
     """Stretched by e and narrowed by ν e, only the ends carry force: E e t times the width, in plane stress."""
     sheet, effect = cloth
     young, poisson = sheet.material.young_pa, sheet.material.poisson
@@ -148,7 +126,7 @@ def test_tension_gives_youngs_modulus_and_poissons_ratio(cloth, strain):
     assert np.abs(force[:, 1:]).max() < 1e-9 * expected
 
 
-def test_patch(cloth, rotation):
+def test_patch(cloth, rotation, force_of):
     """Of any linear deformation the inner nodes feel nothing."""
     sheet, effect = cloth
     x = sheet.nodes @ (rotation(1.0) @ np.array([[1.2, 0.3, 0], [-0.1, 0.8, 0], [0.2, 0.1, 1]])).T
@@ -161,7 +139,7 @@ def test_patch(cloth, rotation):
 
 
 @pytest.mark.parametrize(("poisson", "tolerance"), [(0.0, 1e-4), (0.3, 0.01)])
-def test_a_hanging_strip_stretches_by_its_weight(poisson, tolerance):
+def test_a_hanging_strip_stretches_by_its_weight(poisson, tolerance, force_of, stiffness_of):
     """ρ g L² / (2 E): the law is linear in the stretch, so at any strain; the held end does not narrow."""
     strip = particles([1.0, 0.05], [40, 2], poisson)
     effect = make(strip, {})

@@ -1,6 +1,7 @@
 """How a job ends, and what it says on its way."""
 
 import shutil
+import warnings
 from pathlib import Path
 
 import pytest
@@ -50,3 +51,18 @@ def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
     polar = package / "effects/polar.py"
     polar.write_text(polar.read_text() + "\n")
     assert before != job_module.kernel_cache()
+
+
+def test_what_palpate_warns_of_stands_in_the_log(tmp_path, monkeypatch):
+    """Others' warnings do not, and neither changes how warnings are shown afterwards."""
+    others = []
+    monkeypatch.setattr(warnings, "showwarning", lambda message, *_: others.append(str(message)))
+    warnings.simplefilter("always")
+    before = warnings.showwarning
+    with job(str(tmp_path / "log")):
+        warnings.warn("the organ is cut", stacklevel=1)
+        warnings.warn("old", DeprecationWarning, stacklevel=1)
+    assert "warning: the organ is cut" in (tmp_path / "log").read_text()
+    assert "old" not in (tmp_path / "log").read_text()
+    assert others == ["old"]
+    assert warnings.showwarning is before

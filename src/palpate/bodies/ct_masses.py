@@ -7,6 +7,7 @@ import numpy as np
 from palpate.bodies.ct_density import density
 from palpate.bodies.ct_image import Image
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import lumped
 from palpate.errors import InputError
 
 _RIM = 2  # voxels around the organ that are looked at; beyond them the outermost ones count
@@ -51,8 +52,7 @@ def element_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
 
 def node_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
     """Masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, equation 4)."""
-    quarters = np.repeat(element_masses(mesh, densities) / 4, 4)
-    return np.bincount(mesh.tetrahedra.ravel(), quarters, minlength=len(mesh.nodes))
+    return lumped(mesh, element_masses(mesh, densities))
 
 
 def _around(points, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:

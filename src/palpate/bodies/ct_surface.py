@@ -1,11 +1,10 @@
 """The closed surface of a mask: dense and smooth as the CT has it, or of a wanted number of nodes."""
 
 import numpy as np
-from scipy import sparse
 from scipy.ndimage import gaussian_filter, zoom
-from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.ct_image import Image
+from palpate.bodies.fill import shells
 from palpate.bodies.remesh import across, remesh, vertex_normals
 from palpate.errors import InputError
 
@@ -90,12 +89,22 @@ def _cut(soft: np.ndarray, origin, spacing, volume_m3: float) -> tuple[float, tu
 
 def _contour(soft: np.ndarray, level: float, origin, spacing) -> tuple[np.ndarray, np.ndarray]:
     """The largest piece of an isosurface, by flying edges (Schroeder, Maynard, Geveci 2015): marching cubes, faster."""
-    import pyvista
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
 
-    grid = pyvista.ImageData(dimensions=soft.shape[::-1], spacing=spacing, origin=origin)
-    grid.point_data["soft"] = soft.ravel()
-    found = grid.contour([level], scalars="soft", method="flying_edges", compute_normals=False)
-    return _largest(np.array(found.points, dtype=float), found.regular_faces.astype(np.int64))
+    grid, edges = vtkImageData(), vtkFlyingEdges3D()
+    grid.SetDimensions(soft.shape[::-1])
+    grid.SetSpacing(spacing)
+    grid.SetOrigin(origin)
+    grid.GetPointData().SetScalars(numpy_to_vtk(soft.ravel(), deep=True))
+    edges.SetInputData(grid)
+    edges.SetValue(0, level)
+    edges.ComputeNormalsOff()
+    edges.Update()
+    found = edges.GetOutput()
+    triangles = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    return _largest(vtk_to_numpy(found.GetPoints().GetData()).astype(float), triangles.astype(np.int64))
 
 
 def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.ndarray:
@@ -116,17 +125,19 @@ def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.n
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
     """The volume [m³] inside a closed surface wound outward."""
+    return float(_wedges(points, triangles).sum() / 6)
+
+
+def _wedges(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Six times the volume between each triangle and the middle of the points, (m,), negative if seen from inside."""
     a, b, c = (points[triangles[:, i]] - points.mean(axis=0) for i in range(3))
-    return float(np.einsum("ij,ij->", np.cross(a, b), c) / 6)
+    return np.einsum("ij,ij->i", np.cross(a, b), c)
 
 
 def _largest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The piece of the surface with the largest volume, wound outward; hollows and islands go."""
-    ends = np.vstack([triangles[:, :2], triangles[:, 1:]]).T
-    graph = sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(len(points), len(points)))
-    piece = connected_components(graph, directed=False)[1][triangles[:, 0]]
-    a, b, c = (points[triangles[:, i]] - points.mean(axis=0) for i in range(3))
-    sizes = np.bincount(piece, np.einsum("ij,ij->i", np.cross(a, b), c))
+    piece = shells(triangles, len(points))
+    sizes = np.bincount(piece, _wedges(points, triangles))
     kept = triangles[piece == np.argmax(np.abs(sizes))]
     kept = kept if sizes[np.argmax(np.abs(sizes))] > 0 else kept[:, ::-1]
     used, number = np.unique(kept, return_inverse=True)

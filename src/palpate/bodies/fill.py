@@ -65,18 +65,23 @@ def fill(points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = No
 
 def _shells(points, triangles, source: str) -> list[np.ndarray]:
     """The outer shell's triangles, then those of each hollow."""
-    ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]]).T
-    graph = sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(len(points), len(points)))
-    label = connected_components(graph, directed=False)[1][triangles[:, 0]]
-    shells = [triangles[label == number] for number in np.unique(label)]
+    label = shells(triangles, len(points))
+    found = [triangles[label == number] for number in np.unique(label)]
     # six times the volume inside, negative if wound inward
-    volumes = [np.linalg.det(points[shell]).sum() for shell in shells]
+    volumes = [np.linalg.det(points[shell]).sum() for shell in found]
     if sum(volume > 0 for volume in volumes) > 1:
         raise InputError(
-            f"{source}: the surface has {len(shells)} separate shells; give each body a file of its own, and "
+            f"{source}: the surface has {len(found)} separate shells; give each body a file of its own, and "
             "wind the triangles around a hollow inward."
         )
-    return [shells[i] for i in np.argsort(volumes)[::-1]]
+    return [found[i] for i in np.argsort(volumes)[::-1]]
+
+
+def shells(triangles: np.ndarray, n_points: int) -> np.ndarray:
+    """Which connected piece of the surface each triangle belongs to, (n_triangles,)."""
+    ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]]).T
+    graph = sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(n_points, n_points))
+    return connected_components(graph, directed=False)[1][triangles[:, 0]]
 
 
 def gmsh_mesh(gmsh) -> tuple[np.ndarray, dict[int, np.ndarray]]:

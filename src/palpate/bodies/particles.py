@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.bodies.body import Body, Material
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.errors import InputError
 
 
@@ -44,18 +44,28 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     if thickness:
         masses = body.material.density_kg_m3 * thickness * mesh.areas
         return Particles(body.name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, body.material, thickness)
-    shares = np.repeat(body.material.density_kg_m3 * mesh.volumes / 4.0, 4)
-    masses = np.bincount(mesh.tetrahedra.ravel(), shares, minlength=len(mesh.nodes))
+    whole = solid(mesh, held, body.material, body.name)
     if not surface:
-        return Particles(body.name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, body.material)
+        return whole
     kept = mesh.surface
     areas = mesh.areas[kept]
     return Particles(
         body.name,
         np.ascontiguousarray(mesh.nodes[kept]),
-        masses.sum() * areas / areas.sum(),
+        whole.masses.sum() * areas / areas.sum(),
         np.searchsorted(kept, np.intersect1d(held, kept)),
         np.searchsorted(kept, mesh.triangles),
         np.empty((0, 4), dtype=np.int64),
         body.material,
     )
+
+
+def solid(mesh: TetMesh, held: np.ndarray, material: Material, name: str) -> Particles:
+    """The nodes of ``mesh`` as point masses, its density the same everywhere."""
+    masses = lumped(mesh, material.density_kg_m3 * mesh.volumes)
+    return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material)
+
+
+def lumped(mesh: TetMesh, element_masses: np.ndarray) -> np.ndarray:
+    """Masses (n_nodes,) [kg]: quarters of those, (n_tetrahedra,), of the elements around a node (paper 2, eq. 4)."""
+    return np.bincount(mesh.tetrahedra.ravel(), np.repeat(element_masses / 4.0, 4), minlength=len(mesh.nodes))

@@ -4,8 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.bodies.body import Material
-from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles
 from palpate.effects.spring_network import rest_lengths, volume_springs
 from palpate.errors import InputError
@@ -40,13 +38,6 @@ def spring_model(particles: Particles) -> SpringModel:
     return SpringModel(
         particles.nodes, particles.tetrahedra, pairs, rest, weights, particles.masses, np.array(particles.held)
     )
-
-
-def solid(mesh: TetMesh, held: np.ndarray, material: Material, name: str) -> Particles:
-    """The nodes of ``mesh`` as point masses, a quarter of each tetrahedron's to each of its corners (eq. 4)."""
-    shares = np.repeat(material.density_kg_m3 * mesh.volumes / 4.0, 4)
-    masses = np.bincount(mesh.tetrahedra.ravel(), shares, minlength=len(mesh.nodes))
-    return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material)
 
 
 @dataclass(frozen=True, eq=False)

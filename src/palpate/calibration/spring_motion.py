@@ -18,7 +18,8 @@ import numba
 import numpy as np
 
 from palpate.calibration.spring_model import KeyPoints, Press, SpringModel
-from palpate.calibration.volume_force import add_volume_force
+from palpate.effects import kelvin
+from palpate.effects.volume import add_force, rest_spread
 from palpate.errors import InputError, NotConverged
 
 
@@ -49,8 +50,7 @@ def dampings(model: SpringModel, stiffness: np.ndarray, ratio: float) -> np.ndar
     damping of two like nodes: some 800 times on a cube of 10 mm, where springs would need seconds to give way to a
     press, and steps of microseconds.
     """
-    first, second = model.masses[model.pairs].T
-    return 2.0 * ratio * np.sqrt(stiffness * (first * second / (first + second)))
+    return kelvin.dampings(model.pairs, stiffness, model.masses, ratio)
 
 
 def simulate(model: SpringModel, young: np.ndarray, press: Press, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
@@ -83,8 +83,7 @@ def constants(model: SpringModel, press: Press, settings: Settings) -> tuple:
     """What ``advance`` needs and no modulus changes, with the load of each step (steps, 3) [N] in the place of one."""
     mobility = 1.0 / model.masses
     mobility[model.held] = 0.0
-    corners = model.nodes[model.tetrahedra]
-    spread = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
+    spread = rest_spread(model.nodes, model.tetrahedra)
     loads = np.outer(press.factors(settings.step_s, settings.steps), press.force_n)
     network = (model.nodes, model.pairs, model.rest_m, model.tetrahedra, spread, float(settings.volume_n_m))
     return *network, mobility, press.node, loads, settings.step_s
@@ -107,7 +106,7 @@ def advance(x, v, force, stiffness, damping, pairs, rest, tetrahedra, spread, vo
         force[b, 1] -= tension * d1
         force[b, 2] -= tension * d2
     if volume > 0.0:
-        add_volume_force(x, tetrahedra, spread, volume, force)
+        add_force(x, tetrahedra, spread, volume, force)
     for i in range(3):
         force[node, i] += load[i]
     for a in range(len(x)):

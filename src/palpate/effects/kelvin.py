@@ -23,6 +23,12 @@ def springs_of(elastic: object, particles: Particles, effect: str) -> Springs:
     return elastic
 
 
+def dampings(pairs: np.ndarray, stiffness: np.ndarray, masses: np.ndarray, ratio: float) -> np.ndarray:
+    """μ (…, s) [N s/m] of dampers beside springs of ``stiffness`` (…, s) [N/m], ``ratio`` times critical."""
+    first, second = masses[pairs].T
+    return 2.0 * ratio * np.sqrt(stiffness * (first * second / (first + second)))
+
+
 class Kelvin:
     """The force −μ (n·Δv) n along each spring, μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂)) [N s/m].
 
@@ -33,8 +39,7 @@ class Kelvin:
 
     def __init__(self, springs: Springs, masses: np.ndarray, ratio: float):
         self.pairs = self.couples = springs.pairs
-        first, second = masses[springs.pairs].T
-        self.damping = 2.0 * ratio * np.sqrt(springs.stiffness_n_m * first * second / (first + second))
+        self.damping = dampings(springs.pairs, springs.stiffness_n_m, masses, ratio)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
         """Add −C(x) v to ``force`` (n_nodes, 3) [N]."""

@@ -31,8 +31,7 @@ class Volume:
     def __init__(self, particles: Particles, stiffness_n_m: float):
         self.tetrahedra = self.couples = np.ascontiguousarray(particles.tetrahedra)
         self.stiffness_n_m = float(stiffness_n_m)
-        corners = particles.nodes[self.tetrahedra]
-        self.rest_m = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
+        self.rest_m = rest_spread(particles.nodes, self.tetrahedra)
 
     def energy(self, x: np.ndarray) -> float:
         """Energy [J] at positions ``x`` (n_nodes, 3) [m]."""
@@ -40,7 +39,7 @@ class Volume:
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
         """Add minus the energy's gradient to ``force`` (n_nodes, 3) [N]."""
-        _add_force(x, self.tetrahedra, self.rest_m, self.stiffness_n_m, force)
+        add_force(x, self.tetrahedra, self.rest_m, self.stiffness_n_m, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         """Add κ g gᵀ + κ (L − L₀) ∂²L to ``values`` (n_blocks, 3, 3) [N/m], g the gradient of L.
@@ -50,8 +49,14 @@ class Volume:
         _add_stiffness(x, self.tetrahedra, self.rest_m, self.stiffness_n_m, definite, slots, values)
 
 
+def rest_spread(nodes: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
+    """L₀ (m,) [m] of ``tetrahedra`` (m, 4) whose ``nodes`` (n, 3) [m] are at rest."""
+    corners = nodes[tetrahedra]
+    return np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
+
+
 @numba.njit(cache=True)
-def _spread(x, corners, lengths, u):
+def spread(x, corners, lengths, u):
     """L of one tetrahedron; its ``lengths`` (4,) and, per corner, the gradient of L in ``u[4:]``, u in ``u[:4]``."""
     total = 0.0
     for i in range(3):
@@ -74,18 +79,44 @@ def _spread(x, corners, lengths, u):
 def _energy(x, tetrahedra, rest, stiffness):
     lengths, u, total = np.empty(4), np.empty((8, 3)), 0.0
     for e in range(len(tetrahedra)):
-        total += 0.5 * stiffness * (_spread(x, tetrahedra[e], lengths, u) - rest[e]) ** 2
+        total += 0.5 * stiffness * (spread(x, tetrahedra[e], lengths, u) - rest[e]) ** 2
     return total
 
 
-@numba.njit(cache=True)
-def _add_force(x, tetrahedra, rest, stiffness, force):
-    lengths, u = np.empty(4), np.empty((8, 3))
+@numba.njit(cache=True, error_model="numpy")
+def add_force(x, tetrahedra, rest, stiffness, force):
+    """Add −κ (L − L₀)(uᵢ − ¼ Σ uⱼ) to ``force`` (n, 3) [N]; unrolled, with one root and one division a corner, as it
+    would be most of what a search over springs costs."""
     for e in range(len(tetrahedra)):
-        tension = stiffness * (_spread(x, tetrahedra[e], lengths, u) - rest[e])
-        for a in range(4):
-            for i in range(3):
-                force[tetrahedra[e, a], i] -= tension * u[4 + a, i]
+        a, b, c, d = tetrahedra[e, 0], tetrahedra[e, 1], tetrahedra[e, 2], tetrahedra[e, 3]
+        m0 = 0.25 * (x[a, 0] + x[b, 0] + x[c, 0] + x[d, 0])
+        m1 = 0.25 * (x[a, 1] + x[b, 1] + x[c, 1] + x[d, 1])
+        m2 = 0.25 * (x[a, 2] + x[b, 2] + x[c, 2] + x[d, 2])
+        a0, a1, a2, length_a = _from_middle(x, a, m0, m1, m2)
+        b0, b1, b2, length_b = _from_middle(x, b, m0, m1, m2)
+        c0, c1, c2, length_c = _from_middle(x, c, m0, m1, m2)
+        d0, d1, d2, length_d = _from_middle(x, d, m0, m1, m2)
+        tension = stiffness * (length_a + length_b + length_c + length_d - rest[e])
+        s0, s1, s2 = 0.25 * (a0 + b0 + c0 + d0), 0.25 * (a1 + b1 + c1 + d1), 0.25 * (a2 + b2 + c2 + d2)
+        _pull(force, a, tension, a0 - s0, a1 - s1, a2 - s2)
+        _pull(force, b, tension, b0 - s0, b1 - s1, b2 - s2)
+        _pull(force, c, tension, c0 - s0, c1 - s1, c2 - s2)
+        _pull(force, d, tension, d0 - s0, d1 - s1, d2 - s2)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _from_middle(x, corner, m0, m1, m2):
+    u0, u1, u2 = x[corner, 0] - m0, x[corner, 1] - m1, x[corner, 2] - m2
+    length = np.sqrt(u0 * u0 + u1 * u1 + u2 * u2)
+    inverse = 1.0 / length if length > 0.0 else 0.0
+    return u0 * inverse, u1 * inverse, u2 * inverse, length
+
+
+@numba.njit(cache=True)
+def _pull(force, corner, tension, g0, g1, g2):
+    force[corner, 0] -= tension * g0
+    force[corner, 1] -= tension * g1
+    force[corner, 2] -= tension * g2
 
 
 @numba.njit(cache=True)
@@ -94,7 +125,7 @@ def _add_stiffness(x, tetrahedra, rest, stiffness, definite, slots, values):
     lengths, u = np.empty(4), np.empty((8, 3))
     bend, mean = np.empty((4, 3, 3)), np.empty((3, 3))
     for e in range(len(tetrahedra)):
-        tension = stiffness * (_spread(x, tetrahedra[e], lengths, u) - rest[e])
+        tension = stiffness * (spread(x, tetrahedra[e], lengths, u) - rest[e])
         if definite:
             tension = max(tension, 0.0)
         mean[:] = 0.0

@@ -19,7 +19,7 @@ def measure(name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[i
     """Rows of node_mass.csv, one a resolution, the coarsest first.
 
     mask : the organ of the body ``name``, (nz, ny, nx) bool; surface_nodes : the resolutions, wrapped by ``progress``
-    mean_density [kg/m³] is the total mass over the mesh's volume; deviation_from_voxels is the total mass against
+    mean_density_kg_m3 is the total mass over the mesh's volume; deviation_from_voxels is the total mass against
     the sum over the mask's voxels, as a share of that sum; raw_deviation the same without regard to the organ's rim.
     Every mesh encloses the volume of the voxels. Raises InputError if the organ cannot be meshed.
     """
@@ -35,7 +35,7 @@ def measure(name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[i
                 "elements": len(mesh.tetrahedra),
                 "nodes": len(mesh.nodes),
                 "total_mass_kg": masses.sum(),
-                "mean_density": masses.sum() / mesh.volumes.sum(),
+                "mean_density_kg_m3": masses.sum() / mesh.volumes.sum(),
                 "deviation_from_voxels": masses.sum() / voxels - 1,
                 "raw_deviation": raw.sum() / voxels - 1,
                 "surface_nodes": len(mesh.surface),

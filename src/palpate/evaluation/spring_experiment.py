@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bodies.body import Material
-from palpate.bodies.particles import Particles
+from palpate.bodies.particles import Particles, solid
 from palpate.calibration.closed_forms import volume_stiffness
 from palpate.calibration.cube import FACES, middle, paper_cube
 from palpate.calibration.fitness import Fitness, Range
 from palpate.calibration.reference import reference_motion
-from palpate.calibration.spring_model import Press, SpringModel, key_points, solid, spring_model
+from palpate.calibration.spring_model import Press, SpringModel, key_points, spring_model
 from palpate.calibration.spring_motion import Settings
 from palpate.calibration.step_limit import check_step
 from palpate.files import write_whole

@@ -30,7 +30,7 @@ def draw(image: Image, mask: np.ndarray, body: Body) -> Figure:
         for name, mesh, held in zip(
             ("coarse", "fine"), (body.coarse, body.fine), (body.anchors[0], body.anchors[-1]), strict=True
         ):
-            pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = _surface(stage, close, mesh, held)
+            pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = stage.level(close, mesh, held)
     figure, axes = panels.grid(1, len(pictures), aspect, _INCHES, bare=True)
     for axis, (caption, picture) in zip(axes[0], pictures.items(), strict=True):
         panels.place(axis, picture, caption)
@@ -50,18 +50,6 @@ def _corners(image: Image) -> np.ndarray:
     """The corners of the grid, (8, 3) [m]."""
     last = np.array(image.hu.shape) - 1
     return image.to_world(np.array(list(np.ndindex(2, 2, 2))) * last)
-
-
-def _surface(stage, view, mesh, held) -> np.ndarray:
-    """One level in grey with its edges."""
-    dots = mesh.nodes[np.intersect1d(held, mesh.surface)]
-    return stage.picture(
-        view,
-        [
-            lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
-            lambda s: s.dots(dots, 0.011 * mesh.size),
-        ],
-    )
 
 
 def _volume(image: Image, mask: np.ndarray):

@@ -20,7 +20,7 @@ def draw(bodies: list[Body]) -> Figure:
         for row, body, view in zip(axes, bodies, views, strict=True):
             triples = zip(row, body.levels, body.anchors, strict=False)
             for level, (axis, mesh, anchors) in enumerate(triples):
-                panels.place(axis, _picture(stage, view, mesh, anchors), _caption(mesh, level))
+                panels.place(axis, stage.level(view, mesh, anchors), _caption(mesh, level))
             row[0].set_ylabel(body.name, fontweight="bold")
     return figure
 
@@ -29,18 +29,6 @@ def _view(body) -> render.View:
     """The body from above and to the side."""
     axes = render.directions(body.coarse.nodes, np.zeros(3))
     return render.frame(axes, [body.coarse.nodes])
-
-
-def _picture(stage, view, mesh, anchors) -> np.ndarray:
-    """One level in grey with its edges."""
-    held = mesh.nodes[np.intersect1d(anchors, mesh.surface)]
-    return stage.picture(
-        view,
-        [
-            lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
-            lambda s: s.dots(held, 0.011 * mesh.size),
-        ],
-    )
 
 
 def _caption(mesh, level) -> str:

@@ -21,7 +21,7 @@ def draw(node_mass) -> Figure:
         colour = _COLOURS[i % len(_COLOURS)]
         left.plot(rows["elements"], 100 * rows["raw_deviation"], color=colour, ls="--", marker="o", ms=3, alpha=0.7)
         left.plot(rows["elements"], 100 * rows["deviation_from_voxels"], color=colour, marker="o", ms=4, label=body)
-        right.plot(rows["elements"], rows["mean_density"], color=colour, marker="o", ms=4, label=body)
+        right.plot(rows["elements"], rows["mean_density_kg_m3"], color=colour, marker="o", ms=4, label=body)
     _bounds(left, node_mass["elements"])
     left.plot([], [], color=style.INK, label="inside of the organ only")
     left.plot([], [], color=style.INK, ls="--", alpha=0.7, label="voxels as they are (paper 2)")

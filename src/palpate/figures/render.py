@@ -118,6 +118,17 @@ class Stage:
         self._plotter.add_light(lamp)
         self._plotter.add_actor(volume)
 
+    def level(self, view: View, mesh, held: np.ndarray) -> np.ndarray:
+        """A picture of ``mesh`` in grey with its edges, and those of the nodes ``held`` that can be seen."""
+        seen = mesh.nodes[np.intersect1d(held, mesh.surface)]
+        return self.picture(
+            view,
+            [
+                lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
+                lambda s: s.dots(seen, 0.011 * mesh.size),
+            ],
+        )
+
     def dots(self, points, radius) -> None:
         """Held nodes, (n, 3) [m], as dark balls."""
         ball = self._pyvista.Sphere(radius=radius, theta_resolution=12, phi_resolution=12)

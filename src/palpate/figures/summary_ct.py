@@ -51,4 +51,4 @@ def _raw(masses) -> str:
 
 
 def _density(masses) -> str:
-    return f"{masses['mean_density'].min():.0f} to {masses['mean_density'].max():.0f} kg/m³"
+    return f"{masses['mean_density_kg_m3'].min():.0f} to {masses['mean_density_kg_m3'].max():.0f} kg/m³"

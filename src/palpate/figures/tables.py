@@ -42,7 +42,7 @@ SOFT_BODIES = {
     ),
 }
 CT = {
-    "node_mass": "body elements nodes total_mass_kg mean_density deviation_from_voxels raw_deviation",
+    "node_mass": "body elements nodes total_mass_kg mean_density_kg_m3 deviation_from_voxels raw_deviation",
     "mesh_quality": "body level min_dihedral_deg max_dihedral_deg min_radius_ratio volume_m3",
 }
 SPRINGS = {

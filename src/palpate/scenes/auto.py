@@ -6,6 +6,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
+from palpate.scenes.registry import ELASTIC
 from palpate.scenes.scene import Scene
 
 OWN_POISSON = 0.25
@@ -32,9 +33,8 @@ class Decision:
 def decide(scene: Scene, particles: Particles) -> list[Decision]:
     """A decision on every effect there is, the elastic ones first; InputError if two elastic effects are described."""
     elastic, why = _elastic(scene, particles)
-    others = ("springs", "shape_matching", "corotational", "triangles")
     decisions = [Decision(elastic, True, why)]
-    decisions += [Decision(name, False, f"{elastic} holds the body together") for name in others if name != elastic]
+    decisions += [Decision(name, False, f"{elastic} holds the body together") for name in ELASTIC if name != elastic]
     decisions += [
         _gravity(scene, particles),
         _held(scene, particles),

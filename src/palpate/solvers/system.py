@@ -35,6 +35,7 @@ class System:
         slots = dict(zip((n for n, _ in coupling), self.pattern.slots, strict=True))
         self._stiff = [(n, e.add_stiffness, slots[n]) for n, e in self.offering("add_stiffness")]
         self._damped = [(n, e.add_damping, slots[n]) for n, e in self.offering("add_damping")]
+        self._explicit_damped = [call for call in self._damped if not hasattr(effects[call[0]], "project")]
 
     def offering(self, method: str) -> list[tuple[str, object]]:
         """Name and object of the effects that have ``method``."""
@@ -88,25 +89,20 @@ class System:
 
     def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
         """Hessian of the energy (3n, 3n) [N/m] on the shared pattern; None if no effect has any."""
-        if not self._stiff:
-            return None
-        values = np.zeros((len(self.pattern.indices), 3, 3))
-        for name, add, slots in self._stiff:
-            start = perf_counter()
-            add(x, definite, slots, values)
-            self.seconds[name] += perf_counter() - start
-        return self.pattern.matrix(values)
+        return self._assemble(self._stiff, x, definite)
 
     def damping(self, x: np.ndarray, explicit: bool = False) -> sparse.bsr_array | None:
         """Damping matrix (3n, 3n) [N s/m] on the shared pattern, with ``explicit`` that of ``explicit_force``; None if
         no effect damps."""
-        damped = [call for call in self._damped if not (explicit and hasattr(self.effects[call[0]], "project"))]
-        if not damped:
+        return self._assemble(self._explicit_damped if explicit else self._damped, x)
+
+    def _assemble(self, calls, *arguments) -> sparse.bsr_array | None:
+        if not calls:
             return None
         values = np.zeros((len(self.pattern.indices), 3, 3))
-        for name, add, slots in damped:
+        for name, add, slots in calls:
             start = perf_counter()
-            add(x, slots, values)
+            add(*arguments, slots, values)
             self.seconds[name] += perf_counter() - start
         return self.pattern.matrix(values)
 

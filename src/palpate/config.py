@@ -39,6 +39,8 @@ def _check_papers(file: Path, config: dict) -> None:
         raise InputError(
             f"{file}: nothing is asked for; name a paper in papers, describe a scene in scenes, or a body from CT."
         )
+    if "springs" in config["papers"]:
+        _check_calibration(f"{file}: calibration", config["calibration"])
     if "enrichment" in config["papers"]:
         if not config.get("regimes"):
             raise InputError(f"{file}: papers names enrichment and there are no regimes; add one that says how hard.")
@@ -105,6 +107,25 @@ def _check_ct(place: str, body: dict) -> None:
     low, high = body["threshold_hu"]
     if low >= high:
         raise InputError(f"{place}.threshold_hu is [{low:g}, {high:g}]; give the lower number first.")
+
+
+def _check_calibration(place: str, calibration: dict) -> None:
+    """What would else be found only when the springs are simulated."""
+    low, high = calibration["young_pa"]
+    if low >= high:
+        raise InputError(f"{place}.young_pa is [{low:g}, {high:g}]; give the lower number first.")
+    duration, step = calibration["duration_s"], calibration["step_s"]
+    if duration < step:
+        raise InputError(
+            f"{place}.duration_s is {duration:g}, and step_s {step:g}; give the time of one step at least."
+        )
+    side = calibration["side_m"]
+    for number, point in enumerate(calibration["key_points_m"]):
+        if not all(0 <= coordinate <= side for coordinate in point):
+            raise InputError(
+                f"{place}.key_points_m[{number}] is {point}, which is outside the cube; "
+                f"give coordinates from 0 to side_m, {side:g}."
+            )
 
 
 def _check_samples(place: str, body: dict) -> None:
@@ -186,6 +207,7 @@ def _explain(error, root: dict) -> str:
         "maxItems": f"must have at most {wanted} entries",
         "minProperties": f"must have at least {wanted} entry",
         "maxProperties": f"must have only {wanted} entry",
+        "minLength": "must not be empty",
         "uniqueItems": "must not name one thing twice",
     }
     return f"{key} is {found!r}, but {told.get(rule, error.message)}{about}"

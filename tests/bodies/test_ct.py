@@ -116,6 +116,38 @@ def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
     assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"] / 2, rel=0.05)
 
 
+def test_pieces_of_a_mask_that_are_left_out_are_told(files, tmp_path):
+    paths, truth = files
+    image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
+    two = truth["liver"].astype(np.uint8)
+    two[5:10, 5:10, 5:10] = 1
+    mask = write(tmp_path / "two.nii.gz", two, image)
+    with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
+        kept = ct.segmented(ABDOMEN | paths | {"mask": mask})[1]
+    assert np.array_equal(kept, truth["liver"])
+
+
+@pytest.mark.parametrize("radius_m", [0.002, 0.005])
+def test_an_organ_too_thin_for_its_slices_is_said(files, tmp_path, radius_m):
+    paths, _ = files
+    image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
+    places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
+    tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
+    mask = write(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
+    with pytest.raises(InputError, match=r"the organ is too thin for its slices, and falls apart when they are smooth"):
+        ct.mesh(ABDOMEN | paths | {"mask": mask})
+
+
+def test_more_nodes_than_voxels_can_tell_apart_are_said(files):
+    with pytest.raises(InputError, match=r"surface_nodes is 1000000, which are too many for this organ: .* are 4 mm;"):
+        ct.mesh(ABDOMEN | files[0] | {"surface_nodes": 1_000_000})
+
+
+def test_an_empty_name_is_not_the_synthetic_abdomen():
+    with pytest.raises(InputError, match="give"):
+        ct.segmented(ABDOMEN | {"image": ""})
+
+
 def test_crops_that_leave_nothing_are_said(files):
     paths, _ = files
     with pytest.raises(InputError, match=r"crop_m has no voxel inside; the image reaches from \(-0\.16.* m\.$"):

@@ -82,6 +82,37 @@ def test_mixed_series_and_foreign_slices_are_said(write, tmp_path):
         read(tmp_path)
 
 
+@pytest.mark.parametrize("kept", [0, 100, 300])
+@pytest.mark.parametrize("number", [1, 3])
+def test_a_broken_slice_is_named_and_not_called_missing(write, kept, number):
+    folder = write([0, 2, 4, 6])
+    broken = folder / f"{number}.dcm"
+    broken.write_bytes(broken.read_bytes()[:kept])
+    with pytest.raises(
+        InputError, match=rf"{number}\.dcm: it cannot be read as a DICOM image, and seems to be damaged;"
+    ):
+        read(folder)
+
+
+def test_a_slice_without_its_pixels_is_named(write):
+    folder = write([0, 2, 4, 6], size=(80, 60))
+    broken = folder / "2.dcm"
+    broken.write_bytes(broken.read_bytes()[:-2000])
+    with pytest.raises(InputError, match=r"2\.dcm: it cannot be read as a DICOM image"):
+        read(folder)
+
+
+def test_a_position_that_is_no_number_is_said(write):
+    folder = write([0, 2.5, 5])
+    damaged = (folder / "1.dcm").read_bytes()
+    assert b"\\0\\2.5" in damaged
+    (folder / "1.dcm").write_bytes(damaged.replace(b"\\0\\2.5", b"\\0\\2x5"))
+    with pytest.raises(
+        InputError, match=r"1\.dcm: it is not one slice with a position, orientation and pixel spacing;"
+    ):
+        read(folder)
+
+
 def test_a_folder_without_slices_is_said(tmp_path):
     (tmp_path / "README.txt").write_text("nothing here")
     with pytest.raises(InputError, match="no file in it is a DICOM image"):

@@ -104,6 +104,38 @@ def test_missing_and_damaged_files_are_said(tmp_path):
         read(tmp_path / "slice.dcm")
 
 
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+def test_a_file_that_ends_too_early_is_not_filled_with_zeros(tmp_path, scan, suffix):
+    path = write(tmp_path / f"scan{suffix}", scan + np.random.default_rng(0).integers(0, 9, scan.shape, dtype=np.int16))
+    whole = path.read_bytes()
+    for damaged in (whole[: len(whole) * 6 // 10], whole[:-1], whole[:300]):
+        path.write_bytes(damaged)
+        with pytest.raises(
+            InputError, match=r"scan\.nii.*: the file is cut off or damaged; write or download it again"
+        ):
+            read(path)
+        with pytest.raises(InputError, match="the file is cut off or damaged"):
+            read_mask(path, Image(scan, np.zeros(3), np.ones(3)))
+
+
+def test_a_changed_byte_of_a_packed_file_is_noticed(tmp_path, scan):
+    path = write(tmp_path / "scan.nii.gz", scan + np.random.default_rng(0).integers(0, 9, scan.shape, dtype=np.int16))
+    damaged = bytearray(path.read_bytes())
+    damaged[len(damaged) // 2] ^= 255
+    path.write_bytes(damaged)
+    with pytest.raises(InputError, match="the file is cut off or damaged"):
+        read(path)
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_voxel_that_is_no_number_is_not_taken_for_water(tmp_path, scan, suffix, value):
+    hu = scan.astype(np.float64 if suffix == ".nii" else np.float32)
+    hu[3, 3, 3] = value
+    with pytest.raises(InputError, match="it has voxels that are not finite numbers; fill them with air, -1024 HU"):
+        read(write(tmp_path / f"scan{suffix}", hu))
+
+
 def test_a_mask_follows_its_image(tmp_path, scan):
     mask = (scan > 500).astype(np.uint8)
     image = read(write(tmp_path / "scan.nii.gz", scan, direction=np.diag([-1, -1, 1])))

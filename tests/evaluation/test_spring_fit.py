@@ -12,6 +12,7 @@ from palpate.evaluation import spring_experiment, spring_fit, spring_floor
 
 SMOKE = yaml.safe_load((Path(__file__).parents[1] / "smoke/config.yaml").read_text())["calibration"]
 YOUNG_PA = 900.0
+GRANTED = {"gradient_evaluations": 120}
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +73,19 @@ def test_fitted_to_all_presses_it_is_better_on_the_others(found, references):
     assert every["fitness"].sum() > one["fitness"].sum()
 
 
+def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, references):
+    """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
+    one, smooth, best = (
+        spring_fit.find(
+            method, found, [found.fitness("top", references)], spring_fit.budget(SMOKE["searches"] | GRANTED, False), 1
+        ).fit
+        for method in ("uniform", "gradient_smooth", "gradient")
+    )
+    assert one.fitness < smooth.fitness < best.fitness
+    assert np.std(np.log(smooth.young)) < 0.7 * np.std(np.log(best.young))
+    assert (np.diff(smooth.history[:, 2]) >= 0.0).all()
+
+
 def test_searches_have_a_history_a_seed_and_leave_no_state(found, references, tmp_path):
     runs = {seed: tmp_path / f"{seed}.npz" for seed in (1, 2)}
     for method in spring_fit.SEEDED:
@@ -111,6 +125,7 @@ def test_references_are_read_as_they_were_written(references, tmp_path):
     [
         ({"young_pa": [3000, 300]}, r"calibration\.young_pa is from 3000 to 300 Pa"),
         ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"calibration\.key_points_m\[0\] is .* outside the mesh"),
+        ({"duration_s": 1e-5}, r"calibration\.duration_s is 1e-05 s and a step 0\.0004 s; give the time of one step"),
         ({"step_s": 0.01}, r"calibration\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
     ],
 )

@@ -241,7 +241,7 @@ def spring_results():
     ends = {"uniform": 0.2, "van_gelder": 0.3, "lloyd": 0.25, "genetic": 0.06, "cma_es": 0.05, "gradient": 0.03}
     fits, history, errors = [], [], []
     for force in (False, True):
-        for method, best in (ends | {"gradient_all": 0.04}).items():
+        for method, best in (ends | {"gradient_smooth": 0.045, "gradient_all": 0.04}).items():
             for seed in (1, 2, 3) if method in ("genetic", "cma_es") else (1,):
                 way, end = (method, force, seed), best * (1 + 0.1 * (seed - 1))
                 count = {"genetic": 20, "cma_es": 10}.get(method, 10 if method.startswith("gradient") else 0)

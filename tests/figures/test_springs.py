@@ -25,8 +25,8 @@ def test_the_fit_is_drawn_over_generations_and_time(spring_results):
     assert labels == [*(look.label for m, look in spring_looks.FITS.items() if m != "gradient_all"), labels[-1]]
     assert labels[-1] == "range of 3 seeds, line: median"
     over_generations, over_time = figure.axes[:2]
-    assert len(over_generations.lines) == 3
-    assert len(over_time.lines) == 3 + 2 * 3
+    assert len(over_generations.lines) == 4
+    assert len(over_time.lines) == 4 + 2 * 3
 
 
 def test_every_press_and_axis_has_a_panel(spring_results):
@@ -52,6 +52,10 @@ def test_sentences_come_from_the_tables(spring_results):
     )
     # -0.03 - 0.5 (1 - i/10) is above -0.066 at i = 10 only
     assert found["spring_passed"].startswith("after 11 s (springs alone)")
+    assert found["spring_smooth"] == "top 4.5 %, left 14 %, front 14 %"
+    ways = "gradient by the adjoint ({0}), gradient, moduli kept alike ({0})"  # 3 and 4.5 %, others three times as much
+    forces = ("springs alone", "springs and volume force")
+    assert found["spring_met"] == ", ".join(ways.format(force) for force in forces)
     assert found["spring_all"] == "top 4 %, left 4 %, front 4 %"
     assert found["spring_floor"] == "11 % at 0.1, 12 % at 0.25, 15 % at 0.49"
     assert (

@@ -104,6 +104,14 @@ def test_defaults_fill_what_is_left_out(smoke):
             "enrichment.sigma_relative.min is 10; make it less than",
         ),
         ("papers", ["enrichmnt"], "papers[0] is 'enrichmnt', but must be one of enrichment, soft_bodies"),
+        ("seed", 2**40, "seed is 1099511627776, but must be at most 2147483647"),
+        ("calibration.young_pa", [3000, 300], "calibration.young_pa is [3000, 300]; give the lower number first."),
+        ("calibration.duration_s", 1e-5, "calibration.duration_s is 1e-05, and step_s 0.0004; give the time of one"),
+        (
+            "calibration.key_points_m",
+            [[0, 0, 0.01], [0, 0, 0.02]],
+            "calibration.key_points_m[1] is [0, 0, 0.02], which is outside the cube; give coordinates from 0 to",
+        ),
         ("regimes", None, "papers names enrichment and there are no regimes; add one"),
     ],
 )
@@ -123,6 +131,13 @@ def test_what_is_wrong_is_said(smoke, place, value, said):
 
 def test_a_body_from_ct_is_enough(smoke):
     complete(smoke | {"papers": [], "scenes": {}}, SCHEMA, Path("my.yaml"))
+
+
+def test_calibration_is_checked_for_who_asks_for_springs(smoke):
+    smoke["calibration"]["side_m"] = 0.001
+    with pytest.raises(InputError, match=r"calibration\.key_points_m\[0\] is"):
+        complete(smoke, SCHEMA, Path("my.yaml"))
+    complete(smoke | {"papers": ["soft_bodies"]}, SCHEMA, Path("my.yaml"))
 
 
 def test_nothing_asked_for_is_said(smoke):

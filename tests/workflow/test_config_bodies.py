@@ -63,6 +63,8 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (CT | {"image": "none.nii.gz"}, "bodies.new.image is none.nii.gz, where there is no file; give a path"),
         (CT | {"mask": __file__}, "bodies.new.mask is given and image is not; give the image that the mask"),
         (CT | {"threshold_hu": [120, 30]}, "bodies.new.threshold_hu is [120, 30]; give the lower number first."),
+        (CT | {"image": ""}, "bodies.new.image is '', but must not be empty"),
+        (CT | {"image": __file__, "mask": ""}, "bodies.new.mask is '', but must not be empty"),
         (CT | {"surface_nodes": 8}, "bodies.new.surface_nodes is 8, but must be at least 12"),
         (CT | {"crop_m": [[0, 0, 0]]}, "bodies.new.crop_m is [[0, 0, 0]], but must have at least 2 entries"),
         (BAR | {"divisions": [6, 0, 2]}, "bodies.new.divisions[1] is 0, but must be at least 1 (Cells along an axis)."),

@@ -31,6 +31,14 @@ def test_nothing_is_left_to_do(after):
     assert after() == {}
 
 
+def test_a_small_poissons_ratio_is_another_reference(after):
+    def change(settings):
+        settings["calibration"]["floor"]["poissons"].append(1e-5)
+
+    planned = after(change)
+    assert planned["simulate_spring_reference"] == planned["tabulate_spring_floor"] == 1
+
+
 def test_another_sigma_grid_reruns_the_sweep_and_no_fem(after):
     jobs = after(lambda settings: settings["enrichment"]["sigma_relative"].update(count=4))
     assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)

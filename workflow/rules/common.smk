@@ -71,7 +71,7 @@ def body_paths(name):
     """The files or folders a body is made from, by key; given relative to the folder of the config file."""
     body = config["bodies"][name]
     return {
-        key: normpath(CONFIG_FILE.parent / body[key]) for key in ("path", "image", "mask") if body.get(key)
+        key: normpath(CONFIG_FILE.parent / body[key]) for key in ("path", "image", "mask") if body.get(key) is not None
     }
 
 
@@ -151,7 +151,7 @@ SPRING_PHYSICS = {
     key: value for key, value in config["calibration"].items() if key not in ("searches", "floor")
 }
 SPRING_TABLES = ["spring_fit", "spring_history", "spring_errors"]
-SPRING_METHODS = ["uniform", "van_gelder", "lloyd", "genetic", "cma_es", "gradient", "gradient_all"]
+SPRING_METHODS = ["uniform", "van_gelder", "lloyd", "genetic", "cma_es", "gradient", "gradient_smooth", "gradient_all"]
 
 SPRING_PARTS = {
     table: expand(

@@ -12,7 +12,7 @@ CALIBRATING = sources(
 
 
 wildcard_constraints:
-    poisson=r"[0-9.]+",
+    poisson="[0-9.e-]+",
     method="[a-z_]+",
     force="springs|volume",
 

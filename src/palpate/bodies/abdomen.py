@@ -13,11 +13,11 @@ HALF_M = np.array([0.17, 0.125, 0.1])
 # places a voxel's side at which a border that cuts it is looked at
 SAMPLES = 5
 # Painted one over the other: CT number [HU], centre and half axes [m] (inf: a cylinder), turn about y [rad]. The liver
-# lies in what has half its number above the lower threshold, so that a threshold is not off by a part of a voxel.
+# lies in fat, as a real one does, which no threshold of its own is half-way to.
 _SHAPES = {
     "skin": (-100, (0, 0, 0), (0.16, 0.115, np.inf), 0),
     "wall": (55, (0, 0, 0), (0.147, 0.102, np.inf), 0),
-    "cavity": (0, (0, 0, 0), (0.139, 0.094, np.inf), 0),
+    "cavity": (-100, (0, 0, 0), (0.139, 0.094, np.inf), 0),
     "spine": (400, (0, 0.065, 0), (0.021, 0.019, np.inf), 0),
     "right kidney": (35, (-0.06, 0.055, -0.055), (0.026, 0.022, 0.04), 0.15),
     "left kidney": (35, (0.06, 0.055, -0.03), (0.026, 0.022, 0.04), -0.15),

@@ -22,16 +22,17 @@ MORE = 1.2
 def segmented(entry: dict) -> tuple[Image, np.ndarray]:
     """The CT of a config entry and its organ, (nz, ny, nx) bool, of one piece; the synthetic abdomen without a file.
 
-    Warns if the organ reaches the border of the image, which has then probably cut it.
+    Warns if the organ reaches the border of the image, which has then probably cut it, and of pieces of a mask that
+    are left out.
     """
-    image = read(entry["image"]) if entry.get("image") else abdomen()[0]
-    mask = read_mask(entry["mask"], image) if entry.get("mask") else None
+    image = read(entry["image"]) if entry.get("image") is not None else abdomen()[0]
+    mask = read_mask(entry["mask"], image) if entry.get("mask") is not None else None
     if entry.get("crop_m"):
         box = _box(image, np.array(entry["crop_m"], dtype=float))
         mask = mask[box] if mask is not None else None
         start = [side.start for side in box]
         image = replace(image, hu=image.hu[box], origin_m=image.to_world(start))
-    mask = whole(mask) if mask is not None else segment(image, entry)
+    mask = _kept(mask, image, entry["mask"]) if mask is not None else segment(image, entry)
     if not mask.any():
         raise InputError(f"{image.source}: crop_m leaves nothing of the mask; give a box [m] around the organ.")
     if on_border(mask):
@@ -67,6 +68,19 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
     except InputError as error:
         raise InputError(f"{more}, since it cuts through itself where it is thin.") from error
     return filled, snapper(*dense_surface(mask, image)) if entry.get("snap") else None
+
+
+def _kept(mask: np.ndarray, image: Image, source) -> np.ndarray:
+    """The largest piece of a given mask, hollows filled; warns if there were others."""
+    kept = whole(mask)
+    rest, most = (1e6 * part.sum() * image.voxel_m3 for part in (mask & ~kept, kept))
+    if rest > 0:
+        warnings.warn(
+            f"{source}: the mask is in several pieces, of which the largest is kept ({most:.4g} mL) and "
+            f"the others are dropped ({rest:.2g} mL).",
+            stacklevel=3,
+        )
+    return kept
 
 
 def _box(image: Image, corners: np.ndarray) -> tuple[slice, ...]:

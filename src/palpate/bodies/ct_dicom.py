@@ -9,6 +9,7 @@ from palpate.errors import InputError
 
 # parts of the slice distance by which positions may be off: headers are rounded to about 1e-3 mm
 UNEVEN = 0.02
+_DAMAGED = "{}: it cannot be read as a DICOM image, and seems to be damaged; download or export it again."
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,7 @@ def read_folder(folder: Path):
     normal = np.cross(first.orientation[:3], first.orientation[3:])
     slices = sorted(slices, key=lambda s: float(s.position @ normal))
     step = _step(folder, slices, normal)
-    try:
-        values = [SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(s.file)))[0] for s in slices]
-    except RuntimeError as error:
-        raise InputError(f"{folder}: SimpleITK cannot decode its slices; download or export them again.") from error
-    image = SimpleITK.GetImageFromArray(np.stack(values))
+    image = SimpleITK.GetImageFromArray(np.stack([_values(s.file) for s in slices]))
     column, row = first.grid[1:]
     image.SetSpacing((row, column, step))
     image.SetOrigin(slices[0].position.tolist())
@@ -59,14 +56,20 @@ def _header(file: Path) -> Slice | None:
     reader.SetFileName(str(file))
     try:
         reader.ReadImageInformation()
-    except RuntimeError:
+    except RuntimeError as error:
+        if _was_slice(file):
+            raise InputError(_DAMAGED.format(file)) from error
         return None
     if not reader.HasMetaDataKey("0008|0060"):
         return None
 
     def numbers(tag: str, count: int) -> np.ndarray:
         words = reader.GetMetaData(tag).split("\\") if reader.HasMetaDataKey(tag) else []
-        return np.array([float(word) for word in words]) if len(words) == count else np.full(count, np.nan)
+        try:
+            found = np.array([float(word) for word in words])
+        except ValueError:
+            found = np.empty(0)
+        return found if len(found) == count else np.full(count, np.nan)
 
     return Slice(
         file,
@@ -76,6 +79,28 @@ def _header(file: Path) -> Slice | None:
         numbers("0020|0037", 6),
         (reader.GetSize(), *numbers("0028|0030", 2).tolist()),
     )
+
+
+def _was_slice(file: Path) -> bool:
+    """Whether a file that cannot be read as an image is a broken slice rather than a note or the folder's index.
+
+    It begins as DICOM does, with 128 bytes that are mostly zero and four letters, or ends within these.
+    """
+    with file.open("rb") as begin:
+        head = begin.read(132)
+    return (
+        not file.name.startswith(".") and file.name != "DICOMDIR" and (not head.strip(b"\0") or head[128:] == b"DICM")
+    )
+
+
+def _values(file: Path) -> np.ndarray:
+    """The rescaled values of one slice, (ny, nx)."""
+    import SimpleITK
+
+    try:
+        return SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(file)))[0]
+    except RuntimeError as error:
+        raise InputError(_DAMAGED.format(file)) from error
 
 
 def _checked(folder: Path, slices: list[Slice]) -> list[Slice]:

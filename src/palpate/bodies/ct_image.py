@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.bodies import ct_nifti
 from palpate.errors import InputError
 
 AIR_HU = -1024
@@ -57,9 +58,9 @@ def read(path: str | Path) -> Image:
     image = _oriented(read_folder(path) if path.is_dir() else _read_file(path))
     hu = _array(image)
     if not np.isfinite(hu).all():
-        raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with {AIR_HU} (air).")
+        raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with air, {AIR_HU} HU.")
     if hu.min() == hu.max():
-        raise InputError(f"{path}: every voxel is {hu.min():g}; give a CT in Hounsfield units.")
+        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give a CT in Hounsfield units.")
     if hu.min() >= 0:
         raise InputError(
             f"{path}: no voxel is below 0 HU, so this is no CT in Hounsfield units; "
@@ -97,6 +98,8 @@ def _read_file(path: Path):
         raise InputError(f"{path}: there is no such file; give a CT or a mask as {', '.join(FORMATS)}.")
     if not path.name.lower().endswith(FORMATS):
         raise InputError(f"{path}: its name ends on none of {', '.join(FORMATS)}; for DICOM give the folder.")
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        ct_nifti.check(path)
     try:
         image = SimpleITK.ReadImage(str(path))
     except RuntimeError as error:

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
+from palpate.bodies.ct_border import at_half_level
 from palpate.bodies.ct_image import Image
 from palpate.errors import InputError
 
@@ -17,16 +18,18 @@ def segment(image: Image, settings: dict) -> np.ndarray:
 
     Noise, which is a voxel wide, is blurred by one voxel of the finest spacing; an opening cuts bridges to
     neighbours, a closing smooths the outline and hollows are filled, all in metres, so that slices ten times as
-    thick as the pixels are no other case. The order is the trap: the largest piece is chosen while the bridges are cut.
+    thick as the pixels are no other case. Then the border goes to the half level (ct_border.py). The order is the
+    trap: the largest piece is chosen while the bridges are cut.
     """
     low, high = settings["threshold_hu"]
     soft = np.clip(image.hu, low - CLIP_HU, high + CLIP_HU).astype(np.float32)
-    soft = ndimage.gaussian_filter(soft, image.spacing_m.min() / image.spacing_m[::-1])
+    blur = image.spacing_m.min() / image.spacing_m[::-1]
+    soft = ndimage.gaussian_filter(soft, blur)
     within = (soft >= low) & (soft <= high)
     if not within.any():
         raise InputError(
-            f"{image.source}: no voxel lies between {low:g} and {high:g} HU (they are {image.hu.min():g} to "
-            f"{image.hu.max():g}); widen threshold_hu or give a mask."
+            f"{image.source}: no voxel lies between {low:g} and {high:g} HU once noise is blurred by a voxel (before, "
+            f"they are {image.hu.min() + 0.0:g} to {image.hu.max() + 0.0:g}); widen threshold_hu or give a mask."
         )
     spacing = image.spacing_m[::-1]
     core = _largest(ndimage.distance_transform_edt(within, spacing) > OPEN_M)
@@ -40,8 +43,13 @@ def segment(image: Image, settings: dict) -> np.ndarray:
     organ = within & _grown(core, OPEN_M, spacing)
     organ = ndimage.distance_transform_edt(_grown(organ, CLOSE_M, spacing), spacing) > CLOSE_M
     organ = whole(organ)
+    organ = organ[tuple(slice(m, n - m) for m, n in zip(margin[:, 0], organ.shape, strict=True))]
     mask = np.zeros(image.hu.shape, dtype=bool)
-    mask[box] = organ[tuple(slice(m, n - m) for m, n in zip(margin[:, 0], organ.shape, strict=True))]
+    blurred = ndimage.gaussian_filter(image.hu[box].astype(np.float32), blur)
+    # twice, as the places well outside are taken from the border that is to be found
+    for _ in range(2):
+        organ = whole(at_half_level(organ, blurred, spacing, (low, high)))
+    mask[box] = organ
     return mask
 
 

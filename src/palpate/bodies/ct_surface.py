@@ -10,6 +10,7 @@ from palpate.errors import InputError
 
 # blur of the mask and step between the samples that a remeshing starts from, as parts of the wanted edge
 BLUR, STEP = 0.2, 0.25
+MOST_SAMPLES = 4e8  # of them: 1.6 GB
 # parts of the volume that may be in other pieces of the smoothed mask, and missing from a coarse sample of it
 LOST, LOST_COARSE = 0.02, 0.1
 
@@ -33,6 +34,12 @@ def coarse_surface(mask: np.ndarray, image: Image, nodes: int) -> tuple[np.ndarr
     soft, origin, spacing = _softened(mask, image, BLUR * edge)
     whole = mask.sum() * image.voxel_m3
     level, dense = _cut(soft, origin, spacing, whole)
+    samples = np.prod(np.array(soft.shape) * spacing[::-1] / (STEP * edge))
+    if samples > MOST_SAMPLES:
+        raise InputError(
+            f"{image.source}: surface_nodes is {nodes}, which are too many for this organ: their triangles would be "
+            f"{1e3 * edge:.2g} mm wide and the voxels are {1e3 * spacing.min():.2g} mm; give fewer surface_nodes."
+        )
     even = zoom(soft, spacing[::-1] / (STEP * edge), order=1, grid_mode=False)
     stretched = spacing * (np.array(soft.shape[::-1]) - 1) / (np.array(even.shape[::-1]) - 1)
     start = _contour(even, level, origin, stretched)
@@ -88,7 +95,10 @@ def _cut(soft: np.ndarray, origin, spacing, volume_m3: float) -> tuple[float, tu
 
 
 def _contour(soft: np.ndarray, level: float, origin, spacing) -> tuple[np.ndarray, np.ndarray]:
-    """The largest piece of an isosurface, by flying edges (Schroeder, Maynard, Geveci 2015): marching cubes, faster."""
+    """The largest piece of an isosurface, by flying edges (Schroeder, Maynard, Geveci 2015): marching cubes, faster.
+
+    Without a point if nothing is above the level, as where one slice was blurred away.
+    """
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
@@ -103,6 +113,8 @@ def _contour(soft: np.ndarray, level: float, origin, spacing) -> tuple[np.ndarra
     edges.ComputeNormalsOff()
     edges.Update()
     found = edges.GetOutput()
+    if not found.GetNumberOfPolys():
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     triangles = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     return _largest(vtk_to_numpy(found.GetPoints().GetData()).astype(float), triangles.astype(np.int64))
 
@@ -124,13 +136,14 @@ def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.n
 
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    """The volume [m³] inside a closed surface wound outward."""
+    """The volume [m³] inside a closed surface wound outward; 0 of an empty one."""
     return float(_wedges(points, triangles).sum() / 6)
 
 
 def _wedges(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Six times the volume between each triangle and the middle of the points, (m,), negative if seen from inside."""
-    a, b, c = (points[triangles[:, i]] - points.mean(axis=0) for i in range(3))
+    middle = points.sum(axis=0) / max(len(points), 1)
+    a, b, c = (points[triangles[:, i]] - middle for i in range(3))
     return np.einsum("ij,ij->i", np.cross(a, b), c)
 
 

@@ -107,7 +107,9 @@ def evolve(
     """
     population = Genetic(fitness, nodes, rules)
     mark = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
-    if checkpoint and (state := load(checkpoint, mark)) and int(state["generation"]) <= generations:
+    state = load(checkpoint, mark, population.state()) if checkpoint else None
+    # a line of history for each generation and one for the start
+    if state and 0 <= int(state["generation"]) == len(state["history"]) - 1 <= generations:
         population.resume(state)
     while population.generation < generations:
         population.advance()

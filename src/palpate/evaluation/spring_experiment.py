@@ -14,6 +14,7 @@ from palpate.calibration.reference import reference_motion
 from palpate.calibration.spring_model import Press, SpringModel, key_points, spring_model
 from palpate.calibration.spring_motion import Settings
 from palpate.calibration.step_limit import check_step
+from palpate.errors import InputError
 from palpate.files import write_whole
 
 Motion = tuple[np.ndarray, np.ndarray]
@@ -53,7 +54,7 @@ def experiment(calibration: dict, poisson: float) -> Experiment:
     """The experiment that the config describes, with a reference of this Poisson ratio.
 
     calibration : the config's block of this name
-    Raises InputError if the range is empty, a key point is outside the cube, or the step is too long.
+    Raises InputError if the range is empty, a key point outside the cube, or the step too long.
     """
     mesh = paper_cube(calibration["side_m"])
     material = Material(calibration["material"]["young_pa"], poisson, calibration["material"]["density_kg_m3"])
@@ -64,6 +65,11 @@ def experiment(calibration: dict, poisson: float) -> Experiment:
         presses[face] = Press(face, node, calibration["force_n"] * inward, calibration["rise_s"])
     keys = key_points(mesh.nodes, mesh.tetrahedra, calibration["key_points_m"], "calibration.key_points_m")
     steps = round(calibration["duration_s"] / calibration["step_s"])
+    if steps < 1:
+        raise InputError(
+            f"calibration.duration_s is {calibration['duration_s']:g} s and a step {calibration['step_s']:g} s; "
+            "give the time of one step at least."
+        )
     settings = Settings(calibration["step_s"], steps, calibration["damping_ratio"], keys)
     limits = Range(*calibration["young_pa"])
     found = Experiment(particles, spring_model(particles), presses, settings, limits)

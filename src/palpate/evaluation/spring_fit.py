@@ -17,8 +17,9 @@ from palpate.evaluation.spring_experiment import Experiment, Motion
 
 CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
 SEEDED = ["genetic", "cma_es"]
-METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_all"]
-"""In table order; gradient_all is fitted to all presses, and tells what the model could do if it saw them."""
+METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
+"""In table order. gradient_smooth keeps moduli as alike as the fitted press lets it; gradient_all is fitted to all
+presses, and tells what the model could do if it saw them."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,10 @@ def find(
     if method == "uniform":
         fit = closed_forms.uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
+    if method == "gradient_smooth":
+        from palpate.calibration.smooth_gradient import descend_smoothly
+
+        return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
     from palpate.calibration.gradient import descend
 
     chosen = fitnesses if method == "gradient_all" else [fitness]

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from palpate.figures import style
 
 _SIDE, _TITLE, _CAPTION, _BAR = 0.35, 0.5, 0.4, 0.6  # [inch] left of, above, below each picture, below all
+_SPARE = 0.15  # [inch] of the last caption's room that one line leaves
 _GAP = 0.05  # of a picture's width, between pictures
 
 
@@ -18,7 +19,7 @@ def grid(rows: int, columns: int, aspect: float, inches: float, bare: bool = Fal
     """
     row = inches / aspect + _CAPTION
     title = 0.1 if bare else _TITLE
-    height = title + rows * row + (0.25 if bare else _BAR)
+    height = title + rows * row + (-_SPARE if bare else _BAR)
     width = _SIDE + inches * columns
     figure = Figure(figsize=(width, height))
     axes = np.empty((rows, columns), dtype=object)

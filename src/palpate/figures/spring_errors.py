@@ -6,7 +6,7 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.spring_looks import DASHES, FITS, FORCES, look
 
-SHOWN = ["uniform", "genetic", "gradient", "gradient_all"]
+SHOWN = ["uniform", "genetic", "gradient", "gradient_smooth", "gradient_all"]
 """The simplest way, the paper's and ours; the table has the others."""
 
 

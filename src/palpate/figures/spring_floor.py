@@ -28,12 +28,11 @@ def draw(floor) -> Figure:
             error = 100 * rows["rmse_of_peak"]
             axis.plot(rows["poisson"], error, marker, color=colour, ls=DASHES[force], ms=4.5, mec="white", mew=0.5)
         axis.set(title=f"{press} press", xlabel="Poisson's ratio of the reference")
-    axes[0].annotate("the springs' own", (OWN, 1), (-3, -4), xycoords=("data", "axes fraction"),
-                     textcoords="offset points", rotation=90, ha="right", va="top", fontsize=7)  # fmt: skip
     axes[0].set(ylabel="RMSE [% of peak]", ylim=(0, None))  # after all panels, as they share it
     handles = [
         Line2D([], [], color=colour, ls=DASHES[force], marker=marker, ms=4.5, label=FORCES[force])
         for force, marker in _MARKERS.items()
     ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    handles.append(Line2D([], [], color=style.FAINT, ls=":", lw=1, label="the springs' own ratio"))
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure

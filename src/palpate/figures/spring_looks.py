@@ -10,7 +10,8 @@ FITS = {
     "genetic": Look("genetic algorithm (the paper)", "#d55e00", "o"),
     "cma_es": Look("CMA-ES", "#0072b2", "s"),
     "gradient": Look("gradient by the adjoint", "#009e73", "*"),
-    "gradient_all": Look("the same, fitted to all presses", "#66c2a5", "*"),
+    "gradient_smooth": Look("gradient, moduli kept alike", "#cc79a7", "D"),
+    "gradient_all": Look("gradient, fitted to all presses", "#66c2a5", "*"),
 }
 """Every way that a table may name, in table order."""
 

@@ -4,9 +4,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.figures import tables
-from palpate.figures.spring_looks import look
+from palpate.figures.spring_looks import FORCES, look
 from palpate.figures.words import percent, seconds
 
+_FITTED, _OTHERS = 0.05, 0.15
+"""RMSE of the peak up to which a fit is good, on its own press and on the others."""
 _SEARCHES = ("genetic", "cma_es", "gradient")
 
 
@@ -29,6 +31,9 @@ def numbers(all_tables: dict[str, pd.DataFrame], published: dict) -> dict[str, s
             f"{_passed(history, force)} ({words})" for force, words in ((False, "springs alone"), (True, "with volume"))
         ),
         "spring_errors": "; ".join(f"{look(m).label} {_presses(alone, m)}" for m in ("uniform", "genetic", "gradient")),
+        "spring_smooth": _presses(alone, "gradient_smooth"),
+        "spring_smooth_volume": _presses(tables.where(fits, volume_force=True), "gradient_smooth"),
+        "spring_met": _met(fits[~fits["method"].isin(["gradient_all"])]),
         "spring_all": _presses(alone, "gradient_all"),
         "spring_floor": _floor(tables.where(floor, volume_force=False)),
         "spring_floor_volume": _floor(tables.where(floor, volume_force=True)),
@@ -60,6 +65,14 @@ def _presses(fits, method: str) -> str:
     """The median error of each press."""
     medians = tables.where(fits, method=method).groupby("press", sort=False)["rmse_of_peak"].median()
     return ", ".join(f"{press} {percent(error)}" for press, error in medians.items())
+
+
+def _met(fits) -> str:
+    """The ways whose median errors are what is asked for, with and without the volume force; or none."""
+    medians = fits.groupby(["volume_force", "method", "press", "used_in_fit"], sort=False)["rmse_of_peak"].median()
+    bounds = [_FITTED if used else _OTHERS for used in medians.index.get_level_values("used_in_fit")]
+    met = (medians <= bounds).groupby(level=["volume_force", "method"], sort=False).all()
+    return ", ".join(f"{look(method).label} ({FORCES[force]})" for force, method in met.index[met]) or "none"
 
 
 def _floor(floor) -> str:

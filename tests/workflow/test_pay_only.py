@@ -50,7 +50,7 @@ def test_springs_alone_make_no_body_and_no_scene(planned):
     jobs = planned(papers=["springs"], scenes={}, bodies={})
     assert set(jobs) == SPRINGS | REPORT
     assert jobs["simulate_spring_reference"] == 3  # one to fit, two for the floor
-    assert jobs["fit_springs"] == 2 * 7
+    assert jobs["fit_springs"] == 2 * 8
 
 
 def test_a_scene_alone_makes_its_own_body(planned, smoke):

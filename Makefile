@@ -36,14 +36,16 @@ check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can 
 	@$(BIN)/python -m pytest tests/workflow/test_lint.py
 	@$(SNAKEMAKE) --dry-run > /dev/null
 
-bench: $(STAMP)  ## time scenes against loops written by hand for their effects
+bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of triangles against exact arithmetic
 	@$(BIN)/python tests/benchmarks/composed_loop.py
+	@$(BIN)/python tests/benchmarks/hertz.py
+	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
 lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
 	$(PYTHON) -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
 	CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
-	--strip-extras --extra dev --all-build-deps --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
+	--strip-extras --extra dev --extra bench --all-build-deps --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
 	--output-file environment.lock pyproject.toml
 
 clean:  ## delete the results and the environment

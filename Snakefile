@@ -31,6 +31,11 @@ if "springs" in config["papers"]:
     include: "workflow/rules/springs.smk"
 
 
+if "collision" in config["papers"]:
+
+    include: "workflow/rules/collision.smk"
+
+
 if CTS:
 
     include: "workflow/rules/ct.smk"
@@ -39,6 +44,11 @@ if CTS:
 if SCENES:
 
     include: "workflow/rules/scenes.smk"
+
+
+if TOUCHING:
+
+    include: "workflow/rules/contact.smk"
 
 
 include: "workflow/rules/example.smk"

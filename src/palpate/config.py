@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.scenes.instruments import bodies_in, check_instruments
 from palpate.scenes.registry import unknown
 
 
@@ -49,9 +50,10 @@ def _check_papers(file: Path, config: dict) -> None:
 
 
 def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:
-    if scene["body"] not in config["bodies"]:
-        known = ", ".join(config["bodies"]) or "none"
-        raise InputError(f"{place}.body is {scene['body']}, and bodies knows {known}; name one of them, or add it.")
+    for body in bodies_in(scene):
+        if body not in config["bodies"]:
+            known = ", ".join(config["bodies"]) or "none"
+            raise InputError(f"{place} names the body {body}, and bodies knows {known}; name one of them, or add it.")
     if isinstance(scene["effects"], str) and scene["effects"] != "auto":
         raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
     named = [] if scene["effects"] == "auto" else scene["effects"]
@@ -61,13 +63,18 @@ def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:
     for name in scene.get("own_settings", {}):
         if name not in own:
             raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
-    finest = config["bodies"][scene["body"]].get("refinements", 0)
-    if scene["level"] > finest:
-        raise InputError(f"{place}.level is {scene['level']}, and {scene['body']} has levels 0 to {finest}.")
-    for name, path in own.items():
+    for body in bodies_in(scene):
+        finest = config["bodies"][body].get("refinements", 0)
+        if scene["level"] > finest:
+            raise InputError(f"{place}.level is {scene['level']}, and {body} has levels 0 to {finest}.")
+    check_instruments(place, scene)
+    tools = scene.get("contact", {}).get("instruments", [])
+    files = {f"own.{name}": path for name, path in own.items()}
+    files |= {f"contact.instruments[{i}].file": tool["file"] for i, tool in enumerate(tools) if "file" in tool}
+    for name, path in files.items():
         if not (folder / path).is_file():
             raise InputError(
-                f"{place}.own.{name} is {path}, where there is no file; "
+                f"{place}.{name} is {path}, where there is no file; "
                 "give a path relative to the folder of the config file."
             )
 

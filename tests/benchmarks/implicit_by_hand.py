@@ -8,14 +8,17 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects import bending, contact, corotational, gravity, held, plasticity, push, rayleigh, triangles
-from palpate.effects.blocks import hold, shared_pattern
+from palpate.collision import contact
+from palpate.effects import bending, corotational, gravity, held, plasticity, push, rayleigh, triangles
+from palpate.effects.blocks import gather, hold, shared_pattern
 from palpate.scenes.scene import Scene
 from palpate.solvers.backward_euler import BackwardEuler
 
 
 class ByHand:
     """What backward Euler asks of a system, as far as these scenes have it in common."""
+
+    bounded = False
 
     def __init__(self, particles: Particles, scene: Scene):
         given = scene.settings
@@ -44,6 +47,12 @@ class ByHand:
 
     def outer_force(self, x, v):
         return np.zeros_like(x)
+
+    def begin(self, x, h):
+        return x
+
+    def touching(self, x, definite):
+        return None
 
     def hold(self, matrix):
         hold(matrix.indptr, matrix.indices, matrix.data, self.held)
@@ -75,7 +84,7 @@ class Pushed(ByHand):
         force[self.fixed] = 0.0
         return force
 
-    def magnitude(self, x):
+    def magnitude(self, x, most):
         return self.norm(self.elastic, x) + self.norm(self.push, x)
 
 
@@ -94,19 +103,26 @@ class Sagging(ByHand):
         force[self.fixed] = 0.0
         return force
 
-    def magnitude(self, x):
+    def magnitude(self, x, most):
         return self.norm(self.elastic, x) + self.norm(self.gravity, x)
 
 
 class Draped(ByHand):
+    bounded = True
+
     def make(self, particles, given):
         self.elastic = triangles.make(particles, {})
         self.gravity = gravity.make(particles, given["gravity"], self.elastic)
         self.bending = bending.make(particles, {}, self.elastic)
         self.contact = contact.make(particles, given["contact"], self.elastic)
+        self.contact.hold(held.make(particles, {}, self.elastic).fixed)
+        self.begin, self.limit = self.contact.begin, self.contact.limit
 
     def couples(self):
-        return [*super().couples(), self.bending.couples, self.contact.couples]
+        return [*super().couples(), self.bending.couples]
+
+    def touching(self, x, definite):
+        return gather([self.contact.touching(x, definite)], len(x))
 
     def energy(self, x):
         return self.elastic.energy(x) + self.gravity.energy(x) + self.bending.energy(x) + self.contact.energy(x)
@@ -120,15 +136,14 @@ class Draped(ByHand):
         force[self.fixed] = 0.0
         return force
 
-    def magnitude(self, x):
+    def magnitude(self, x, most):
         solid = self.norm(self.elastic, x) + self.norm(self.gravity, x)
-        return solid + self.norm(self.bending, x) + self.norm(self.contact, x)
+        return solid + self.norm(self.bending, x) + min(self.norm(self.contact, x), most)
 
     def stiffness(self, x, definite):
         values = np.zeros(self.blocks)
         self.elastic.add_stiffness(x, definite, self.pattern.slots[0], values)
         self.bending.add_stiffness(x, definite, self.pattern.slots[2], values)
-        self.contact.add_stiffness(x, definite, self.pattern.slots[3], values)
         return self.pattern.matrix(values)
 
 
@@ -163,20 +178,28 @@ def clay_dent(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
 
 
 def bar_sag(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
-    return _unloaded(scene, Sagging(particles, scene))
-
-
-def sheet_drape(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
-    return _unloaded(scene, Draped(particles, scene))
-
-
-def _unloaded(scene, system):
+    system = Sagging(particles, scene)
     integrator = BackwardEuler(system, scene.tolerance)
 
     def steps():
         x, v, h = system.particles.nodes.copy(), np.zeros_like(system.particles.nodes), scene.step_s
         for _ in range(scene.steps):
             x, v = integrator.step(x, v, h)
+        return x
+
+    return steps
+
+
+def sheet_drape(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
+    system = Draped(particles, scene)
+    integrator = BackwardEuler(system, scene.tolerance)
+
+    def steps():
+        x, v, h = system.particles.nodes.copy(), np.zeros_like(system.particles.nodes), scene.step_s
+        for step in range(scene.steps):
+            system.contact.at((step + 1) * h)
+            x, v = integrator.step(x, v, h)
+            system.contact.relax(x, h)
         return x
 
     return steps

@@ -3,8 +3,9 @@ from functools import partial
 import meshio
 import numpy as np
 import pytest
+import pyvista
 
-from palpate.bodies.files import load_file, weld
+from palpate.bodies.files import load_file, load_surface, weld
 from palpate.bodies.fill import gmsh_session
 from palpate.errors import InputError
 
@@ -168,3 +169,10 @@ def test_infinite_coordinate(cube, tmp_path):
 def test_broken_file_from_the_wild(shared_meshes):
     with pytest.raises(InputError, match=r"broken\.vtk: \d+ of 508 nodes have NaN, infinite or absurdly large"):
         load_file(shared_meshes / "broken" / "liver_for_test_broken.vtk", 1.0)
+
+
+def test_a_surface_too_small_to_tell_its_corners_apart(tmp_path):
+    pyvista.Cube().triangulate().save(tmp_path / "probe.stl")
+    assert len(load_surface(tmp_path / "probe.stl", 1e-3)[1]) == 12
+    with pytest.raises(InputError, match=r"probe\.stl: none of its triangles .* scale_m 1e-300; give"):
+        load_surface(tmp_path / "probe.stl", 1e-300)

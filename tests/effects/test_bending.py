@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Material, nest
-from palpate.bodies.particles import particles_of
+from palpate.bodies.particles import particles_of, together
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.effects.bending import hinges, make
 from palpate.errors import InputError
@@ -28,6 +28,17 @@ def rolled(nodes, angle):
     arc = CURVATURE * (nodes @ along)
     up = (1 - np.cos(arc)) / CURVATURE
     return np.outer(np.sin(arc) / CURVATURE, along) + np.outer(nodes @ across, across) + np.outer(up, [0, 0, 1])
+
+
+def test_sheets_that_are_flat_each_by_itself():
+    tilted = plate(nodes=lambda nodes: nodes @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0])
+    pair = together([plate(), tilted], [[0, 0, 0], [0, 0, 0.5]], "pair")
+    effect, x = make(pair, {}), pair.nodes.copy()
+    n = len(plate().nodes)
+    x[:n] = rolled(plate().nodes, 0.3)
+    assert effect.energy(x) == pytest.approx(make(plate(), {}).energy(x[:n]), rel=1e-9)
+    with pytest.raises(InputError, match="flat at rest"):
+        make(together([plate(), plate(nodes=lambda nodes: rolled(nodes, 0.3))], [[0, 0, 0], [0, 0, 0.5]], "pair"), {})
 
 
 @pytest.mark.parametrize(("angle", "along", "across"), [(0.0, 24, 16), (np.pi / 2, 16, 24)])

@@ -36,13 +36,13 @@ def test_the_matrix_is_rate_times_mass_and_the_force_minus_its_product(particles
 def test_the_projection_decays_exactly_for_any_step(particles, damping, h):
     v = np.random.default_rng(0).normal(size=particles.nodes.shape)
     once, halves = v.copy(), v.copy()
-    damping.project(particles.nodes, once, h)
-    damping.project(particles.nodes, halves, h / 2)
-    damping.project(particles.nodes, halves, h / 2)
+    damping.project(particles.nodes, particles.nodes, once, h)
+    damping.project(particles.nodes, particles.nodes, halves, h / 2)
+    damping.project(particles.nodes, particles.nodes, halves, h / 2)
     assert once == pytest.approx(v * np.exp(-RATE * h), rel=1e-12)
     assert halves == pytest.approx(once, rel=1e-12)
     # M v' = −C v: the force is the slope of the decay
     force, soon = np.zeros_like(v), v.copy()
     damping.add_force(particles.nodes, v, force)
-    damping.project(particles.nodes, soon, 1e-8)
+    damping.project(particles.nodes, particles.nodes, soon, 1e-8)
     assert particles.masses[:, None] * (soon - v) / 1e-8 == pytest.approx(force, rel=1e-6)

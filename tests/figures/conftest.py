@@ -145,7 +145,8 @@ def sagging(body):
     positions = np.repeat(mesh.nodes[None], len(times), axis=0)
     positions[:, :, 1] -= down
     energy = pd.DataFrame({"time_s": times, "kinetic_j": 0.0, "outer_work_j": 0.0, "total_j": 0.0})
-    return Motion("sag", times, positions, positions[0], mesh.triangles, mesh.tetrahedra, body.anchors[0], energy)
+    cells = mesh.triangles, mesh.tetrahedra
+    return Motion("sag", times, positions, positions[0], *cells, body.anchors[0], energy, up=1)
 
 
 @pytest.fixture(scope="session")
@@ -263,13 +264,37 @@ def spring_results():
     return {name: pd.DataFrame(values, columns=tables.COLUMNS[name].split()) for name, values in rows.items()}
 
 
+@pytest.fixture(scope="session")
+def collision_results():
+    """The tables of chapter 4 of paper 3: each structure is as fast and as loose as its number says, a rival 20 ms."""
+    costs = {("sphere", None): 4.0, ("aabb", None): 1.0, ("composite", "4/2"): 2.0, ("composite", "8/4"): 4.0}
+    rows, growth = [], []
+    for scene, rivals in (("two_livers", True), ("folding_sheet", False)):
+        for (structure, depths), cost in costs.items():
+            false = 100 * (cost if structure == "sphere" or depths == "8/4" else 1.0)
+            tests = [1e4 * cost, 50 + false, 50.0]
+            rows.append([scene, structure, depths, False, 8832, 2, 0.5, cost, 0.5 + cost, *tests, 0, 0, 1, 200, 1])
+        if rivals:
+            tests = [np.nan, np.nan, 49.0]
+            rows.append([scene, "obb_coal", None, True, 8832, 10.0, np.nan, 2.0, 12.0, *tests, 7, 3, 0, 50, 1])
+    for structure, depths in costs:
+        for n in (1000, 10_000, 1_000_000):
+            growth.append([structure, depths, False, n, 1e-3 * n, 1e-4 * n, 1e-2 * n**0.5, n**0.5, 1])
+    for n in (1000, 10_000, 1_000_000):
+        growth.append(["obb_coal", None, True, n, 1e-2 * n, np.nan, 1e-1 * n**0.5, n**0.5, 1])
+    claims = [["query time (composite 4/2, all scenes)", "between sphere and AABB", "4, 2, 1", "confirmed"]]
+    values = {"collision": rows, "collision_scaling": growth, "collision_claims": claims}
+    return {name: pd.DataFrame(found, columns=tables.COLUMNS[name].split()) for name, found in values.items()}
+
+
 @pytest.fixture
-def results_folder(results, scene_results, soft_body_results, ct_results, spring_results, tmp_path):
+def results_folder(results, scene_results, soft_body_results, ct_results, spring_results, collision_results, tmp_path):
     """The tables as CSV, and a placeholder for every figure the report asks for."""
     figures = tmp_path / "figures"
     figures.mkdir()
     (tmp_path / "tables").mkdir()
-    for name, table in (results | scene_results | soft_body_results | ct_results | spring_results).items():
+    every = results | scene_results | soft_body_results | ct_results | spring_results | collision_results
+    for name, table in every.items():
         table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
     names = ["mesh_levels", "sigma_sweep", "complexity", "timing_bars", "accuracy_vs_time", "fem_cost"]
     for body in ("liver", "own"):
@@ -280,6 +305,7 @@ def results_folder(results, scene_results, soft_body_results, ct_results, spring
         "scenes": ["energy", "effects", *(f"motion_{scene}" for scene in SCENES)],
         "soft_bodies": list(soft_body_results),
         "springs": ["spring_fit", "spring_errors", "spring_floor"],
+        "collision": ["collision", "collision_scaling"],
         "enrichment": names,
     }
     for name in (name for part in by_part.values() for name in part):

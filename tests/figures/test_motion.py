@@ -9,7 +9,7 @@ from PIL import Image
 
 from palpate.figures import motion as pictures
 from palpate.figures import render, style
-from palpate.scenes.motion import Motion
+from palpate.scenes.motion import Motion, Moved
 
 
 def shown(axis):
@@ -60,15 +60,28 @@ def test_what_bends_down_is_seen_to_bend_down(sagging):
 
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("sign", [1, -1])
-def test_motion_runs_across_the_view(sagging, axis, sign):
+def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
     way = np.zeros_like(sagging.positions)
     way[:, :, axis] = sign * 0.05 * sagging.times[:, None]
-    moved = replace(sagging, positions=sagging.positions[0] + way)
+    moved = replace(sagging, positions=sagging.positions[0] + way, up=axis)
     view = pictures._Scenery(moved).view
     assert abs(view.axes[1, axis]) > 0.9  # up or down, 20° off at most
     across = moved.positions.reshape(-1, 3) - view.centre
     assert np.abs(across @ view.axes[0]).max() < view.width / 2
     assert np.abs(across @ view.axes[1]).max() < view.height / 2
+
+
+def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideways(sagging):
+    nodes, up = sagging.rest, np.eye(3)[2]
+    bulge = (nodes[:, 2] == nodes[:, 2].min()) & (nodes[:, 1] == nodes[:, 1].max())
+    positions = nodes + 0.2 * sagging.times[:, None, None] * bulge[:, None] * [1.0, 0.0, 0.0]
+    corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
+    floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
+    sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
+    view = pictures._Scenery(sliding).view
+    assert view.axes[2] @ up > 0.3 and view.axes[1] @ up > 0.9
+    colours = pictures.stills(sliding, 3).axes[0].images[0].get_array()
+    assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
 
 
 def test_both_sides_of_a_sheet_are_lit():

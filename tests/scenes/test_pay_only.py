@@ -9,6 +9,7 @@ import pytest
 
 from palpate.config import complete
 from palpate.files import read_yaml
+from palpate.scenes.instruments import bodies_in
 from palpate.scenes.registry import EFFECTS, SOLVERS
 
 ROOT = Path(__file__).parents[2]
@@ -20,14 +21,16 @@ RUN = """
 import gc, json, sys
 from dataclasses import replace
 from palpate.bodies.make import make_body
-from palpate.bodies.particles import particles_of
+from palpate.bodies.particles import particles_of, together
 from palpate.scenes import run as runs
 from palpate.scenes.compose import named
 from palpate.scenes.scene import scene_of
 
-name, entry, body = json.load(sys.stdin)
+name, entry, bodies = json.load(sys.stdin)
 scene = scene_of(name, entry)
-particles = particles_of(make_body(entry["body"], body), scene.level, scene.surface)
+parts = [particles_of(make_body(*body), scene.level, scene.surface) for body in bodies]
+shifts = [other["shift_m"] for other in scene.others]
+particles = together(parts, [[0, 0, 0], *shifts], name) if shifts else parts[0]
 systems, compose = [], runs.compose
 runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
 done = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)
@@ -52,8 +55,11 @@ print(json.dumps({
 def seen(request) -> dict:
     """What a process holds that has made two steps of a scene."""
     entry = CONFIG["scenes"][request.param]
-    body = {key: value for key, value in CONFIG["bodies"][entry["body"]].items() if key not in NOT_OF_THE_BODY}
-    given = json.dumps([request.param, entry, body])
+    bodies = [
+        [name, {key: value for key, value in CONFIG["bodies"][name].items() if key not in NOT_OF_THE_BODY}]
+        for name in bodies_in(entry)
+    ]
+    given = json.dumps([request.param, entry, bodies])
     done = subprocess.run([sys.executable, "-c", RUN], input=given, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -63,7 +69,7 @@ def test_only_what_is_named_is_imported(seen):
     loaded = set(seen["modules"])
     assert {name for name, module in EFFECTS.items() if module in loaded} == set(seen["named"])
     assert {name for name, module in SOLVERS.items() if module in loaded} == {seen["integrator"]}
-    packages = {"enrichment", "evaluation", "figures"}
+    packages = {"enrichment", "evaluation", "figures"} | (set() if "contact" in seen["named"] else {"collision"})
     assert not [m for m in loaded if m.startswith("palpate.") and m.split(".")[1] in packages]
     assert not {"matplotlib", "pyvista", "snakemake"} & loaded
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import Particles, particles_of
-from palpate.effects import contact, gravity, held, kelvin, push, springs, velocity_damping, volume
+from palpate.effects import body_springs, gravity, held, kelvin, push, springs, velocity_damping, volume
 from palpate.solvers.system import System
 
-FLOOR = {"kind": "floor", "axis": "x", "height_m": 0.05}
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0.3, 0, -1], "radius_m": 0.05, "start_s": 0, "press_s": 0}
 LOAD |= {"hold_s": 1, "release_s": 0}
 
@@ -25,7 +24,7 @@ def effects(particles) -> dict[str, object]:
         "springs": elastic,
         "gravity": gravity.make(particles, {"acceleration_m_s2": [0, 0, -9.81]}, elastic),
         "volume": volume.make(particles, {"stiffness_n_m": 30.0}, elastic),
-        "contact": contact.make(particles, {"stiffness_n_m": 40.0, "instruments": [FLOOR]}, elastic),
+        "body_springs": body_springs.make(particles, {"stiffness_n_m": 40.0, "damping_ratio": 0.0}, elastic),
         "push": push.make(particles, {"loads": [LOAD]}, elastic),
         "kelvin": kelvin.make(particles, {"ratio": 0.2}, elastic),
         "velocity_damping": velocity_damping.make(particles, {"rate_1_s": 3.0}, elastic),
@@ -53,12 +52,12 @@ def same(found: np.ndarray, parts: list[np.ndarray]) -> None:
 def test_sums_of_all_are_the_sums_of_each(particles, effects, alone, state):
     x, v = state
     system = System(particles, effects)
-    assert system.energies(x) == {n: alone[n].energy(x) for n in ("springs", "gravity", "volume", "contact")}
+    assert system.energies(x) == {n: alone[n].energy(x) for n in ("springs", "gravity", "volume", "body_springs")}
     assert system.energy(x) == pytest.approx(sum(one.energy(x) for one in alone.values()), rel=1e-12)
     same(system.force(x, v), [one.force(x, v) for one in alone.values()])
     same(
         system.stiffness(x, True).toarray(),
-        [alone[n].stiffness(x, True).toarray() for n in ("springs", "volume", "contact")],
+        [alone[n].stiffness(x, True).toarray() for n in ("springs", "volume", "body_springs")],
     )
     same(system.damping(x).toarray(), [alone[n].damping(x).toarray() for n in ("kelvin", "velocity_damping")])
 
@@ -72,6 +71,11 @@ def test_each_integrator_gets_its_own_share(particles, effects, alone, state):
     assert np.array_equal(system.outer_force(x, v), pushed)
     norms = [np.linalg.norm(alone[n].force(x, v)) for n in [*still, "push"]]
     assert system.magnitude(x) == pytest.approx(sum(norms), rel=1e-12)
+    assert system.magnitude(x, 1e-9 * sum(norms)) == system.magnitude(x)
+    effects["volume"].limit = lambda x, direction: 1.0  # as of an effect whose force has no bound
+    without = sum(norms) - np.linalg.norm(alone["volume"].force(x, v))
+    assert System(particles, effects).magnitude(x, 1e-9) == pytest.approx(without + 1e-9, rel=1e-12)
+    del effects["volume"].limit
 
 
 def test_matrices_are_the_gradients_of_forces_and_share_a_pattern(particles, effects, state):
@@ -123,14 +127,14 @@ def test_time_is_booked_on_the_effects_that_were_called(particles, effects, stat
 
     assert called() == set()
     system.energy(x)
-    assert called() == {"springs", "gravity", "volume", "contact"}
+    assert called() == {"springs", "gravity", "volume", "body_springs"}
     system.outer_force(x, v)
     assert called() == {"push"}
     system.stiffness(x, True)
-    assert called() == {"springs", "volume", "contact"}
+    assert called() == {"springs", "volume", "body_springs"}
     system.damping(x)
-    assert called() == {"kelvin", "velocity_damping"}
-    system.project(x.copy(), v.copy(), 0.1)
+    assert called() == {"body_springs", "kelvin", "velocity_damping"}
+    system.project(x, x.copy(), v.copy(), 0.1)
     assert called() == {"velocity_damping"}
 
 

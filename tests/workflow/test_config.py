@@ -157,10 +157,39 @@ def test_scenes_are_completed_down_to_their_loads():
     assert again["scenes"]["sheet_drape"]["contact"]["instruments"][0]["axis"] == "z"
 
 
+BALL = {"kind": "sphere", "center_m": [0, 0, 1], "radius_m": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("tools", "said"),
+    [
+        (
+            [BALL | {"times_s": [0, 1], "shifts_m": [[0, 0, 0]]}],
+            r"\[0\]\.times_s has 2 entries, and shifts_m has 1; give",
+        ),
+        ([BALL | {"times_s": [0]}], r"\[0\]\.times_s has 1 entries, and shifts_m has 0; give"),
+        (
+            [BALL, BALL | {"times_s": [0, 2, 1], "shifts_m": [[0, 0, 0]] * 3}],
+            r"\[1\]\.times_s has 1 after 2; give times in increasing order",
+        ),
+        ([BALL | {"name": "a"}, BALL, BALL | {"name": "a"}], r"\[2\] is called a, as instruments\[0\] is; give"),
+        ([BALL | {"name": "sphere_1"}, BALL], r"\[1\] is called sphere_1, as instruments\[0\] is; give"),
+        ([BALL | {"name": "bar"}], r"\[0\] is called bar, as a body is; give"),
+        ([BALL | {"name": "bar_1"}], r"\[0\] is called bar_1, as a body is; give"),
+    ],
+)
+def test_what_is_wrong_with_instruments_is_said(tools, said):
+    given = read_yaml(ROOT / "config.yaml")
+    given["scenes"]["bar_sag"]["contact"] = {"instruments": tools}
+    with pytest.raises(InputError, match=r"^my\.yaml: scenes\.bar_sag\.contact\.instruments" + said) as caught:
+        complete(given, SCHEMA, Path("my.yaml"))
+    assert str(caught.value).endswith(".") and ". " not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("body", "livr", "scenes.bar_sag.body is livr, and bodies knows"),
+        ("body", "livr", "scenes.bar_sag names the body livr, and bodies knows"),
         ("effects", "all", "scenes.bar_sag.effects is 'all'; write auto, or a list"),
         ("gravity", {"g": 1}, "scenes.bar_sag.gravity has an unknown key g"),
         ("own", {"wind": "wind.py"}, "scenes.bar_sag.own.wind is wind.py, where there is no file"),

@@ -26,6 +26,7 @@ SPRINGS = {
     "merge_table",
     "draw_springs",
 }
+COLLISION = {"measure_collision", "measure_collision_scaling", "check_collision_claims", "draw_collision"}
 REPORT = {"write_report", "all"}
 
 
@@ -53,6 +54,12 @@ def test_springs_alone_make_no_body_and_no_scene(planned):
     assert jobs["fit_springs"] == 2 * 8
 
 
+def test_collision_alone_makes_no_body_and_no_scene(planned):
+    jobs = planned(papers=["collision"], scenes={}, bodies={})
+    assert set(jobs) == COLLISION | REPORT
+    assert set(jobs.values()) == {1}
+
+
 def test_a_scene_alone_makes_its_own_body(planned, smoke):
     jobs = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]})
     assert set(jobs) == SCENES | REPORT | {"make_body"}
@@ -76,13 +83,19 @@ def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_p
 def test_a_second_scene_of_a_body_does_not_make_it_again(planned):
     jobs = planned(papers=[])
     assert jobs["make_body"] == 1
-    assert jobs["simulate_scene"] == jobs["draw_motion"] == 2
+    assert jobs["simulate_scene"] == jobs["draw_motion"] == 3
     assert jobs["tabulate_scenes"] == 1
+
+
+def test_only_scenes_in_which_something_can_touch_have_tables_of_it(planned, smoke):
+    assert planned(papers=[])["tabulate_contacts"] == planned(papers=[])["draw_contact_force"] == 1
+    lonely = {name: scene for name, scene in smoke["scenes"].items() if "contact" not in scene}
+    assert not set(planned(papers=[], scenes=lonely)) & {"tabulate_contacts", "draw_contact_force"}
 
 
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned(papers=["enrichment"], scenes={})
-    assert not set(jobs) & ((SCENES | SOFT_BODIES | SPRINGS) - {"merge_table"})
+    assert not set(jobs) & ((SCENES | SOFT_BODIES | SPRINGS | COLLISION) - {"merge_table"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
     assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
 
@@ -107,7 +120,7 @@ def refused(run, smoke, write_config, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"body": "barr"}, "error: config.yaml: scenes.sag.body is barr, and bodies knows liver, bar, abdomen;"),
+        ({"body": "barr"}, "error: config.yaml: scenes.sag names the body barr, and bodies knows liver, bar, abdomen;"),
         ({"gravity": {"g": 9.81}}, "error: config.yaml: scenes.sag.gravity has an unknown key g; it knows acc"),
         (
             {"effects": ["corotational", "gravty"]},

@@ -66,7 +66,16 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after, finished):
 def test_an_edit_of_a_figure_only_draws(after, finished):
     jobs = after(modules=[finished / "src/palpate/figures/style.py"])
     draws = {"draw_meshes", "draw_responses", "draw_sweep", "draw_costs"}
-    draws |= {"draw_scenes", "draw_motion", "draw_soft_bodies", "draw_springs", "draw_ct", "draw_node_mass"}
+    draws |= {
+        "draw_scenes",
+        "draw_motion",
+        "draw_contact_force",
+        "draw_soft_bodies",
+        "draw_springs",
+        "draw_collision",
+        "draw_ct",
+        "draw_node_mass",
+    }
     assert set(jobs) == draws | {"write_report", "all"}
 
 

@@ -45,3 +45,13 @@ def test_every_rule_lists_what_it_runs(finished):
         if missing := runs - {ROOT / path for path in made["code"]}:
             unlisted[made["rule"]] = sorted(str(path.relative_to(PACKAGE)) for path in missing)
     assert unlisted == {}
+
+
+def test_scenes_in_which_something_can_touch_list_collision_and_no_others_do(finished, smoke):
+    listed = {
+        path.parent.name: any("palpate/collision/" in code for code in json.loads(path.read_text())["code"])
+        for name in ("motion.h5", "left_out.csv", "cost.csv")
+        for path in (finished / "results/data/scenes").rglob(name)
+    }
+    touching = {name for name, scene in smoke["scenes"].items() if "contact" in scene}
+    assert listed == {name: name in touching for name in smoke["scenes"]} and 0 < len(touching) < len(listed)

@@ -11,6 +11,7 @@ from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.errors import InputError
 from palpate.job import FAILED, kernel_cache
+from palpate.scenes.instruments import bodies_in, driven, touches
 
 ROOT = Path(workflow.basedir)
 CONFIG_FILE = Path(relpath([*workflow.overwrite_configfiles, *workflow.configfiles][0]))
@@ -30,6 +31,9 @@ CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
 # bodies whose meshes are tabulated
 MEASURED = list(dict.fromkeys((BODIES if "enrichment" in config["papers"] else []) + CTS))
 REGIMES, SCENES = list(config.get("regimes", {})), list(config["scenes"])
+# scenes in which contact acts, and those of them in which an instrument is moved
+TOUCHING = [name for name, scene in config["scenes"].items() if touches(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if driven(scene)]
 # every method is fitted and tested in each of these: protocol and split
 CASES = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
 # methods whose predictions are kept for pictures
@@ -64,14 +68,22 @@ def sources(*names):
 
 
 # what draws, and what of the other packages it imports
-PICTURES = sources("figures", "evaluation/shape_matching_growth", "scenes/motion", "scenes/registry")
+PICTURES = sources(
+    "figures",
+    "evaluation/collision_growth",
+    "evaluation/shape_matching_growth",
+    "scenes/motion",
+    "scenes/registry",
+)
 
 
 def body_paths(name):
     """The files or folders a body is made from, by key; given relative to the folder of the config file."""
     body = config["bodies"][name]
     return {
-        key: normpath(CONFIG_FILE.parent / body[key]) for key in ("path", "image", "mask") if body.get(key) is not None
+        key: normpath(CONFIG_FILE.parent / body[key])
+        for key in ("path", "image", "mask")
+        if body.get(key) is not None
     }
 
 
@@ -96,11 +108,33 @@ def own_effects(wildcards):
 def scene(wildcards):
     """What a scene is made from."""
     entry = config["scenes"][wildcards.scene] | {"own": own_effects(wildcards)}
+    if "contact" in entry:
+        tools = [own_file(tool) for tool in entry["contact"]["instruments"]]
+        entry |= {"contact": entry["contact"] | {"instruments": tools}}
     return {"entry": entry, "seed": config["seed"]}
 
 
-def body_of(wildcards):
-    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
+def own_file(tool):
+    """An instrument of ``contact`` whose file, if it has one, can be opened as it is."""
+    return tool | {"file": normpath(CONFIG_FILE.parent / tool["file"])} if "file" in tool else tool
+
+
+def tool_files(wildcards):
+    """The files of a scene's instruments."""
+    tools = config["scenes"][wildcards.scene].get("contact", {}).get("instruments", [])
+    return [own_file(tool)["file"] for tool in tools if "file" in tool]
+
+
+def moving(wildcards):
+    """The modules that simulate a scene; those of collision only where something can touch."""
+    packages = ["bodies", "effects", "solvers", "scenes"]
+    return sources(*packages, *(["collision"] if wildcards.scene in TOUCHING else []))
+
+
+def bodies_of(wildcards):
+    """The files of all bodies of a scene, its own first."""
+    entry = config["scenes"][wildcards.scene]
+    return [f"results/data/{body}/body.h5" for body in bodies_in(entry)]
 
 
 def count(body):
@@ -146,12 +180,23 @@ FIGURES = [
 )
 # paper 3's experiments, each a table and a figure
 SOFT_BODIES = ["integrator_stability", "clusters", "shape_matching_timing", "body_springs"]
+# chapter 4 of paper 3: tables, and the two that are drawn
+COLLISION = ["collision", "collision_scaling", "collision_claims"]
 # paper 2: what is pressed, without how long searches go on; the tables that each method fills; what they fit
 SPRING_PHYSICS = {
     key: value for key, value in config["calibration"].items() if key not in ("searches", "floor")
 }
 SPRING_TABLES = ["spring_fit", "spring_history", "spring_errors"]
-SPRING_METHODS = ["uniform", "van_gelder", "lloyd", "genetic", "cma_es", "gradient", "gradient_smooth", "gradient_all"]
+SPRING_METHODS = [
+    "uniform",
+    "van_gelder",
+    "lloyd",
+    "genetic",
+    "cma_es",
+    "gradient",
+    "gradient_smooth",
+    "gradient_all",
+]
 
 SPRING_PARTS = {
     table: expand(
@@ -182,6 +227,7 @@ PAPERS = {
     "enrichment": tabulated(*TABLES) + drawn(*FIGURES),
     "soft_bodies": tabulated(*SOFT_BODIES) + drawn(*SOFT_BODIES),
     "springs": tabulated(*SPRING_PARTS) + drawn("spring_fit", "spring_errors", "spring_floor"),
+    "collision": tabulated(*COLLISION) + drawn("collision", "collision_scaling"),
 }
 CT_RESULTS = (
     tabulated("node_mass", "mesh_quality")
@@ -194,6 +240,8 @@ MOTIONS = (
     + drawn("energy", "effects", *(f"motion_{scene}" for scene in SCENES))
     + expand("results/figures/motion_{scene}.gif", scene=SCENES)
     + expand("results/motion/{scene}", scene=SCENES)
+    + (tabulated("contacts", "contact_force") if TOUCHING else [])
+    + drawn(*(f"contact_force_{scene}" for scene in DRIVEN))
     if SCENES
     else []
 )

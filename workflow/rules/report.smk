@@ -19,6 +19,7 @@ rule write_report:
         papers=config["papers"],
         scenes=SCENES,
         cts=CTS,
+        driven=DRIVEN,
     message:
         "write the report"
     script:

@@ -1,13 +1,12 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
-MOVING = sources("bodies", "effects", "solvers", "scenes")
-
 
 rule simulate_scene:
     input:
-        body=body_of,
+        bodies=bodies_of,
         own=lambda wildcards: own_effects(wildcards).values(),
-        code=MOVING,
+        tools=tool_files,
+        code=moving,
     output:
         motion="results/data/scenes/{scene}/motion.h5",
         decisions="results/data/scenes/{scene}/decisions.csv",
@@ -23,10 +22,11 @@ rule simulate_scene:
 
 rule leave_out_effects:
     input:
-        body=body_of,
+        bodies=bodies_of,
         own=lambda wildcards: own_effects(wildcards).values(),
+        tools=tool_files,
         motion="results/data/scenes/{scene}/motion.h5",
-        code=MOVING + sources("evaluation/effect_cost"),
+        code=lambda wildcards: moving(wildcards) + sources("evaluation/effect_cost"),
     output:
         "results/data/scenes/{scene}/left_out.csv",
     log:
@@ -41,9 +41,10 @@ rule leave_out_effects:
 
 rule time_effects:
     input:
-        body=body_of,
+        bodies=bodies_of,
         own=lambda wildcards: own_effects(wildcards).values(),
-        code=MOVING + sources("evaluation/effect_cost"),
+        tools=tool_files,
+        code=lambda wildcards: moving(wildcards) + sources("evaluation/effect_cost"),
     output:
         "results/data/scenes/{scene}/cost.csv",
     log:

@@ -1,12 +1,11 @@
-from palpate.bodies.particles import particles_of
-from palpate.bodies.store import load
 from palpate.evaluation.effect_cost import left_out
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
+from palpate.scenes.cast import cast
 from palpate.scenes.scene import scene_of
 
 with job(snakemake.log[0]) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)
-    particles = particles_of(load(snakemake.input.body), scene.level, scene.surface)
+    particles = cast(scene, snakemake.input.bodies)
     progress = steps(say, f"{scene.name}: without effect")
     write_table(left_out(scene, particles, motion.load(snakemake.input.motion), progress), snakemake.output[0])

@@ -1,14 +1,13 @@
-from palpate.bodies.particles import particles_of
-from palpate.bodies.store import load
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
+from palpate.scenes.cast import cast
 from palpate.scenes.compose import decisions
 from palpate.scenes.run import run
 from palpate.scenes.scene import scene_of
 
 with job(snakemake.log[0]) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)
-    particles = particles_of(load(snakemake.input.body), scene.level, scene.surface)
+    particles = cast(scene, snakemake.input.bodies)
     table = decisions(scene, particles)
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")

@@ -1,10 +1,9 @@
-from palpate.bodies.particles import particles_of
-from palpate.bodies.store import load
 from palpate.evaluation.effect_cost import cost
 from palpate.job import job, write_table
+from palpate.scenes.cast import cast
 from palpate.scenes.scene import scene_of
 
 with job(snakemake.log[0]):
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)
-    particles = particles_of(load(snakemake.input.body), scene.level, scene.surface)
+    particles = cast(scene, snakemake.input.bodies)
     write_table(cost(scene, particles, repeats=3), snakemake.output[0])

@@ -1,5 +1,6 @@
 """Bodies from mesh files: tetrahedra as they are, closed surfaces by filling them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,22 +32,43 @@ def load_file(path: str | Path, scale_m: float, spacing_m: float | None = None) 
     quadrilaterals only is a closed surface, welded and filled with an edge length of about ``spacing_m``.
     Trap: nodes that no element uses are dropped, and the others are numbered anew from 0 in the file's order.
     """
-    path = Path(path)
-    if not 0 < scale_m < np.inf:
-        raise InputError(f"{path}: scale_m is {scale_m}; give the length of the file's unit in metres.")
-    raw = read(path)
-    check_coordinates(str(path), raw.points * scale_m)
+    path, raw = Path(path), _read(path, scale_m)
     others = sorted(set(raw.solids) - {"tetra"})
     if others:
         raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
     if "tetra" in raw.solids:
         check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(raw.points))
-        nodes, tetrahedra = _drop_unused(raw.points * scale_m, raw.solids["tetra"])
+        nodes, tetrahedra = _drop_unused(raw.points, raw.solids["tetra"])
         mesh = TetMesh(nodes, check_tetrahedra(str(path), nodes, tetrahedra))
         check_boundary(str(path), mesh)
         return mesh
-    points, triangles = weld(raw.points * scale_m, _triangles(path, raw))
+    points, triangles = weld(raw.points, _triangles(path, raw))
     return fill(points, check_closed(str(path), points, triangles), spacing_m, source=str(path))
+
+
+def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) [m] and triangles (m, 3) of a surface file, welded; open or closed, they need not hold water.
+
+    Raises InputError for what cannot be read, and where no triangle is left.
+    """
+    raw = _read(path, scale_m)
+    points, triangles = weld(raw.points, _triangles(Path(path), raw))
+    if not len(triangles):
+        raise InputError(
+            f"{path}: none of its triangles has three corners apart with scale_m {scale_m:g}; "
+            "give the length of the file's unit in metres, or export it again."
+        )
+    return points, triangles
+
+
+def _read(path: str | Path, scale_m: float) -> RawMesh:
+    """What is in a mesh file, in metres."""
+    if not 0 < scale_m < np.inf:
+        raise InputError(f"{path}: scale_m is {scale_m}; give the length of the file's unit in metres.")
+    raw = read(Path(path))
+    raw = replace(raw, points=raw.points * scale_m)
+    check_coordinates(str(path), raw.points)
+    return raw
 
 
 def weld(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

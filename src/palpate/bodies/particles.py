@@ -1,5 +1,6 @@
 """What a scene moves: the nodes of one level of a body as point masses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +58,41 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
         np.searchsorted(kept, mesh.triangles),
         np.empty((0, 4), dtype=np.int64),
         body.material,
+    )
+
+
+def together(parts: list[Particles], shifts: list[Sequence[float]], place: str) -> Particles:
+    """Several bodies as one set of particles, each moved by its shift (3,) [m].
+
+    Raises InputError, naming ``place``, unless they are of one stiffness and all sheets of one thickness or all not:
+    densities may differ.
+    """
+    first = parts[0]
+    for part in parts[1:]:
+        for name, mine, its in (
+            ("young_pa", first.material.young_pa, part.material.young_pa),
+            ("poisson", first.material.poisson, part.material.poisson),
+            ("thickness_m", first.thickness_m, part.thickness_m),
+        ):
+            if mine != its:
+                raise InputError(
+                    f"{place}: {first.name} has {name} {mine:g} and {part.name} {its:g}; "
+                    "bodies of one scene must be of one stiffness and thickness: make them equal."
+                )
+    starts = np.cumsum([0, *(len(part.nodes) for part in parts)])
+
+    def joined(field: str) -> np.ndarray:
+        return np.concatenate([getattr(part, field) + start for part, start in zip(parts, starts, strict=False)])
+
+    return Particles(
+        ", ".join(dict.fromkeys(part.name for part in parts)),
+        np.concatenate([part.nodes + np.array(shift, dtype=float) for part, shift in zip(parts, shifts, strict=True)]),
+        np.concatenate([part.masses for part in parts]),
+        joined("held"),
+        joined("triangles"),
+        joined("tetrahedra"),
+        first.material,
+        first.thickness_m,
     )
 
 

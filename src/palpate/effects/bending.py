@@ -3,6 +3,7 @@
 import numba
 import numpy as np
 
+from palpate.bodies.fill import shells
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
 
@@ -11,20 +12,26 @@ FLAT = 1e-9
 
 
 def make(particles: Particles, settings: dict, elastic=None) -> "Bending":
-    """The bending of a sheet; InputError for a body that is none, or that is not flat at rest."""
+    """The bending of sheets; InputError for a body that is none, or if one of them is not flat at rest."""
     if len(particles.tetrahedra) or particles.thickness_m <= 0.0:
         raise InputError(
             f"{particles.name}: effect bending is for sheets, which have a thickness and no tetrahedra; "
             "leave it out, or give a body of kind sheet."
         )
-    centred = particles.nodes - particles.nodes.mean(axis=0)
-    normal = np.linalg.svd(centred, full_matrices=False)[2][2]
-    if np.abs(centred @ normal).max() > FLAT * particles.size:
+    labels = shells(particles.triangles, len(particles.nodes))
+    if not all(_flat(particles.nodes[np.unique(particles.triangles[labels == label])]) for label in np.unique(labels)):
         raise InputError(
             f"{particles.name}: effect bending needs a sheet that is flat at rest, and this one is not; "
             "leave the effect out, or give a flat body of kind sheet."
         )
     return Bending(particles)
+
+
+def _flat(points: np.ndarray) -> bool:
+    """Whether points (k, 3) [m] are in one plane."""
+    centred = points - points.mean(axis=0)
+    normal = np.linalg.svd(centred, full_matrices=False)[2][2]
+    return bool(np.abs(centred @ normal).max() <= FLAT * np.ptp(points, axis=0).max())
 
 
 class Bending:

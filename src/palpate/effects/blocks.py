@@ -52,6 +52,27 @@ def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
     )
 
 
+def gather(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], n_nodes: int) -> sparse.bsr_array:
+    """The matrix (3n, 3n) of rows (k,), columns (k,) and blocks (k, 3, 3); blocks in one place add up, and those of
+    rows or columns that are none of the nodes' are left out."""
+    rows, columns, blocks = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    keys = np.where((rows < n_nodes) & (columns < n_nodes), rows * n_nodes + columns, n_nodes**2)
+    known, places = np.unique(keys, return_inverse=True)
+    values = np.zeros((len(known), 3, 3))
+    _add(places, blocks, values)
+    indptr = np.searchsorted(known, np.arange(n_nodes + 1) * n_nodes)
+    inside = known[: indptr[-1]]
+    return sparse.bsr_array((values[: len(inside)], inside % n_nodes, indptr), shape=(3 * n_nodes, 3 * n_nodes))
+
+
+@numba.njit(cache=True)
+def _add(places, blocks, values):
+    for k in range(len(places)):
+        for i in range(3):
+            for j in range(3):
+                values[places[k], i, j] += blocks[k, i, j]
+
+
 @numba.njit(cache=True)
 def hold(indptr, indices, values, held):
     """Replace rows and columns of held nodes, (n,) bool, by those of the identity, in place."""

@@ -14,7 +14,7 @@ class Gravity:
     """E = −Σ m g · (x − x⁰): the weight's potential energy, zero at the rest positions."""
 
     def __init__(self, particles: Particles, acceleration: np.ndarray):
-        self._rest = particles.nodes
+        self.acceleration, self._rest = acceleration, particles.nodes
         self._weight = np.outer(particles.masses, acceleration)
 
     def energy(self, x: np.ndarray) -> float:

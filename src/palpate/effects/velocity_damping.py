@@ -33,6 +33,6 @@ class VelocityDamping:
         for i in range(3):
             values[places, i, i] += self._coefficients
 
-    def project(self, x: np.ndarray, v: np.ndarray, h: float) -> None:
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
         """Let ``v`` decay over a step ``h`` [s], in place."""
         v *= math.exp(-self._rate * h)

@@ -1,6 +1,7 @@
 """A scene in motion: a row of stills, and a short animation that loops."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from palpate.figures import gif, panels, render, style
-from palpate.scenes.motion import Motion
+from palpate.scenes.motion import Motion, Moved
 
 _INCHES, _PIXELS, _GIF_FRAMES = 1.9, 480, 60
 _ASPECTS = (0.6, 3.0)
@@ -56,22 +57,27 @@ class _Scenery:
         self.limit = float(self._millimetres[:, self.surface].max()) or 1.0  # a body that stays is all of one colour
         self._held = np.intersect1d(motion.held, self.surface)
         cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
-        up = int(np.argmax(np.square(moved[:, self.surface]).sum(axis=(0, 1))))
+        self._things = [_seen(thing, cloud) for thing in motion.obstacles]
         peak = self.surface[np.argmax(self._millimetres[:, self.surface].max(axis=0))]
-        axes = render.directions(cloud, _normal(motion.rest, motion.triangles, peak), up)
-        view = render.frame(axes, [cloud])
+        normal = _normal(motion.rest, motion.triangles, peak)
+        if any(thing.kind == "floor" for thing in self._things):
+            normal[motion.up] = max(normal[motion.up], 0.0)  # from below a floor would hide everything
+        axes = render.directions(cloud, normal, motion.up)
+        view = render.frame(axes, [cloud, *(_corners(thing) for thing in self._things)])
         low, high = _ASPECTS  # what falls far or lies flat gets room at its sides
         self.view = replace(view, width=max(view.width, low * view.height), height=max(view.height, view.width / high))
         self._ball = 0.011 * self.view.width
 
     def picture(self, stage: render.Stage, frame: int) -> np.ndarray:
         """One frame, (height, width, 3) uint8."""
-        return self.draw(stage, self._motion.positions[frame], self._millimetres[frame])
+        things = [partial(render.Stage.rigid, points=t.positions[frame], thing=t) for t in self._things]
+        return self.draw(stage, self._motion.positions[frame], self._millimetres[frame], things)
 
-    def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray) -> np.ndarray:
-        """Nodes (n, 3) [m] coloured by their displacement (n,) [mm], as ``picture`` gives it."""
+    def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray, things=()) -> np.ndarray:
+        """Nodes (n, 3) [m] coloured by their displacement (n,) [mm], as ``picture`` gives it, and ``things`` beside."""
         motion = self._motion
         actors = [
+            *things,
             lambda s: s.surface(
                 nodes, motion.triangles, millimetres, (0, self.limit), style.DISPLACEMENT,
                 edges=len(motion.triangles) <= _COARSE,
@@ -80,6 +86,27 @@ class _Scenery:
         if len(self._held):
             actors.append(lambda s: s.dots(nodes[self._held], self._ball))
         return stage.picture(self.view, actors)
+
+
+def _seen(thing: Moved, cloud: np.ndarray) -> Moved:
+    """The thing as it is drawn: of a floor the part that is under the points ``cloud`` (n, 3) [m]."""
+    if thing.kind != "floor":
+        return thing
+    up = int(np.argmin(np.ptp(thing.positions[0], axis=0)))
+    low, high = (np.delete(limit, up) for limit in (cloud.min(axis=0), cloud.max(axis=0)))
+    room = 0.1 * (high - low).max()
+    (a, b), (c, d) = low - room, high + room
+    level = np.insert(np.array([[a, b], [c, b], [c, d], [a, d]]), up, 0.0, axis=1)
+    heights = thing.positions[:, :1, up]
+    positions = np.repeat(level[None], len(heights), axis=0)
+    positions[:, :, up] = heights
+    return replace(thing, positions=positions, triangles=np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def _corners(thing: Moved) -> np.ndarray:
+    """The corners of boxes around all places of a thing, (n, 3) [m]."""
+    places = thing.positions.reshape(-1, 3)
+    return np.vstack([places - thing.radius_m, places + thing.radius_m])
 
 
 def _normal(nodes: np.ndarray, triangles: np.ndarray, node: int) -> np.ndarray:

@@ -1,6 +1,6 @@
 """What all sections of the report share: tables, the papers' own numbers, and captions filled with ours."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from itertools import product
 from pathlib import Path
 
@@ -15,20 +15,35 @@ TABLES = {
     "ct": tables.CT,
     "scenes": tables.SCENES,
     "soft_bodies": tables.SOFT_BODIES,
+    "collision": tables.COLLISION,
     "springs": tables.SPRINGS,
     "enrichment": tables.ENRICHMENT,
 }
 """The tables that each part of the report shows."""
 
-PUBLISHED = {"soft_bodies": "soft_bodies.yaml", "springs": "springs.yaml", "enrichment": "paper.yaml"}
+PUBLISHED = {
+    "soft_bodies": "soft_bodies.yaml",
+    "collision": "soft_bodies.yaml",
+    "springs": "springs.yaml",
+    "enrichment": "paper.yaml",
+}
 """Where a part's own paper has its numbers, beside the captions."""
 
 
 class Report:
     """The material of the ``parts`` that are asked for; nothing else in ``results`` is looked at."""
 
-    def __init__(self, results: Path, captions: Path, parts: list[str], scenes: list[str], cts: list[str]):
-        self.scenes, self.cts, self.figures, self._captions = scenes, cts, results / "figures", captions
+    def __init__(
+        self,
+        results: Path,
+        captions: Path,
+        parts: list[str],
+        scenes: list[str],
+        cts: list[str],
+        driven: Collection[str],
+    ):
+        self.scenes, self.cts, self.driven = scenes, cts, driven
+        self.figures, self._captions = results / "figures", captions
         self.published = {part: read_yaml(captions / PUBLISHED[part]) for part in parts if part in PUBLISHED}
         self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES[part]])
         _check(self.tables, tables.SCENES if scenes else {}, "scene", scenes)

@@ -135,6 +135,22 @@ class Stage:
         glyphs = self._pyvista.PolyData(np.asarray(points)).glyph(geom=ball, scale=False, orient=False)
         self._plotter.add_mesh(glyphs, color="#222222", ambient=0.4)
 
+    def rigid(self, points, thing) -> None:
+        """A rigid ``thing`` of ``scenes.motion`` in steel, where its points (k, 3) [m] are."""
+        shapes, kind, radius = self._pyvista, thing.kind, thing.radius_m
+        if kind == "sphere":
+            shape = shapes.Sphere(radius=radius, center=points[0])
+        elif kind == "capsule":
+            way = points[1] - points[0]
+            length = float(np.linalg.norm(way))
+            shape = shapes.Capsule(center=points.mean(axis=0), direction=way, radius=radius, cylinder_length=length)
+        else:
+            shape = shapes.PolyData.from_regular_faces(points, thing.triangles)
+        look = {"color": "#8fa3b5", "ambient": 0.4, "specular": 0.2}
+        if kind == "floor":  # of one grey, however the light falls on it, that stands out from the page
+            look = {"color": "#d3d8dd", "lighting": False}
+        self._plotter.add_mesh(shape, smooth_shading=kind != "mesh", **look)
+
     def arrow(self, contact, force, normal, length) -> None:
         """The force at a contact point: its tip touches there if it pushes, its tail if it pulls."""
         direction = np.asarray(force) / np.linalg.norm(force)

@@ -1,10 +1,18 @@
 """One page with everything that was found: results/report.html, self-contained."""
 
+from collections.abc import Collection
 from html import escape
 from pathlib import Path
 
 from palpate.errors import InputError
-from palpate.figures import sections_ct, sections_enrichment, sections_scenes, sections_soft_bodies, sections_springs
+from palpate.figures import (
+    sections_collision,
+    sections_ct,
+    sections_enrichment,
+    sections_scenes,
+    sections_soft_bodies,
+    sections_springs,
+)
 from palpate.figures.css import CSS
 from palpate.figures.page import Report
 from palpate.files import write_whole
@@ -13,6 +21,7 @@ PARTS = {
     "ct": sections_ct,
     "scenes": sections_scenes,
     "soft_bodies": sections_soft_bodies,
+    "collision": sections_collision,
     "springs": sections_springs,
     "enrichment": sections_enrichment,
 }
@@ -22,11 +31,17 @@ QUESTION = "For each scene, how wrong is each way of simulating it, and what doe
 
 
 def write(
-    results: str | Path, captions: str | Path, out: str | Path, papers: list[str], scenes: list[str], cts: list[str]
+    results: str | Path,
+    captions: str | Path,
+    out: str | Path,
+    papers: list[str],
+    scenes: list[str],
+    cts: list[str],
+    driven: Collection[str] = (),
 ) -> None:
     """Write ``out`` about ``papers`` and ``scenes`` from ``results``/tables/*.csv and ``results``/figures/*.
 
-    cts : names of the bodies that are made from a CT
+    cts : names of the bodies that are made from a CT; driven : those of the scenes in which an instrument is moved
     captions : the folder with one .rst a caption, and the papers' own numbers
     Raises InputError naming the first table, figure, caption or number that is missing, or a paper unknown here.
     """
@@ -34,7 +49,7 @@ def write(
     if unknown:
         raise InputError(f"papers names {unknown[0]}, which the report does not know; choose from {', '.join(PARTS)}.")
     asked = [part for part in PARTS if part in papers or {"scenes": scenes, "ct": cts}.get(part)]
-    report = Report(Path(results), Path(captions), asked, scenes, cts)
+    report = Report(Path(results), Path(captions), asked, scenes, cts, driven)
     sections = {part: PARTS[part].sections(report) for part in asked}
     headlines = "\n".join(f'<p class="headline">{escape(report.numbers[f"headline_{part}"])}</p>' for part in asked)
     page = (

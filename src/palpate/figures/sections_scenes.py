@@ -21,6 +21,7 @@ def _scene(report: Report, scene: str) -> str:
     return (
         markup.animation(report.figures, f"motion_{scene}", report.note("animation", scene=scene))
         + report.figure(f"motion_{scene}", "motion", scene=scene)
+        + (report.figure(f"contact_force_{scene}", "contact_force", scene=scene) if scene in report.driven else "")
         + _decisions(tables.where(report.tables["scene_effects"], scene=scene), scene)
         + _cost(tables.where(report.tables["effects"], scene=scene), scene)
     )

@@ -2,7 +2,14 @@
 
 import pandas as pd
 
-from palpate.figures import summary_ct, summary_enrichment, summary_scenes, summary_soft_bodies, summary_springs
+from palpate.figures import (
+    summary_collision,
+    summary_ct,
+    summary_enrichment,
+    summary_scenes,
+    summary_soft_bodies,
+    summary_springs,
+)
 
 
 def numbers(
@@ -16,6 +23,7 @@ def numbers(
         "ct": lambda: summary_ct.numbers(all_tables),
         "scenes": lambda: summary_scenes.numbers(all_tables, scenes),
         "soft_bodies": lambda: summary_soft_bodies.numbers(all_tables, published["soft_bodies"]),
+        "collision": lambda: summary_collision.numbers(all_tables, published["collision"]),
         "springs": lambda: summary_springs.numbers(all_tables, published["springs"]),
         "enrichment": lambda: summary_enrichment.numbers(all_tables, published["enrichment"]),
     }

@@ -31,6 +31,9 @@ SCENES = {
     "effects": "scene effect ms_per_step share_of_step memory_kb error_if_left_out",
     "energy": "scene time_s kinetic_j outer_work_j total_j",
 }
+CONTACT = {
+    "contact_force": "scene instrument time_s force_x_n force_y_n force_z_n force_n depth_m",
+}
 SOFT_BODIES = {
     "integrator_stability": (
         "scheme alpha h_over_sqrt_m_k spectral_radius growth_measured limit_stated blow_up_measured"
@@ -54,14 +57,22 @@ SPRINGS = {
     "spring_errors": "method volume_force seed press used_in_fit step error_x_m error_y_m error_z_m",
     "spring_floor": "poisson volume_force volume_n_m press rmse_m rmse_of_peak",
 }
-COLUMNS = CT | ENRICHMENT | SCENES | SOFT_BODIES | SPRINGS
+COLLISION = {
+    "collision": (
+        "scene structure depths rival triangles build_ms refit_ms query_ms frame_ms node_tests triangle_tests pairs "
+        "missed_pairs extra_pairs rebuilds frames threads"
+    ),
+    "collision_scaling": "structure depths rival triangles build_ms refit_ms query_ms pairs threads",
+    "collision_claims": "claim paper ours verdict",
+}
+COLUMNS = CT | CONTACT | ENRICHMENT | SCENES | SOFT_BODIES | SPRINGS | COLLISION
 """The columns that the figures and the report read, by table; a table may have more."""
 
 
-def read(path: str | Path) -> pd.DataFrame:
+def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
     """Read a CSV table whose file name is one of COLUMNS.
 
-    Raises InputError if the file is missing or empty, or lacks a column.
+    Raises InputError if the file is missing or lacks a column, or if it has no rows and must have ``rows``.
     """
     path = Path(path)
     if not path.is_file():
@@ -73,7 +84,7 @@ def read(path: str | Path) -> pd.DataFrame:
     missing = [column for column in COLUMNS[path.stem].split() if column not in table]
     if missing:
         raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
-    if table.empty:
+    if rows and table.empty:
         raise InputError(f"{path} has no rows: delete it and make it again")
     return table
 

@@ -113,9 +113,13 @@ def _body_springs(particles, elastic) -> Decision:
 
 
 def _contact(scene) -> Decision:
-    instruments = scene.settings.get("contact", {}).get("instruments", [])
-    if instruments:
+    settings = scene.settings.get("contact", {})
+    if instruments := settings.get("instruments", []):
         return Decision("contact", True, f"instruments that the body can meet: {len(instruments)}")
+    if scene.others:
+        return Decision("contact", True, f"bodies that can meet each other: {1 + len(scene.others)}")
+    if settings.get("self_contact"):
+        return Decision("contact", True, "the scene says that the body can meet itself")
     return Decision("contact", False, "there is one body and nothing that it can meet")
 
 

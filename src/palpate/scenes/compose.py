@@ -19,6 +19,7 @@ DEFAULTS: dict[str, Callable[[Particles], dict]] = {
     "held": lambda particles: {},
     "springs": lambda particles: {},
     "rayleigh": lambda particles: {"mass_1_s": 1.0, "stiffness_s": 0.01},
+    "contact": lambda particles: {"instruments": []},
     "kelvin": lambda particles: {"ratio": 0.1},
     "velocity_damping": lambda particles: {"rate_1_s": 1.0},
     "volume": lambda particles: {"stiffness_n_m": _stiffness(particles)},

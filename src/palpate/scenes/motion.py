@@ -1,6 +1,6 @@
 """What the run of a scene leaves behind: positions and energies over time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
@@ -11,6 +11,19 @@ from palpate.errors import InputError
 from palpate.files import write_whole
 
 ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
+TABLES = ("energy", "observed", "contacts")
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A rigid thing that was in the scene: ``positions`` (f, k, 3) [m] of its points, ``triangles`` (m, 3) among them,
+    and how thick it is around them, ``radius_m`` [m]; a ball is one point, a capsule two."""
+
+    name: str
+    kind: str
+    radius_m: float
+    positions: np.ndarray
+    triangles: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +33,9 @@ class Motion:
     times : (f,) [s]; positions : (f, n, 3) and rest : (n, 3) [m]
     triangles : (t, 3) of the surface; tetrahedra : (m, 4), if any; held : (k,) nodes held still
     energy : one row a frame: time_s, kinetic_j, one column ``<effect>_j`` an energy, outer_work_j, total_j
+    obstacles : what it could meet; observed : one row a step, time_s and what effects observe; contacts : one row a
+        contact and frame, with place, direction and depth
+    up : the axis, 0 to 2, that is upright in pictures
     """
 
     scene: str
@@ -30,24 +46,56 @@ class Motion:
     tetrahedra: np.ndarray
     held: np.ndarray
     energy: pd.DataFrame
+    obstacles: tuple[Moved, ...] = ()
+    observed: pd.DataFrame = field(default_factory=pd.DataFrame)
+    contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
+    up: int = 2
 
 
 def save(motion: Motion, path: Path | str) -> None:
     """Write to HDF5, whole or not at all."""
     with write_whole(path) as part, h5py.File(part, "w") as file:
-        file.attrs["scene"] = motion.scene
+        file.attrs.update({"scene": motion.scene, "up": motion.up})
         for name in ARRAYS:
             file.create_dataset(name, data=getattr(motion, name), fletcher32=True)
-        for name, values in motion.energy.items():
-            file.create_dataset(f"energy/{name}", data=values)
-        file.attrs["energy"] = list(motion.energy)
+        for table in TABLES:
+            _write_table(file, table, getattr(motion, table))
+        for number, thing in enumerate(motion.obstacles):
+            group = file.create_group(f"obstacles/{number}")
+            group.attrs.update({"name": thing.name, "kind": thing.kind, "radius_m": thing.radius_m})
+            group.create_dataset("positions", data=thing.positions, fletcher32=True)
+            group.create_dataset("triangles", data=thing.triangles)
 
 
 def load(path: Path | str) -> Motion:
     """Read what ``save`` wrote; InputError if the file is missing or damaged."""
     try:
         with h5py.File(path, "r") as file:
-            energy = pd.DataFrame({name: file[f"energy/{name}"][()] for name in file.attrs["energy"]})
-            return Motion(str(file.attrs["scene"]), *(file[name][()] for name in ARRAYS), energy)
+            energy, observed, contacts = (_read_table(file, table) for table in TABLES)
+            things = file.get("obstacles", {})
+            obstacles = tuple(_read_thing(things[number]) for number in sorted(things, key=int))
+            arrays = (file[name][()] for name in ARRAYS)
+            scene, up = str(file.attrs["scene"]), int(file.attrs["up"])
+            return Motion(scene, *arrays, energy, obstacles, observed, contacts, up)
     except (OSError, KeyError) as error:
         raise InputError(f"{path}: not a whole motion file ({error}); delete it and run make again.") from error
+
+
+def _write_table(file: h5py.File, name: str, table: pd.DataFrame) -> None:
+    for column, values in table.items():
+        texts = not pd.api.types.is_numeric_dtype(values)
+        data = values.astype(str).to_list() if texts else values.to_numpy()
+        file.create_dataset(f"{name}/{column}", data=data, dtype=h5py.string_dtype() if texts else None)
+    file.attrs[name] = list(table)
+
+
+def _read_table(file: h5py.File, name: str) -> pd.DataFrame:
+    columns = {column: file[f"{name}/{column}"] for column in file.attrs[name]}
+    return pd.DataFrame({c: d.asstr()[()] if h5py.check_string_dtype(d.dtype) else d[()] for c, d in columns.items()})
+
+
+def _read_thing(group: h5py.Group) -> Moved:
+    tags = group.attrs
+    return Moved(
+        str(tags["name"]), str(tags["kind"]), float(tags["radius_m"]), group["positions"][()], group["triangles"][()]
+    )

@@ -23,7 +23,7 @@ OTHERS = (
 )
 INTEGRATORS = ("symplectic_euler", "backward_euler", "goal_position")
 
-EFFECTS = {name: f"palpate.effects.{name}" for name in (*ELASTIC, *OTHERS)}
+EFFECTS = {name: f"palpate.effects.{name}" for name in (*ELASTIC, *OTHERS)} | {"contact": "palpate.collision.contact"}
 SOLVERS = {name: f"palpate.solvers.{name}" for name in INTEGRATORS}
 
 

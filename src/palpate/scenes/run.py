@@ -11,7 +11,7 @@ from palpate.bodies.particles import Particles
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import registry
 from palpate.scenes.compose import compose
-from palpate.scenes.motion import Motion
+from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.scene import Scene
 from palpate.scenes.starts import start_of
 from palpate.solvers.system import System
@@ -32,8 +32,8 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     """Simulate a scene, or with ``without`` what it would be if that effect were left out.
 
     ``progress`` wraps the sequence of steps, as ``tqdm`` does. Raises InputError for a step beyond the
-    integrator's known limit, NotConverged naming the time at which a step was not found or a position was not
-    finite.
+    integrator's known limit and for a scene that begins with things that overlap, NotConverged naming the time at
+    which a step was not found or a position was not finite.
     """
     system = compose(scene, particles, without)
     integrator = _integrator(scene, system)
@@ -56,6 +56,8 @@ def loop(system: System, integrator, scene: Scene, record: "_Record", progress: 
             moved, v = integrator.step(x, v, h)
         except NotConverged as failure:
             raise NotConverged(f"{scene.place}, at {step * h:.4g} s: {failure}", failure.history) from failure
+        except InputError as error:  # contact looks at where bodies are when the first step begins
+            raise InputError(f"{scene.place}: {error}") from error
         system.relax(moved, h)
         record.seconds += perf_counter() - start
         record.after(step + 1, x, moved, v)
@@ -69,7 +71,9 @@ class _Record:
         self._scene, self._system, self.x = scene, system, x
         self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
         self.seconds, self._work = 0.0, 0.0
-        self._frames, self._rows = [], []
+        self._frames, self._rows, self._contacts, self._observed = [], [], [], []
+        self._observers = [effect for _, effect in system.offering("observe")]
+        self._touchers = [effect for _, effect in system.offering("contacts")]
         self._loaded = bool([e for e in system.effects.values() if getattr(e, "outer", False)])
         self._keep(0, x, np.zeros_like(x))
 
@@ -78,6 +82,11 @@ class _Record:
         spent = dict(self._system.seconds)
         if self._loaded:
             self._work += float(np.vdot(self._system.outer_force(before, v), x - before))
+        if self._observers:
+            seen = {"time_s": step * self._scene.step_s}
+            for effect in self._observers:
+                seen |= effect.observe(x)
+            self._observed.append(seen)
         if step == self._every[len(self._frames)]:
             self._keep(step, x, v)
         self._system.seconds.update(spent)  # taking notes is not part of what an effect costs
@@ -95,6 +104,8 @@ class _Record:
         row |= {f"{name}_j": energy for name, energy in potentials.items()}
         self._rows.append(row | {"outer_work_j": self._work, "total_j": kinetic + sum(potentials.values())})
         self._frames.append(x.copy())
+        if step:  # nothing touches before the first step
+            self._contacts += [effect.contacts(x).assign(time_s=row["time_s"]) for effect in self._touchers]
 
     def motion(self) -> Motion:
         """What was recorded."""
@@ -103,7 +114,21 @@ class _Record:
         held = np.flatnonzero(~self._system.free)
         times, positions = energy["time_s"].to_numpy(), np.array(self._frames)
         cells = particles.triangles, particles.tetrahedra
-        return Motion(self._scene.name, times, positions, particles.nodes, *cells, held, energy)
+        contacts = pd.concat(self._contacts, ignore_index=True) if self._contacts else pd.DataFrame()
+        things = [thing for effect in self._touchers for thing in effect.obstacles]
+        moved = tuple(
+            Moved(t.name, t.kind, t.radius_m, np.array([t.at(time) for time in times]), t.triangles) for t in things
+        )
+        tables, up = (pd.DataFrame(self._observed), contacts), _up(self._system, things)
+        return Motion(self._scene.name, times, positions, particles.nodes, *cells, held, energy, moved, *tables, up)
+
+
+def _up(system: System, things: list) -> int:
+    """The axis along which weight pulls, or else a floor's, or else z."""
+    if "gravity" in system.effects and system.effects["gravity"].acceleration.any():
+        return int(np.abs(system.effects["gravity"].acceleration).argmax())
+    floors = [thing.points for thing in things if thing.kind == "floor"]
+    return int(np.ptp(floors[0], axis=0).argmin()) if floors else 2
 
 
 def _integrator(scene: Scene, system: System):

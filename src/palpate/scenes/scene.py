@@ -9,6 +9,7 @@ from pathlib import Path
 class Scene:
     """One entry of ``scenes:`` in the config, complete.
 
+    others : more bodies, each with its ``body`` and the ``shift_m`` (3,) [m] that takes it to its place
     effects : their names, or "auto"
     settings : one block an effect that has any; own : the user's effects, name → file
     """
@@ -26,6 +27,7 @@ class Scene:
     tolerance: float = 1e-8
     allow_unstable: bool = False
     seed: int = 1
+    others: list[dict] = field(default_factory=list)
     settings: dict[str, dict] = field(default_factory=dict)
     own: dict[str, Path] = field(default_factory=dict)
 

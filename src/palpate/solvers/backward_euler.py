@@ -13,6 +13,9 @@ from palpate.solvers.system import System
 
 HALVINGS = 8
 """How often a step that Newton's method does not manage is cut in two before giving up."""
+FIRM = 1e-3
+"""Up to what part of the force that would press a body to nothing the forces of contact count among those that
+residuals are measured by: near a surface that has just been moved they may be beyond any sense."""
 PATIENCE = 30
 """Products with the matrix after which its old factor no longer pays as a preconditioner."""
 
@@ -53,17 +56,26 @@ class BackwardEuler:
         return self._advance(x, v, h, HALVINGS)
 
     def _advance(self, x, v, h, halvings):
-        before = self._kinetic(v) + self._system.energy(x)
-        step = _Step(self, x, v, h)
         try:
+            # what drives into the body does work on it: it carries nodes along, at a speed and against their forces
+            carried = self._system.begin(x, h)
+            before = self._kinetic(v) + self._kinetic((carried - x) / h) + self._system.energy(carried)
+            step = (_BoundedStep if self._system.bounded else _Step)(self, x, v, h, carried)
             reached = minimise(step, step.start(), step.scale(self._stiff), self._tolerance).x
         except NotConverged as failure:
             if not halvings:
                 raise NotConverged(f"a step of {h:.1e} s: {failure}", failure.history) from failure
-            return self._advance(*self._advance(x, v, h / 2, halvings - 1), h / 2, halvings - 1)
+            return self._in_two(x, v, h / 2, halvings - 1)
         velocity = (reached - x) / h
         allowed = before + float(np.vdot(step.load, reached - x)) - self._system.energy(reached)
         return reached, self._calm(velocity, allowed)
+
+    def _in_two(self, x, v, half, halvings):
+        end = self._system.time
+        self._system.at(end - half)
+        x, v = self._advance(x, v, half, halvings)
+        self._system.at(end)
+        return self._advance(x, v, half, halvings)
 
     def _calm(self, v: np.ndarray, allowed: float) -> np.ndarray:
         """``v`` with a kinetic energy of ``allowed`` [J] at most; where nothing is held its mean stays."""
@@ -101,9 +113,9 @@ class BackwardEuler:
 class _Step:
     """The minimisation of one step, as Newton's method wants it."""
 
-    def __init__(self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float):
+    def __init__(self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray):
         self._integrator, self._system = integrator, integrator._system
-        self._x, self._h, self._inertia = x, h, integrator._masses / h**2
+        self._x, self._carried, self._h, self._inertia = x, carried, h, integrator._masses / h**2
         self._free = self._system.free[:, None]
         self._predicted = x + h * np.where(self._free, v, 0.0)
         self._damping = self._system.damping(x)
@@ -111,12 +123,12 @@ class _Step:
 
     def start(self) -> np.ndarray:
         """Where the step begins or where inertia leads, whichever is lower."""
-        return min((self._x, self._predicted), key=self.energy)
+        return min((self._carried, self._predicted), key=self.energy)
 
     def scale(self, stiff: float) -> float:
         """The forces [N] that residuals are measured by; not below what rounding makes of a body's stiffness."""
         inertia = self._inertia * (self._predicted - self._x)
-        return float(np.linalg.norm(inertia)) + self._system.magnitude(self._x) + 1e-6 * stiff
+        return float(np.linalg.norm(inertia)) + self._system.magnitude(self._carried, FIRM * stiff) + 1e-6 * stiff
 
     def energy(self, z: np.ndarray) -> float:
         away, moved = z - self._predicted, z - self._x
@@ -143,5 +155,21 @@ class _Step:
         matrix.data[self._system.pattern.diagonal] += self._inertia[:, :, None] * np.eye(3)
         if self._damping is not None:
             matrix.data += self._damping.data / self._h
+        touching = self._system.touching(z, definite)
+        if touching is not None:
+            matrix = matrix + touching
         self._system.hold(matrix)
         return matrix
+
+
+class _BoundedStep(_Step):
+    """One that must not lead through anything."""
+
+    def start(self) -> np.ndarray:
+        """As far as the way leads from where the step begins to where inertia does, or its beginning if lower."""
+        ahead = self._predicted - self._carried
+        reached = self._carried + self._system.limit(self._carried, ahead) * ahead
+        return min((self._carried, reached), key=self.energy)
+
+    def limit(self, z: np.ndarray, direction: np.ndarray) -> float:
+        return self._system.limit(z, direction)

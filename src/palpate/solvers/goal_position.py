@@ -22,11 +22,11 @@ class GoalPosition:
 
     For a particle with a goal at rest this is the matrix [[1, −α/h], [h, 1 − α]] of eigenvalues
     (1 − α/2) ± sqrt(α² − 4α)/2: their product is 1 and they are conjugate for α ≤ 1, so of modulus 1 whatever h
-    is. Other forces that grow with x or v, such as contact, bring back a limit. Traps: the stiffness α m/h² depends
-    on the step; without damping nothing comes to rest, even with α = 1. Where goals jump, as rotations do when a
-    body starts scrambled, flat or inverted, that may add energy: undamped, swings reach tens of times the body's
-    size in some thousand steps and go on growing slowly. Losing a twentieth of the velocity a step keeps them within
-    three times the start's, and brings every start back.
+    is. Other forces that grow with x or v, such as springs and damping, bring back a limit; contact, which is
+    projected, does not. Traps: the stiffness α m/h² depends on the step; without damping nothing comes to rest, even
+    with α = 1. Where goals jump, as rotations do when a body starts scrambled, flat or inverted, that may add energy:
+    undamped, swings reach tens of times the body's size in some thousand steps and go on growing slowly. Losing a
+    twentieth of the velocity a step keeps them within three times the start's, and brings every start back.
     """
 
     def __init__(self, system: System):
@@ -43,10 +43,10 @@ class GoalPosition:
         """Positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
         system = self._system
         force = system.explicit_force(x, v)
-        x, v = x.copy(), v.copy()
+        start, x, v = x, x.copy(), v.copy()
         system.goals(x, self._goals)
         _advance(x, v, self._goals, force, self._mobility, system.free, system.elastic.alpha, h)
-        system.project(x, v, h)
+        system.project(start, x, v, h)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise NotConverged("goal position has left the finite numbers; a force grows with x or v: lower it", [])
         return x, v

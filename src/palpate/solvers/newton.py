@@ -13,8 +13,8 @@ from palpate.solvers.krylov import conjugate_gradients
 Product = Callable[[np.ndarray], np.ndarray]
 
 
-STALL = 3
-"""Steps in a row that may have to be cut below 1/50: more, and the energy is not smooth where x has come."""
+CUT, STALL = 0.02, 3
+"""Steps in a row that may have to be cut below this part: more, and the energy is not smooth where x has come."""
 
 
 class Problem(Protocol):
@@ -28,6 +28,13 @@ class Problem(Protocol):
 
     def linearise(self, x: np.ndarray, definite: bool) -> tuple[Product, Product]:
         """Products with the Hessian, clamped if ``definite``, and with a preconditioner for it."""
+
+
+class Bounded(Problem, Protocol):
+    """A problem whose steps may have to end early, as bodies would go through each other."""
+
+    def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
+        """How far along ``direction`` a step from ``x`` may lead, in parts of it; inf where nothing is in the way."""
 
 
 @dataclass
@@ -61,7 +68,8 @@ def minimise(
 
     The exact Hessian is tried first; where conjugate gradients meet negative curvature its clamped form gives
     a descent direction instead. Steps are halved until the energy falls enough (Armijo). Linear systems are
-    solved only as well as the progress warrants (Eisenstat and Walker 1996, choice 2).
+    solved only as well as the progress warrants (Eisenstat and Walker 1996, choice 2). Where the problem is Bounded
+    no step goes beyond its limit.
 
     solution : of earlier attempts, to be continued: what this one takes is added, also where it fails
 
@@ -81,17 +89,35 @@ def minimise(
         iterations = len(solution.history) - first - 1
         if not np.isfinite(residual) or iterations >= max_iterations or stalled > STALL:
             raise NotConverged(_complaint(solution, iterations, tolerance), solution.history)
-        forcing = _forcing(solution.history[first:], tolerance)
-        for definite in (False, True):
-            direction, positive = _direction(problem, solution, force, forcing, definite)
-            step = _line_search(problem, solution.x, energy, force, direction, definite) if positive else None
-            if step is not None:
-                break
-        else:
+        step = _step(problem, solution, energy, force, _forcing(solution.history[first:], tolerance))
+        if step is None:
             raise NotConverged(_complaint(solution, iterations, tolerance), solution.history)
         solution.x, energy, length = step
-        stalled = stalled + 1 if length < 0.02 else 0
+        stalled = stalled + 1 if length < CUT else 0
         force = problem.force(solution.x)
+
+
+def _step(problem, solution, energy, force, forcing) -> tuple[np.ndarray, float, float] | None:
+    """Where a step leads, the energy there, and how long it is in parts of what it might be; None if none leads down.
+
+    The exact Hessian's, or else the clamped one's. Where surfaces meet, with kinks as sharp as friction's, the lower
+    of both is taken if the exact one's has to be cut.
+    """
+    limit, best = getattr(problem, "limit", None), None
+    for definite in (False, True):
+        direction, positive = _direction(problem, solution, force, forcing, definite)
+        if not positive:
+            continue
+        longest = limit(solution.x, direction) if limit else np.inf
+        found = _line_search(problem, solution.x, energy, force, direction, definite, longest)
+        if found is None:
+            continue
+        length = found[2] / min(1.0, longest)
+        if best is None or found[1] < best[1]:
+            best = found[0], found[1], length
+        if not limit or length > 0.5:
+            break
+    return best
 
 
 def _direction(problem, solution, force, forcing, definite):
@@ -109,14 +135,15 @@ def _forcing(history: list[float], tolerance: float) -> float:
     return min(0.1, max(0.5 * (history[-1] / history[-2]) ** 2, 0.3 * tolerance / history[-1]))
 
 
-def _line_search(problem, x, energy, force, direction, grow) -> tuple[np.ndarray, float, float] | None:
+def _line_search(problem, x, energy, force, direction, grow, longest) -> tuple[np.ndarray, float, float] | None:
     """The first step 1, ½, ¼ … that lowers the energy enough, or with ``grow`` the longest of 1, 2, 4 … that
-    lowers it further: a clamped Hessian makes short steps out of the neighbourhood of a saddle."""
+    lowers it further: a clamped Hessian makes short steps out of the neighbourhood of a saddle. ``longest`` is the
+    step to begin with where it is less than 1, and none is longer."""
     slope = np.vdot(force, direction)
     # what rounding may do to a sum of as many terms as there are elements must not reject the last steps
     noise = 1e-12 * (abs(energy) + slope)
-    step, best = 1.0, None
-    while 1e-9 < step < 1e9:
+    step, best = min(1.0, longest), None
+    while 1e-9 * min(1.0, longest) < step < min(1e9, longest * (1.0 + 1e-12)):
         candidate = x + step * direction
         reached = problem.energy(candidate)
         falls = reached <= energy - 1e-4 * step * slope + noise

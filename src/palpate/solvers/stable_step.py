@@ -18,18 +18,14 @@ def stable_step(system: System, taken: float = 0.0) -> float:
     A mode of frequency² a and damping rate c is multiplied by the roots of z² − (2 − hc − h²a) z + (1 − hc) each
     step, which are in the unit circle up to h² a + 2 h c = 4; without damping up to 2 sqrt(m/k) (paper 3). In any
     mode of the whole a and c are means over the body, a ≤ λ_K and c ≤ λ_C: the limit is sufficient. A decay of
-    velocities that effects project at the end of the step takes the right side to 2 at worst. What an effect can
-    have elsewhere than at rest, ``stiffness_bound``, counts in full. ``taken`` is the part that goals take, α.
+    velocities that effects project at the end of the step takes the right side to 2 at worst. ``taken`` is the part
+    that goals take, α.
     inf if nothing has stiffness or damping.
     """
     rest, free = system.particles.nodes, system.free
     scale = 1.0 / np.sqrt(np.repeat(system.masses[free], 3))
     unknowns = np.repeat(free, 3)
     a = _largest(system.stiffness(rest, definite=True), unknowns, scale)
-    a += sum(
-        float((e.stiffness_bound[free] / system.masses[free]).max(initial=0.0))
-        for _, e in system.offering("stiffness_bound")
-    )
     c = _largest(system.damping(rest, explicit=True), unknowns, scale)
     if a + c == 0.0:
         return math.inf

@@ -36,8 +36,8 @@ class SymplecticEuler:
         """Positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
         v = v + h * self._mobility * self._system.explicit_force(x, v)
         v[~self._system.free] = 0.0
-        x = x + h * v
-        self._system.project(x, v, h)
+        start, x = x, x + h * v
+        self._system.project(start, x, v, h)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise NotConverged("symplectic Euler has blown up; take a shorter step or an implicit integrator", [])
         return x, v

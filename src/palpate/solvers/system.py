@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.particles import Particles
-from palpate.effects.blocks import hold, shared_pattern
+from palpate.effects.blocks import gather, hold, shared_pattern
 
 
 class System:
@@ -30,6 +30,10 @@ class System:
         self._explicit = self._calls("add_force", without="project")
         self._outer = [(n, e.add_force) for n, e in self.offering("add_force") if getattr(e, "outer", False)]
         self._told, self._projections, self._relaxed = map(self._calls, ("at", "project", "relax"))
+        self._begins, self._limits, self._touching = map(self._calls, ("begin", "limit", "touching"))
+        self.time = 0.0
+        for _, effect in self.offering("hold"):
+            effect.hold(self._fixed)
         coupling = self.offering("couples")
         self.pattern = shared_pattern([e.couples for _, e in coupling], len(particles.nodes))
         slots = dict(zip((n for n, _ in coupling), self.pattern.slots, strict=True))
@@ -46,12 +50,7 @@ class System:
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
         """Potential energy [J] of each effect that has one."""
-        found = {}
-        for name, energy in self._energies:
-            start = perf_counter()
-            found[name] = energy(x)
-            self.seconds[name] += perf_counter() - start
-        return found
+        return {name: self._timed(name, energy, x) for name, energy in self._energies}
 
     def energy(self, x: np.ndarray) -> float:
         """Potential energy [J]."""
@@ -73,17 +72,22 @@ class System:
         """The loads (n, 3) [N], whose work comes from outside."""
         return self._sum(self._outer, x, v)
 
-    def magnitude(self, x: np.ndarray) -> float:
-        """Sum of the norms [N] of each effect's force on still, free nodes: how large the terms of a balance are."""
+    def magnitude(self, x: np.ndarray, most: float = np.inf) -> float:
+        """Sum of the norms [N] of each effect's force on still, free nodes: how large the terms of a balance are.
+
+        Of an effect with a ``limit``, whose force can grow beyond bound, no more than ``most`` [N] counts.
+        """
         still = np.zeros_like(x)  # so that damping, which may be dear, has no part in it
-        return sum(float(np.linalg.norm(self._sum([call], x, still))) for call in self._potential + self._outer)
+        total = 0.0
+        for call in self._potential + self._outer:
+            norm = float(np.linalg.norm(self._sum([call], x, still)))
+            total += min(norm, most) if hasattr(self.effects[call[0]], "limit") else norm
+        return total
 
     def _sum(self, calls, x, v) -> np.ndarray:
         force = np.zeros_like(x)
         for name, add in calls:
-            start = perf_counter()
-            add(x, v, force)
-            self.seconds[name] += perf_counter() - start
+            self._timed(name, add, x, v, force)
         force[self._fixed] = 0.0
         return force
 
@@ -101,10 +105,30 @@ class System:
             return None
         values = np.zeros((len(self.pattern.indices), 3, 3))
         for name, add, slots in calls:
-            start = perf_counter()
-            add(*arguments, slots, values)
-            self.seconds[name] += perf_counter() - start
+            self._timed(name, add, *arguments, slots, values)
         return self.pattern.matrix(values)
+
+    def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
+        """The part of the Hessian (3n, 3n) [N/m] among nodes that come and go, such as those in contact; None if no
+        effect has any."""
+        found = [self._timed(name, call, x, definite) for name, call in self._touching]
+        return gather(found, len(x)) if found else None
+
+    @property
+    def bounded(self) -> bool:
+        """Whether an effect keeps steps from leading through something."""
+        return bool(self._limits)
+
+    def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
+        """How far along ``direction`` (n, 3) [m] the nodes may go from ``x``, in parts of it; at most 1."""
+        return min(self._timed(name, call, x, direction) for name, call in self._limits)
+
+    def begin(self, x: np.ndarray, h: float) -> np.ndarray:
+        """Tell the effects that a step of ``h`` [s] to the present time begins at ``x`` (n, 3) [m]; where the search
+        for its end may start: elsewhere, if something has been pushed into ``x``."""
+        for name, call in self._begins:
+            x = self._timed(name, call, x, h)
+        return x
 
     def hold(self, matrix: sparse.bsr_array) -> None:
         """Replace the rows and columns of held nodes by those of the identity, in place."""
@@ -116,13 +140,14 @@ class System:
         self._change([(self._first, self.elastic.goals)], x, out)
 
     def at(self, t: float) -> None:
-        """Tell the loads that the time is ``t`` [s]."""
+        """Tell the loads that the step ends at the time ``t`` [s]."""
+        self.time = t
         for _, tell in self._told:
             tell(t)
 
-    def project(self, x: np.ndarray, v: np.ndarray, h: float) -> None:
-        """What ends an explicit step, in place."""
-        self._change(self._projections, x, v, h)
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
+        """What ends an explicit step from ``start``, in place."""
+        self._change(self._projections, start, x, v, h)
 
     def relax(self, x: np.ndarray, h: float) -> None:
         """Let inner variables of effects follow an accepted step."""
@@ -130,6 +155,10 @@ class System:
 
     def _change(self, calls, *arguments) -> None:
         for name, change in calls:
-            start = perf_counter()
-            change(*arguments)
-            self.seconds[name] += perf_counter() - start
+            self._timed(name, change, *arguments)
+
+    def _timed(self, name, call, *arguments):
+        start = perf_counter()
+        result = call(*arguments)
+        self.seconds[name] += perf_counter() - start
+        return result

@@ -1,0 +1,21 @@
+"""Collision of deforming triangle meshes: exact tests, bounding trees, and contact that never goes through.
+
+``triangle_pairs_intersect``, ``crossing_segments``, ``triangle_pairs_distance`` and ``triangle_pairs_depth`` compare
+triangles by pairs; a ``Tree`` holds the triangles of one body, and ``crossing_pairs`` finds those that meet.
+"""
+
+from palpate.collision.closest_triangles import triangle_pairs_distance
+from palpate.collision.crossing import crossing_segments
+from palpate.collision.depth import triangle_pairs_depth
+from palpate.collision.query import crossing_pairs
+from palpate.collision.tree import Tree
+from palpate.collision.triangle_pairs import triangle_pairs_intersect
+
+__all__ = [
+    "Tree",
+    "crossing_pairs",
+    "crossing_segments",
+    "triangle_pairs_depth",
+    "triangle_pairs_distance",
+    "triangle_pairs_intersect",
+]

@@ -1,0 +1,75 @@
+"""What a hand on an instrument would feel: force and depth over time, and one against the other."""
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from palpate.figures import style, tables
+
+_PARTS = (
+    ("force_x_n", "x", "#56b4e9"),
+    ("force_y_n", "y", "#e69f00"),
+    ("force_z_n", "z", "#009e73"),
+)
+_ROW = 4.2
+"""[inch]"""
+
+
+@style.styled
+def draw(felt: pd.DataFrame, scene: str) -> Figure:
+    """Of each instrument, left: the force on it over time, over its depth below the surface at rest; right: force by
+    depth. What has no depth has its force only; a scene in which nothing moves, an empty panel that says so.
+
+    felt : the table ``contact_force``
+    """
+    felt = tables.where(felt, scene=scene)
+    names = list(dict.fromkeys(felt["instrument"]))
+    if not names:
+        return _nothing(scene)
+    figure = Figure(figsize=(9.5, _ROW * len(names)), layout="constrained")
+    for part, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
+        rows = tables.where(felt, instrument=name)
+        title = f"{scene}: what the {name} feels"
+        if rows["depth_m"].notna().any():
+            _with_depth(part, rows, title)
+        else:
+            force = part.subplots()
+            _force(force, rows, f"{title}; it has no depth here")
+            force.set(xlabel="time [s]")
+    return figure
+
+
+def _with_depth(part, rows: pd.DataFrame, title: str) -> None:
+    grid = part.add_gridspec(2, 2, width_ratios=[1.7, 1], height_ratios=[2, 1])
+    force, depth, loop = (part.add_subplot(grid[where]) for where in ((0, 0), (1, 0), (slice(None), 1)))
+    _force(force, rows, title)
+    force.sharex(depth)
+    force.tick_params(labelbottom=False)
+    t, millimetres = rows["time_s"], 1e3 * rows["depth_m"]
+    depth.fill_between(t, 0.0, millimetres.clip(lower=0.0), color="#d9d4cf")
+    depth.plot(t, millimetres, color=style.INK)
+    depth.set(xlabel="time [s]", ylabel="depth [mm]")
+    depth.margins(x=0.0)
+    touched = rows["force_n"] > 0.0
+    loop.plot(millimetres, rows["force_n"], color=style.FAINT, lw=0.8)
+    dots = loop.scatter(millimetres[touched], rows["force_n"][touched], c=t[touched], cmap="viridis", s=14, zorder=3)
+    if touched.any():
+        part.colorbar(dots, ax=loop, label="time [s]", shrink=0.8)
+    loop.set(title="force by depth", xlabel="depth below the surface at rest [mm]", ylabel="force [N]")
+
+
+def _force(axis, rows: pd.DataFrame, title: str) -> None:
+    """Size and parts over time, named beside the curves, which fill the panel."""
+    axis.plot(rows["time_s"], rows["force_n"], color=style.INK, lw=2, label="size")
+    for column, label, colour in _PARTS:
+        axis.plot(rows["time_s"], rows[column], color=colour, label=label)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axis.set(title=title, ylabel="force [N]")
+    axis.margins(x=0.0)
+
+
+def _nothing(scene: str) -> Figure:
+    figure = Figure(figsize=(9.5, 1.2), layout="constrained")
+    axis = figure.add_subplot()
+    axis.set_axis_off()
+    axis.text(0.0, 0.5, f"{scene}: no instrument moves before the scene ends", va="center", transform=axis.transAxes)
+    return figure

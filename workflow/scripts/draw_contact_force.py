@@ -1,0 +1,6 @@
+from palpate.figures import contact_force, style, tables
+from palpate.job import job, stem
+
+with job(snakemake.log[0]):
+    felt = tables.read(snakemake.input.force, rows=False)
+    style.save(contact_force.draw(felt, snakemake.wildcards.scene), stem(snakemake.output))

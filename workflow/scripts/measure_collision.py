@@ -1,0 +1,14 @@
+from palpate.evaluation.collision import measure
+from palpate.evaluation.rival_trees import installed
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]) as say:
+    for package in installed()[1]:
+        say(f"{package} is not installed, so its rows are left out")
+    table = measure(**snakemake.params.settings, seed=snakemake.params.seed, tell=lambda scene: say(f"{scene} is done"))
+    for row in table.itertuples():
+        say(
+            f"{row.scene} {row.structure} {row.depths}: frame {row.frame_ms:.3f} ms, query {row.query_ms:.3f} ms, "
+            f"{row.missed_pairs} pairs missed, {row.extra_pairs} made up"
+        )
+    write_table(table, snakemake.output[0])

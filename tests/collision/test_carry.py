@@ -54,6 +54,6 @@ def test_held_nodes_stop_it_with_one_sentence(scene):
     proximity.movable[:n] = False
     proximity.movable[n:] = True
     with pytest.raises(
-        NotConverged, match="^rod is driven into what is held, or between two instruments; change its path$"
+        NotConverged, match=r"^rod is driven into what is held, or between two instruments; change its path$"
     ):
         moved(scene, [0.0, 0.0, -0.03])

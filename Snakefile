@@ -12,13 +12,38 @@ include: "workflow/rules/tables.smk"
 
 
 # what nobody asks for adds no rule
-if "enrichment" in config["papers"]:
+if "enrichment" in config["papers"] or TRADEOFF:
 
     include: "workflow/rules/simulation.smk"
     include: "workflow/rules/database.smk"
+
+
+if "enrichment" in config["papers"]:
+
     include: "workflow/rules/enrichment.smk"
     include: "workflow/rules/evaluation.smk"
     include: "workflow/rules/figures.smk"
+
+
+if TRADEOFF:
+
+    include: "workflow/rules/tradeoff.smk"
+    include: "workflow/rules/advice.smk"
+
+
+if DYNAMIC:
+
+    include: "workflow/rules/dynamic.smk"
+
+
+if SCALING:
+
+    include: "workflow/rules/scaling.smk"
+
+
+if HARD_CASES:
+
+    include: "workflow/rules/hard_cases.smk"
 
 
 if "soft_bodies" in config["papers"]:
@@ -71,6 +96,26 @@ for paper in config["papers"]:
             PAPERS[paper],
 
 
+rule tradeoff:
+    input:
+        TRADEOFF,
+
+
+rule dynamic:
+    input:
+        DYNAMIC,
+
+
+rule scaling:
+    input:
+        SCALING,
+
+
+rule hard_cases:
+    input:
+        HARD_CASES,
+
+
 rule scenes:
     input:
         MOTIONS,
@@ -83,6 +128,7 @@ rule cts:
 
 onstart:
     hold_folder()
+    stay_idle()
 
 
 onerror:

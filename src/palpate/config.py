@@ -6,8 +6,10 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.models import registry as models
 from palpate.scenes.instruments import bodies_in, check_instruments
 from palpate.scenes.registry import unknown
+from palpate.scenes.trial_entry import check_trial
 
 
 def complete(config: dict, schema: dict, file: Path) -> dict:
@@ -31,22 +33,60 @@ def complete(config: dict, schema: dict, file: Path) -> dict:
     for name, scene in config["scenes"].items():
         _check_scene(f"{file}: scenes.{name}", scene, config, file.parent)
     _check_papers(file, config)
+    if "tradeoff" in config:
+        _check_tradeoff(f"{file}: tradeoff", config, file.parent)
+    if "dynamic" in config:
+        _check_dynamic(f"{file}: dynamic.durations_s", config)
     return config
+
+
+STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")
+"""Comparisons that are made if the config has their block."""
 
 
 def _check_papers(file: Path, config: dict) -> None:
     """Whether what is asked for has what it needs."""
-    if not (config["papers"] or config["scenes"] or any(body["kind"] == "ct" for body in config["bodies"].values())):
+    studies = [name for name in STUDIES if name in config]
+    asked = config["papers"] or config["scenes"] or studies
+    if not (asked or any(body["kind"] == "ct" for body in config["bodies"].values())):
         raise InputError(
-            f"{file}: nothing is asked for; name a paper in papers, describe a scene in scenes, or a body from CT."
+            f"{file}: nothing is asked for; name a paper in papers, describe a scene in scenes, add one of "
+            f"{', '.join(STUDIES)}, or a body from CT."
         )
     if "springs" in config["papers"]:
         _check_calibration(f"{file}: calibration", config["calibration"])
-    if "enrichment" in config["papers"]:
-        if not config.get("regimes"):
-            raise InputError(f"{file}: papers names enrichment and there are no regimes; add one that says how hard.")
-        if not any("train" in body for body in config["bodies"].values()):
-            raise InputError(f"{file}: papers names enrichment and no body has train and test; give a body both.")
+    for what, wanted in (
+        ("papers names enrichment", "enrichment" in config["papers"]),
+        ("tradeoff is there", "tradeoff" in config),
+    ):
+        if wanted and not config.get("regimes"):
+            raise InputError(f"{file}: {what} and there are no regimes; add one that says how hard.")
+        if wanted and not any("train" in body for body in config["bodies"].values()):
+            raise InputError(f"{file}: {what} and no body has train and test; give a body both.")
+
+
+def _check_dynamic(place: str, config: dict) -> None:
+    for name in config["dynamic"]["durations_s"]:
+        if name not in config["scenes"]:
+            known = ", ".join(config["scenes"]) or "there are none"
+            raise InputError(f"{place} names {name}, which is no scene; choose from scenes: {known}.")
+        check_trial(place, name, config["scenes"][name])
+
+
+def _check_tradeoff(place: str, config: dict, folder: Path) -> None:
+    names, own = config["tradeoff"]["models"], config["tradeoff"]["own_models"]
+    if wrong := models.unknown(names or [], own):
+        raise InputError(f"{place} names {wrong}")
+    if names is not None and models.SAVED_AGAINST not in names:
+        raise InputError(
+            f"{place}.models lacks {models.SAVED_AGAINST}, which is what the others save time against; add it."
+        )
+    for name, path in own.items():
+        if not (folder / path).is_file():
+            raise InputError(
+                f"{place}.own_models.{name} is {path}, where there is no file; "
+                "give a path relative to the folder of the config file."
+            )
 
 
 def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""The two ways in which palpate says no."""
+"""How palpate says no."""
 
 
 class InputError(ValueError):
@@ -14,3 +14,15 @@ class NotConverged(RuntimeError):
     def __init__(self, message: str, history: list[float]):
         super().__init__(message)
         self.history = history
+
+
+def stranger(names: list[str], known: list[str]) -> str:
+    """The first of ``names`` that is not ``known``, and what to write instead; nothing if there is none."""
+    from difflib import get_close_matches
+
+    for name in names:
+        if name not in known:
+            near = get_close_matches(name, known, n=1)
+            remedy = f"did you mean {near[0]}?" if near else f"choose among {', '.join(known)}."
+            return f"{name}, which is unknown; {remedy}"
+    return ""

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from palpate.errors import InputError
+
 
 @contextmanager
 def write_whole(path: Path | str) -> Iterator[Path]:
@@ -24,3 +26,15 @@ def read_yaml(path: Path | str) -> dict:
     import yaml
 
     return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+
+
+def read_csv(path: str | Path):
+    """A table of comma-separated values, without columns if the file is empty; InputError if it is none."""
+    import pandas as pd
+
+    try:
+        return pd.read_csv(path)
+    except pd.errors.EmptyDataError:
+        return pd.DataFrame()
+    except (pd.errors.ParserError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is no table: delete it and make it again") from error

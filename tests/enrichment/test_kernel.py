@@ -27,3 +27,9 @@ def test_the_nearest_sample_always_has_a_weight(away):
     assert weights.max() == 1 and np.isfinite(weights).all()
     if away == 0:
         assert weights == pytest.approx(gaussian(squared, 1.0))
+
+
+def test_where_squares_overflow_all_samples_are_as_far():
+    with np.errstate(over="ignore"):
+        squared = squared_distances(np.array([[0.0], [1.0]]), np.array([[1e200]]))
+    assert query_weights(squared, 1.0).ravel().tolist() == [1.0, 1.0]

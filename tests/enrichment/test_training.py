@@ -59,3 +59,10 @@ def test_scores_are_relative_errors_of_held_out_samples(db, settings):
         rmse = np.sqrt(np.mean(np.sum((guess - training.fine[i]) ** 2, axis=1)))
         by_hand.append(rmse / db.peaks[i])
     assert training.score(fine @ fine.T, first) == pytest.approx([np.mean(by_hand)], rel=1e-9)
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e300])
+def test_displacements_whose_squares_are_no_numbers_are_refused(db, settings, factor):
+    with pytest.raises(InputError, match=r"displacements fine are up to .* check their unit"):
+        gather(replace(db, fine=factor * db.fine), np.arange(24), "paper", settings)
+    gather(replace(db, fine=0.0 * db.fine), np.arange(24), "paper", settings)

@@ -1,5 +1,6 @@
 """One small body with a made-up database, predictions and tables, for drawing."""
 
+import shutil
 from types import SimpleNamespace
 
 import h5py
@@ -287,15 +288,18 @@ def collision_results():
     return {name: pd.DataFrame(found, columns=tables.COLUMNS[name].split()) for name, found in values.items()}
 
 
-@pytest.fixture
-def results_folder(results, scene_results, soft_body_results, ct_results, spring_results, collision_results, tmp_path):
+@pytest.fixture(scope="session")
+def whole_folder(
+    results, scene_results, soft_body_results, ct_results, spring_results, collision_results, tmp_path_factory
+):
     """The tables as CSV, and a placeholder for every figure the report asks for."""
-    figures = tmp_path / "figures"
+    folder = tmp_path_factory.mktemp("results")
+    figures = folder / "figures"
     figures.mkdir()
-    (tmp_path / "tables").mkdir()
+    (folder / "tables").mkdir()
     every = results | scene_results | soft_body_results | ct_results | spring_results | collision_results
     for name, table in every.items():
-        table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
+        table.to_csv(folder / "tables" / f"{name}.csv", index=False)
     names = ["mesh_levels", "sigma_sweep", "complexity", "timing_bars", "accuracy_vs_time", "fem_cost"]
     for body in ("liver", "own"):
         for regime in ("small", "large"):
@@ -311,6 +315,13 @@ def results_folder(results, scene_results, soft_body_results, ct_results, spring
     for name in (name for part in by_part.values() for name in part):
         (figures / f"{name}.svg").write_text(f"<svg><!-- {name} --></svg>")
         (figures / f"{name}.png").write_bytes(b"png")
-    for scene in SCENES:
-        (figures / f"motion_{scene}.gif").write_bytes(f"GIF89a {scene}".encode())
-    return SimpleNamespace(path=tmp_path, figures=by_part, scenes=SCENES, cts=["abdomen"])
+    for name in [name for part in by_part.values() for name in part if name.startswith(("motion", "error_over_body"))]:
+        (figures / f"{name}.json").write_text(f'{{"name": "{name}"}}')
+    return SimpleNamespace(path=folder, figures=by_part, scenes=SCENES, cts=["abdomen"])
+
+
+@pytest.fixture
+def results_folder(whole_folder, tmp_path):
+    """A copy of the same, to be damaged."""
+    shutil.copytree(whole_folder.path, tmp_path, dirs_exist_ok=True)
+    return SimpleNamespace(**vars(whole_folder) | {"path": tmp_path})

@@ -48,7 +48,7 @@ def test_seen_from_above_unless_what_moves_looks_down(side):
     positions[1, 4, 2] = -0.2 * side
     cells = triangles, np.empty((0, 4), dtype=int)
     pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], *cells, np.arange(4), pd.DataFrame())
-    assert np.sign(pictures._Scenery(pressed).view.axes[2, 2]) == side
+    assert np.sign(pictures.Scenery(pressed).view.axes[2, 2]) == side
 
 
 def test_what_bends_down_is_seen_to_bend_down(sagging):
@@ -64,7 +64,7 @@ def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
     way = np.zeros_like(sagging.positions)
     way[:, :, axis] = sign * 0.05 * sagging.times[:, None]
     moved = replace(sagging, positions=sagging.positions[0] + way, up=axis)
-    view = pictures._Scenery(moved).view
+    view = pictures.Scenery(moved).view
     assert abs(view.axes[1, axis]) > 0.9  # up or down, 20° off at most
     across = moved.positions.reshape(-1, 3) - view.centre
     assert np.abs(across @ view.axes[0]).max() < view.width / 2
@@ -78,7 +78,7 @@ def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideway
     corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
     floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
     sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
-    view = pictures._Scenery(sliding).view
+    view = pictures.Scenery(sliding).view
     assert view.axes[2] @ up > 0.3 and view.axes[1] @ up > 0.9
     colours = pictures.stills(sliding, 3).axes[0].images[0].get_array()
     assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white

@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from palpate.bodies.body import Body, nest
+from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.blocks import hold
 from palpate.effects.corotational import Corotational
@@ -163,3 +163,14 @@ def test_a_body_that_nothing_holds_is_refused(box, soft):
     loose = Body("loose", [mesh], [], [np.array([], dtype=int)], soft)
     with pytest.raises(InputError, match=r"^loose: nothing is held.*give it anchors\.$"):
         Equilibrium(loose, 0)
+
+
+def test_a_residual_that_rounding_alone_leaves_is_accepted(box):
+    """So light a load on a nearly incompressible body asks for more digits than positions have."""
+    mesh = box([4, 2, 2], [0.2, 0.05, 0.05])
+    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(3000.0, 0.4999, 1000.0))
+    solution = Equilibrium(body, 1).solve(push(body, 1, len(mesh.nodes) - 1, [0.0, 0.0, -1e-4]), 1e-10)
+    assert 1e-10 < solution.history[-1] < 1e-4
+    linear = Equilibrium(body, 1).linear_solver(1e-6)(push(body, 1, len(mesh.nodes) - 1, [0.0, 0.0, -1e-4]))
+    moved = solution.x - body.fine.nodes
+    assert np.abs(moved - linear).max() < 0.01 * np.abs(linear).max()

@@ -5,12 +5,14 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 
 import pytest
 import yaml
 
 ROOT = Path(__file__).parents[2]
+STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")
 STUB = """
 import json
 from pathlib import Path
@@ -60,10 +62,10 @@ def plan(run) -> Callable[..., dict[str, int]]:
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory, run) -> Path:
+def finished(tmp_path_factory, run, whole) -> Path:
     """A copy of the workflow that has run: real rules, settings and modules, and STUB for every script."""
     root = tmp_path_factory.mktemp("copy")
-    for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke"):
+    for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke", "docs"):
         source = ROOT / name
         if source.is_file():
             shutil.copy(source, root / name)
@@ -71,15 +73,24 @@ def finished(tmp_path_factory, run) -> Path:
             shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
     for script in (root / "workflow/scripts").glob("*.py"):
         script.write_text(STUB)
-    done = run(root, root / "tests/smoke/config.yaml", root=root)
+    (root / "whole.yaml").write_text(yaml.safe_dump(whole, sort_keys=False))
+    done = run(root, root / "whole.yaml", root=root)
     assert done.returncode == 0, done.stdout
     return root
 
 
+@pytest.fixture(scope="session")
+def whole() -> dict:
+    """The settings of the smoke run but for the model of one's own, whose place depends on the config file's."""
+    settings = yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
+    del settings["tradeoff"]["own_models"]
+    return settings
+
+
 @pytest.fixture
-def smoke() -> dict:
-    """The settings of the smoke run, to be changed."""
-    return yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
+def smoke(whole) -> dict:
+    """These settings, to be changed; without the studies that need most of the others."""
+    return deepcopy({key: value for key, value in whole.items() if key not in STUDIES})
 
 
 @pytest.fixture

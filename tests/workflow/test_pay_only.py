@@ -143,3 +143,20 @@ def test_what_is_wrong_with_a_scene_is_said(refused, changes, sentence):
 def test_nothing_asked_for_is_said(refused):
     said = refused(lambda settings: settings.update(papers=[], scenes={}, bodies={}))
     assert said.startswith("error: config.yaml: nothing is asked for; name a paper in papers, describe a scene in sc")
+
+
+@pytest.mark.parametrize("study", ["hard_cases", "scaling"])
+def test_a_study_can_be_asked_for_by_itself(planned, whole, study):
+    jobs = planned(papers=[], scenes={}, bodies={}, **{study: whole[study]})
+    assert f"draw_{study}" in jobs and not set(jobs) & (SCENES | SOFT_BODIES | COLLISION | {"make_body"})
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"), [("nix", "nix, which is no scene"), ("touch", "touch, which has contact; choose")]
+)
+def test_scenes_that_models_cannot_be_tried_on_are_told_before_anything_runs(
+    run, smoke, whole, write_config, tmp_path, scene, said
+):
+    settings = smoke | {"dynamic": whole["dynamic"] | {"durations_s": {scene: 0.1}}}
+    done = run(tmp_path, write_config(settings), "--dry-run")
+    assert done.returncode == 1 and f"dynamic.durations_s names {said}" in done.stdout

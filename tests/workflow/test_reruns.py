@@ -3,6 +3,8 @@
 ``finished`` is a copy of the workflow whose rules, settings and modules are the real ones, and has run.
 """
 
+from copy import deepcopy
+
 import pytest
 
 FEM = {"compute_compliance", "choose_loads", "simulate_fine", "simulate_coarse"}
@@ -11,15 +13,16 @@ AFTER_SWEEP = {"merge_table", "check_claims", "draw_sweep", "write_report"}
 
 
 @pytest.fixture
-def after(finished, plan, smoke, write_config):
+def after(finished, plan, whole, write_config):
     """The jobs that are planned once ``change`` has been made to the settings or ``modules`` were edited."""
 
     def jobs(change=lambda settings: None, modules=()) -> dict[str, int]:
-        change(smoke)
+        settings = deepcopy(whole)
+        change(settings)
         before = {path: path.read_text() for path in modules}
         for path, text in before.items():
             path.write_text(text + "# edited\n")
-        found = plan(finished, write_config(smoke), root=finished)
+        found = plan(finished, write_config(settings), root=finished)
         for path, text in before.items():
             path.write_text(text)
         return found
@@ -66,6 +69,7 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after, finished):
 def test_an_edit_of_a_figure_only_draws(after, finished):
     jobs = after(modules=[finished / "src/palpate/figures/style.py"])
     draws = {"draw_meshes", "draw_responses", "draw_sweep", "draw_costs"}
+    draws |= {"draw_work_precision", "draw_advice", "draw_dynamic", "draw_hard_cases", "draw_scaling"}
     draws |= {
         "draw_scenes",
         "draw_motion",

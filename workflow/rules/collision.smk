@@ -17,12 +17,12 @@ rule measure_collision:
         "results/tables/collision.csv",
     log:
         "results/logs/measure_collision.log",
-    threads: workflow.cores
+    threads: HALF
     params:
         settings={key: config["collision"][key] for key in ("frames", "refinements", "depths")},
         seed=config["seed"],
     message:
-        "compare bounding structures on deforming scenes, alone"
+        "compare bounding structures on deforming scenes"
     script:
         "../scripts/measure_collision.py"
 
@@ -34,12 +34,12 @@ rule measure_collision_scaling:
         "results/tables/collision_scaling.csv",
     log:
         "results/logs/measure_collision_scaling.log",
-    threads: workflow.cores
+    threads: HALF
     params:
         triangles=config["collision"]["triangles"],
         depths=config["collision"]["depths"][:1],
     message:
-        "grow bounding structures, alone"
+        "grow bounding structures"
     script:
         "../scripts/measure_collision_scaling.py"
 

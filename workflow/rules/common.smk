@@ -11,6 +11,7 @@ from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.errors import InputError
 from palpate.job import FAILED, kernel_cache
+from palpate.models.registry import MODELS, families
 from palpate.scenes.instruments import bodies_in, driven, touches
 
 ROOT = Path(workflow.basedir)
@@ -48,6 +49,7 @@ wildcard_constraints:
     scene="[a-z][a-z0-9_]*",
     batch=r"\d+",
     radius="[0-9.e-]+",
+    family="[a-z][a-z0-9_]*",
 
 
 # jobs run beside each other, so each gets one thread; snakemake would hand timing jobs all of them
@@ -55,6 +57,10 @@ THREADS = [f"{library}_NUM_THREADS=1" for library in ("OMP", "OPENBLAS", "MKL", 
 shell.prefix(
     f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)} NUMBA_CACHE_DIR={quote(str(kernel_cache()))}; "
 )
+
+# what is timed for long has half of the machine: on one of two cores, beside another single-threaded job, medians of
+# 0.3 to 250 ms are as far from those of a job that runs alone (8 %) as those are from each other
+HALF = max(1, (workflow.cores or 1) // 2)
 
 
 def sources(*names):
@@ -67,14 +73,20 @@ def sources(*names):
     return [relpath(module) for found in modules for module in found]
 
 
-# what draws, and what of the other packages it imports
+# what draws, and what of the other packages it imports; what the page carries with it
 PICTURES = sources(
     "figures",
+    "evaluation/advice",
+    "evaluation/advice_reasons",
+    "evaluation/resampling",
+    "evaluation/ties",
     "evaluation/collision_growth",
+    "evaluation/scaling_growth",
     "evaluation/shape_matching_growth",
     "scenes/motion",
     "scenes/registry",
 )
+ASSETS = [relpath(path) for path in sorted((ROOT / "src/palpate/figures/assets").iterdir())]
 
 
 def body_paths(name):
@@ -224,7 +236,9 @@ def tabulated(*names):
 
 # what reproducing a paper means, and what the scenes leave behind
 PAPERS = {
-    "enrichment": tabulated(*TABLES) + drawn(*FIGURES),
+    "enrichment": tabulated(*TABLES)
+    + drawn(*FIGURES)
+    + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=REGIMES),
     "soft_bodies": tabulated(*SOFT_BODIES) + drawn(*SOFT_BODIES),
     "springs": tabulated(*SPRING_PARTS) + drawn("spring_fit", "spring_errors", "spring_floor"),
     "collision": tabulated(*COLLISION) + drawn("collision", "collision_scaling"),
@@ -238,13 +252,82 @@ CT_RESULTS = (
 MOTIONS = (
     tabulated("scene_effects", "effects", "energy")
     + drawn("energy", "effects", *(f"motion_{scene}" for scene in SCENES))
-    + expand("results/figures/motion_{scene}.gif", scene=SCENES)
+    + expand("results/figures/motion_{scene}.{suffix}", scene=SCENES, suffix=["gif", "json"])
     + expand("results/motion/{scene}", scene=SCENES)
     + (tabulated("contacts", "contact_force") if TOUCHING else [])
     + drawn(*(f"contact_force_{scene}" for scene in DRIVEN))
     if SCENES
     else []
 )
+
+
+# what accuracy costs in time: models by family, one job each, and the user's own
+OWN_MODELS = {
+    name: normpath(CONFIG_FILE.parent / path)
+    for name, path in config.get("tradeoff", {}).get("own_models", {}).items()
+}
+COMPARED = [*(config.get("tradeoff", {}).get("models") or MODELS), *OWN_MODELS]
+FAMILIES = families(COMPARED, OWN_MODELS)
+TRADEOFF = (
+    tabulated("accuracy_vs_time", "advice")
+    + drawn("advice", "break_even")
+    + expand(
+        "results/figures/work_precision_{body}_{regime}.{suffix}",
+        body=BODIES,
+        regime=REGIMES,
+        suffix=["png", "svg"],
+    )
+    if "tradeoff" in config
+    else []
+)
+
+
+# how cost and memory grow: a job a kernel
+GROWING = ["fem", "fine_nodes", "samples", "triangles", "particles", "cores"]
+SCALING_PARTS = {"scaling": expand("results/data/scaling/{kernel}.csv", kernel=GROWING)}
+# situations in which numerics may fail: a job a family
+HARD_PARTS = {
+    "hard_cases": expand(
+        "results/data/hard_cases/{family}.csv", family=config.get("hard_cases", {}).get("families", [])
+    )
+}
+# how wrong models are in motion: a job a scene
+DYNAMIC_PARTS = {
+    "dynamic_accuracy": expand(
+        "results/data/dynamic/{scene}/accuracy.csv", scene=config.get("dynamic", {}).get("durations_s", [])
+    )
+}
+MERGED = PARTS | SPRING_PARTS | SCALING_PARTS | HARD_PARTS | DYNAMIC_PARTS
+HARD_CASES = tabulated("hard_cases") + drawn("hard_cases") if "hard_cases" in config else []
+DYNAMIC = tabulated("dynamic_accuracy") + drawn("dynamic_accuracy") if "dynamic" in config else []
+SCALING = tabulated("scaling") + drawn("scaling") if "scaling" in config else []
+# the parts of the report that compare models, those that are asked for
+STORY = {
+    part: files
+    for part, files in {
+        "tradeoff": TRADEOFF,
+        "dynamic": DYNAMIC,
+        "hard_cases": HARD_CASES,
+        "scaling": SCALING,
+    }.items()
+    if files
+}
+
+
+def trial_of(wildcards):
+    """A scene as a trial of models."""
+    entry = config["scenes"][wildcards.scene]
+    duration = config["dynamic"]["durations_s"][wildcards.scene]
+    return {
+        "name": wildcards.scene,
+        "entry": entry,
+        "duration_s": duration,
+        "frames": config["dynamic"]["frames"],
+    }
+
+
+def body_of_trial(wildcards):
+    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
 
 
 def hold_folder():
@@ -255,6 +338,14 @@ def hold_folder():
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         sys.exit(f"{FAILED}another run is under way in this folder; wait for it or stop it first.")
+
+
+def stay_idle():
+    """Keep snakemake from looking for jobs while none can start: without a limit of jobs a second it does so when one ends.
+
+    With it, it does so once a second for each job that has ever ended, which in the end takes the half of a core.
+    """
+    workflow.scheduler.job_rate_limiter = None
 
 
 def failures():

@@ -37,14 +37,14 @@ rule time_methods:
         cost="results/data/{body}/online_cost.csv",
     log:
         "results/logs/{body}/time_methods.log",
-    threads: workflow.cores
+    threads: HALF
     params:
         enrichment=config["enrichment"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
         repeats=config["timing"]["repeats"],
     message:
-        "time all methods, alone: {wildcards.body}"
+        "time all methods: {wildcards.body}"
     script:
         "../scripts/time_methods.py"
 

@@ -26,6 +26,7 @@ rule draw_responses:
     output:
         deformed=drawn("deformed_{body}_{regime}"),
         errors=drawn("error_over_body_{body}_{regime}"),
+        turnable="results/figures/error_over_body_{body}_{regime}.json",
     log:
         "results/logs/{body}/{regime}/draw_responses.log",
     message:

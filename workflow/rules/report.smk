@@ -1,4 +1,4 @@
-# One page with everything that was found.
+# One page that tells what was found, as a story.
 
 
 rule write_report:
@@ -6,17 +6,19 @@ rule write_report:
         [PAPERS[paper] for paper in config["papers"]],
         CT_RESULTS,
         MOTIONS,
+        *STORY.values(),
         captions=sorted(relpath(caption) for caption in CAPTIONS.glob("*.rst")),
         paper=PAPER,
         thesis=relpath(CAPTIONS / "soft_bodies.yaml"),
         springs=relpath(CAPTIONS / "springs.yaml"),
-        code=PICTURES,
+        models=relpath(CAPTIONS / "models.yaml"),
+        code=PICTURES + ASSETS,
     output:
         "results/report.html",
     log:
         "results/logs/write_report.log",
     params:
-        papers=config["papers"],
+        parts=[*STORY, *config["papers"]],
         scenes=SCENES,
         cts=CTS,
         driven=DRIVEN,

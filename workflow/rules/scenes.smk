@@ -49,11 +49,11 @@ rule time_effects:
         "results/data/scenes/{scene}/cost.csv",
     log:
         "results/logs/scenes/{scene}/time_effects.log",
-    threads: workflow.cores
+    threads: HALF
     params:
         scene=scene,
     message:
-        "time the effects of {wildcards.scene}, alone"
+        "time the effects of {wildcards.scene}"
     script:
         "../scripts/time_effects.py"
 
@@ -98,6 +98,7 @@ rule draw_motion:
     output:
         stills=drawn("motion_{scene}"),
         animation="results/figures/motion_{scene}.gif",
+        turnable="results/figures/motion_{scene}.json",
     log:
         "results/logs/scenes/{scene}/draw_motion.log",
     message:

@@ -40,13 +40,14 @@ rule fit_springs:
         [f"{SPRINGS}/{{force}}/{{method}}/{table}.csv" for table in SPRING_TABLES],
     log:
         "results/logs/springs/{force}/fit_springs_{method}.log",
-    threads: workflow.cores
+    # a generation is shared among cores
+    threads: lambda wildcards: workflow.cores if wildcards.method in ("genetic", "cma_es") else HALF
     params:
         calibration=SPRING_PHYSICS,
         searches=config["calibration"]["searches"],
         seed=config["seed"],
     message:
-        "fit springs, alone: {wildcards.method}, {wildcards.force}"
+        "fit springs: {wildcards.method}, {wildcards.force}"
     script:
         "../scripts/fit_springs.py"
 

@@ -3,13 +3,13 @@
 
 rule merge_table:
     input:
-        lambda wildcards: (PARTS | SPRING_PARTS)[wildcards.table],
+        lambda wildcards: MERGED[wildcards.table],
     output:
         "results/tables/{table}.csv",
     log:
         "results/logs/merge_table_{table}.log",
     wildcard_constraints:
-        table="|".join(PARTS | SPRING_PARTS),
+        table="|".join(MERGED),
     message:
         "merge the table {wildcards.table}"
     script:

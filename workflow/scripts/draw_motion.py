@@ -1,5 +1,5 @@
 from palpate.figures import motion as pictures
-from palpate.figures import style
+from palpate.figures import style, turnable_motion
 from palpate.job import job, stem
 from palpate.scenes.motion import load
 
@@ -7,3 +7,4 @@ with job(snakemake.log[0]):
     motion = load(snakemake.input.motion)
     style.save(pictures.stills(motion, count=6), stem(snakemake.output.stills))
     pictures.animate(motion, snakemake.output.animation)
+    turnable_motion.write(motion, snakemake.output.turnable)

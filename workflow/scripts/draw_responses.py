@@ -1,6 +1,6 @@
 from palpate.bodies.store import load
 from palpate.enrichment.database import read
-from palpate.figures import deformed_bodies, error_over_body, predictions, style
+from palpate.figures import deformed_bodies, error_over_body, predictions, style, turnable_errors
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):
@@ -12,3 +12,4 @@ with job(snakemake.log[0]):
         for protocol, split in (("paper", "samples"), ("live", "contacts"))
     }
     style.save(error_over_body.draw(body, db, groups), stem(snakemake.output.errors))
+    turnable_errors.write(db, groups["live protocol, contacts held out"], snakemake.output.turnable)

@@ -5,4 +5,4 @@ from palpate.job import job
 
 with job(snakemake.log[0]):
     out, params = Path(snakemake.output[0]), snakemake.params
-    write(out.parent, Path(snakemake.input.paper).parent, out, params.papers, params.scenes, params.cts, params.driven)
+    write(out.parent, Path(snakemake.input.paper).parent, out, params.parts, params.scenes, params.cts, params.driven)

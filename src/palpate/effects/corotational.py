@@ -49,6 +49,12 @@ class Corotational:
         """Where the blocks of ``stiffness`` stand."""
         return self._given or pattern_of(self.tetrahedra, self._n_nodes)
 
+    def resistance(self) -> np.ndarray:
+        """The most force that moving a node by itself can take, (n_nodes,) [N/m]."""
+        mu, lam = self.moduli
+        squares = np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None]
+        return (2.0 * mu + lam) * np.bincount(self.tetrahedra.ravel(), squares.ravel(), minlength=self._n_nodes)
+
     def energy(self, x: np.ndarray) -> float:
         """Elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return _energy(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli)

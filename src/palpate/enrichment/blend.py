@@ -51,6 +51,8 @@ class Blend:
 
 
 def median_distance(squared: np.ndarray) -> float:
-    """Median of the distances [m] between different samples, from squared ones (k, k); 1 if all are 0."""
+    """Median of the distances [m] between different samples, from squared ones (k, k); 1 if all are 0 or k is 1."""
     distances = np.sqrt(squared[np.triu_indices(len(squared), 1)])
+    if not len(distances):
+        return 1.0
     return float(np.median(distances)) or float(distances.max()) or 1.0

@@ -23,6 +23,8 @@ def query_weights(squared: np.ndarray, sigma: float) -> np.ndarray:
 
     squared : (k,) or (k, q), from k training samples to one or q queries [m²]
     The scale is the η of equation (4) in another guise: it drops out when blend weights are normalised, and
-    taking it off before exp is what keeps a query 10⁶ σ away from having no weights at all.
+    taking it off before exp is what keeps a query 10⁶ σ away from having no weights at all. A query whose squared
+    distances overflow is as far from every sample.
     """
+    squared = np.minimum(squared, np.finfo(float).max)
     return gaussian(squared - squared.min(axis=0), sigma)

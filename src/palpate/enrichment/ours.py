@@ -15,6 +15,8 @@ from palpate.solvers.compliance import Compliance
 GAIN_OF_REST = 0.9
 """The rest is learnt only if that multiplies the cross-validated error by this at most: a few dozen samples
 cannot tell a smaller gain from luck."""
+FARTHEST = 1e9
+"""Ratios above are of a coarse body that has left all bounds; kept finite, they leave the gain finite."""
 
 
 class Query(NamedTuple):
@@ -94,8 +96,9 @@ class TwoLevel:
         linear = np.tensordot(local, self._seen[row], 1)
         near = self._neighbours[contact]
         pairs = [(v[contact], v[contact] - v[near].mean(axis=0)) for v in (coarse, linear)]
-        moved, expected = np.linalg.norm(pairs, axis=2)
-        ratios = np.divide(moved, expected, out=np.ones(2), where=expected > 0.0)
+        with np.errstate(over="ignore"):
+            moved, expected = np.linalg.norm(pairs, axis=2)
+        ratios = np.minimum(np.divide(moved, expected, out=np.ones(2), where=expected > 0.0), FARTHEST)
         turned = None
         if self._rotations:
             turned = (self._prolongation @ nodal.reshape(-1, 9)).reshape(-1, 3, 3)

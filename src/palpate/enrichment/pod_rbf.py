@@ -21,18 +21,18 @@ KERNELS = [("linear", 1.0)] + [
 class PodRbf:
     """Fine displacements in POD modes, their coefficients interpolated from the coarse surface displacements.
 
-    Kernel, its width and the number of modes are chosen by cross-validation.
+    Kernel, its width and, unless ``modes`` are given, their number are chosen by cross-validation.
     """
 
     sigma_m = np.nan
 
-    def __init__(self, db: Database, training: Training):
+    def __init__(self, db: Database, training: Training, modes: int | None = None):
         self._surface = db.coarse_surface
         described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
         # unit median distance: RBFInterpolator's ε and its constant term then mean the same for every body
         self._scale = median_distance(squared_distances(described, described))
         fine = training.fine.reshape(len(training.fine), -1)
-        kernel, shape, modes = self._choose(training, described / self._scale, fine @ fine.T)
+        kernel, shape, modes = self._choose(training, described / self._scale, fine @ fine.T, modes)
         self._mean = fine.mean(axis=0)
         gram = (fine - self._mean) @ (fine - self._mean).T
         vectors = np.linalg.eigh(gram)[1][:, ::-1][:, :modes]
@@ -46,8 +46,10 @@ class PodRbf:
         return (self._mean + coefficients @ self._modes).reshape(-1, 3)
 
     @staticmethod
-    def _choose(training: Training, described: np.ndarray, gram: np.ndarray) -> tuple[str, float, int]:
-        counts = np.unique(np.geomspace(1, len(gram), 12).astype(int))
+    def _choose(
+        training: Training, described: np.ndarray, gram: np.ndarray, modes: int | None
+    ) -> tuple[str, float, int]:
+        counts = np.unique(np.geomspace(1, len(gram), 12).astype(int)) if modes is None else np.array([modes])
 
         def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
             k = len(known)

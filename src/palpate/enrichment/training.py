@@ -8,6 +8,9 @@ import numpy as np
 from palpate.enrichment.database import Database
 from palpate.errors import InputError
 
+SMALLEST_M, LARGEST_M = 1e-100, 1e100
+"""Displacements [m] whose squares and cubes fits can compute with."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -62,7 +65,15 @@ class Training:
 
 
 def gather(db: Database, train: np.ndarray, protocol: str, settings: Settings) -> Training:
-    """The samples ``train`` of ``db`` and their folds; InputError if there are too few to divide."""
+    """The samples ``train`` of ``db`` and their folds; InputError if there are too few to divide, or if they are of no
+    size that a body has."""
+    for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
+        largest = float(np.abs(moved).max())
+        if not (largest == 0.0 or SMALLEST_M <= largest <= LARGEST_M):
+            raise InputError(
+                f"enrichment: displacements {name} are up to {largest:.0e} m, whose squares no number can hold; "
+                "check their unit."
+            )
     contact = db.contact[train]
     fold = divide(contact if settings.split == "contacts" else np.arange(len(train)), settings)
     return Training(db.coarse(protocol)[train], db.fine[train], contact, db.force[train], db.peaks[train], fold)

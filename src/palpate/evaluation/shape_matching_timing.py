@@ -38,12 +38,12 @@ def measure(repeats: int) -> pd.DataFrame:
     rows, steppers = [], []
     for particles, objects, clusters in scans:
         for mode in TERMS:
-            stepper, matched = _stepper(_objects(particles, objects), particles, clusters, mode)
-            steppers.append(stepper)
+            step, matched = stepper(particles, objects, clusters, mode)
+            steppers.append(step)
             sizes = {"particles": particles, "clusters": len(matched.ranks) // objects, "mode": mode}
             members = len(matched.clusters.members)
             rows.append(sizes | {"objects": objects, "all_particles": particles * objects, "memberships": members})
-    seconds = np.median([[_seconds(stepper) for stepper in steppers] for _ in range(repeats)], axis=0)
+    seconds = np.median([[_seconds(step) for step in steppers] for _ in range(repeats)], axis=0)
     return pd.DataFrame(rows).assign(ms_per_step=1e3 * seconds, threads=1)
 
 
@@ -74,8 +74,9 @@ def _objects(particles: int, objects: int) -> Particles:
     )
 
 
-def _stepper(bodies: Particles, particles: int, clusters: int, mode: str):
-    """A function without arguments that takes one step of jolted ``bodies``, and their shape matching."""
+def stepper(particles: int, objects: int, clusters: int, mode: str):
+    """A function without arguments that takes one step of so many jolted ``objects``, and their shape matching."""
+    bodies = _objects(particles, objects)
     described = {"kind": "one"}
     if clusters > 1:
         edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])

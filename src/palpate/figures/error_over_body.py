@@ -23,18 +23,17 @@ def draw(body: Body, database: Database, groups: dict[str, dict[str, Prediction]
     ``groups`` maps a heading such as "paper protocol, samples held out" to predictions of METHODS.
     A sample is ranked, for each method by itself, by its RMSE over the fine surface nodes / peak.
     """
-    shown = {(g, m): _ranked(database, groups[g][m]) for g in groups for m in METHODS}
-    top = 100 * max(field.max() for picks in shown.values() for _, field, _, _ in picks)
-    limits = (top / 10**_DECADES, top)
-    views = render.same_scale([_view(database, i, moved) for p in shown.values() for i, _, moved, _ in p])
+    shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in METHODS}
+    scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
+    views = render.same_scale([camera(database, i, moved) for p in shown.values() for i, _, moved, _ in p])
     aspect = views[0].width / views[0].height
     figure, axes = panels.grid(len(METHODS), 3 * len(groups), aspect, _INCHES)
     cells = [(r, 3 * c + k) for c in range(len(groups)) for r in range(len(METHODS)) for k in range(3)]
     picks = [pick for picks in shown.values() for pick in picks]
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
         for (r, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
-            picture = _picture(stage, view, body, database, 100 * field, moved, limits)
-            panels.place(axes[r, c], picture, f"sample {i}: {_percent(100 * error)} % of peak")
+            picture = _picture(stage, view, body, database, 100 * field, moved, scale)
+            panels.place(axes[r, c], picture, f"sample {i}: {percent(100 * error)} % of peak")
     for axis, method in zip(axes[:, 0], METHODS, strict=True):
         axis.set_ylabel(style.short(method), fontweight="bold")
     for c, group in enumerate(groups):
@@ -42,16 +41,22 @@ def draw(body: Body, database: Database, groups: dict[str, dict[str, Prediction]
         for k, name in enumerate(("median", "worst"), 1):
             axes[0, 3 * c + k].set_title(name, loc="left")
     label = "error at each node [% of the sample's peak displacement]"
-    panels.colour_bar(figure, LogNorm(*limits), style.ERROR, label, extend="min", format="%g")
+    panels.colour_bar(figure, LogNorm(*scale), style.ERROR, label, extend="min", format="%g")
     return figure
 
 
-def _percent(value: float) -> str:
+def limits(fields: list[np.ndarray]) -> tuple[float, float]:
+    """Three decades up to the largest of some errors / peak, in %."""
+    top = 100 * max(float(field.max()) for field in fields)
+    return top / 10**_DECADES, top
+
+
+def percent(value: float) -> str:
     """Two significant digits without an exponent."""
     return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
-def _ranked(database, prediction) -> list[tuple]:
+def ranked(database, prediction) -> list[tuple]:
     """(sample, error / peak (n,), displacement (n, 3), RMSE / peak) of the best, median and worst sample."""
     reference = database.fine[prediction.sample]
     peaks = np.linalg.norm(reference, axis=2).max(axis=1)
@@ -62,7 +67,7 @@ def _ranked(database, prediction) -> list[tuple]:
     return [(int(prediction.sample[p]), fields[p], reference[p], float(errors[p])) for p in picks]
 
 
-def _view(database, i, moved) -> render.View:
+def camera(database, i, moved) -> render.View:
     """One camera for a sample: its contact in sight, its deformed body in full."""
     normal = database.contact_normals[np.searchsorted(database.coarse_surface, database.contact[i])]
     rest = database.nodes_fine_surface

@@ -10,11 +10,11 @@ from palpate.files import write_whole
 
 _BYTES, _STRIP = 1_500_000, 24
 _QUALITIES = (
-    (60, 256),
-    (60, 128),
-    (60, 64),
+    (30, 256),
+    (30, 128),
     (30, 64),
-    (15, 32),
+    (20, 64),
+    (10, 32),
 )  # pictures and colours, less of them until the file is small
 _LOOP_S, _REST_S = (1.0, 8.0), 0.8  # what a loop may last, and how long it rests at its end
 _PACES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -26,11 +26,11 @@ def write(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -> No
     It runs in real time unless a loop would then last less than 1 s or more than 8 s; the strip above each picture
     tells the time, and by how much the loop is slower or faster. The same pictures give the same bytes.
     """
-    pace, note = _pace(float(np.ptp(times)))
+    slow, note = pace(float(np.ptp(times)))
     images = [_labelled(picture, f"{time:.2f} s{note}") for picture, time in zip(pictures, times, strict=True)]
     for count, colours in _QUALITIES:
         shown = evenly(len(images), count)
-        ends = np.round(100 * pace * (times[shown] - times[0]))  # hundredths of a second, the unit of the format
+        ends = np.round(100 * slow * (times[shown] - times[0]))  # hundredths of a second, the unit of the format
         lasting = 10 * np.maximum(np.diff(ends, append=ends[-1] + 100 * _REST_S), 2).astype(int)
         encoded = _encoded([images[i] for i in shown], colours, lasting.tolist())
         if len(encoded) <= _BYTES:
@@ -44,7 +44,7 @@ def evenly(length: int, count: int) -> list[int]:
     return np.unique(np.linspace(0, length - 1, count).round().astype(int)).tolist()
 
 
-def _pace(duration_s: float) -> tuple[float, str]:
+def pace(duration_s: float) -> tuple[float, str]:
     """Seconds of the loop a second of the scene, and words for it."""
     low, high = _LOOP_S
     if duration_s < low:

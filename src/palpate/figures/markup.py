@@ -1,6 +1,7 @@
-"""Pieces of the report: tables, pictures and captions as self-contained HTML."""
+"""Pieces of the report: tables and captions as self-contained HTML."""
 
 import base64
+import zlib
 from html import escape
 from pathlib import Path
 
@@ -9,13 +10,18 @@ import pandas as pd
 
 from palpate.errors import InputError
 
-_SVG_BYTES = 400_000
+_LONG = 300  # rows of a folded table from which on the page holds it deflated
+
+MARKS = {word: "good" for word in ("confirmed", "stable")}
+MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
+MARKS |= {word: "open" for word in ("true as a bound", "cannot be compared", "refused", "not_converged")}
+"""How a verdict or an outcome is marked: the sign and colour of its cell."""
 
 
 def text(value) -> str:
     """A cell: numbers with three significant digits, whole ones with separators, nothing as a dash."""
     if isinstance(value, str):
-        return escape(value)
+        return value
     if value is None or value is pd.NA or not np.isfinite(value):
         return "–"
     if float(value).is_integer() and abs(value) < 1e9:
@@ -24,13 +30,14 @@ def text(value) -> str:
 
 
 def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: list[str] = ()) -> str:
-    """A data frame as a table.
+    """A data frame as a table, which the page's script makes sortable.
 
     faint : positions of the rows that hold the paper's numbers; best : columns whose least value is in bold
+    A cell that is no more than a verdict or an outcome gets its colour and sign.
     """
-    numeric = [all(not isinstance(v, str) or v.lstrip("<\u00a0")[:1].isdigit() for v in frame[c]) for c in frame]
+    numeric = _numeric(frame)
     heads = "".join(
-        f'<th scope="col"{" class=number" if n else ""}>{escape(str(c).replace("_", " "))}</th>'
+        f'<th scope="col"{" class=number" if n else ""}>{escape(_name(c))}</th>'
         for c, n in zip(frame.columns, numeric, strict=True)
     )
     least = {c: frame[c].min() for c in best}
@@ -39,7 +46,9 @@ def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: li
         cells = []
         for column, value, number in zip(frame.columns, row, numeric, strict=True):
             marks = ["number"] * number + ["best"] * bool(column in least and value == least[column])
-            cells.append(f'<td class="{" ".join(marks)}">{text(value)}</td>' if marks else f"<td>{text(value)}</td>")
+            marks += [MARKS[value]] if isinstance(value, str) and value in MARKS else []
+            cell = escape(text(value))
+            cells.append(f'<td class="{" ".join(marks)}">{cell}</td>' if marks else f"<td>{cell}</td>")
         rows.append(f"<tr{' class=paper' if i in (faint or []) else ''}>{''.join(cells)}</tr>")
     body = "\n".join(rows)
     return (
@@ -48,54 +57,32 @@ def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: li
     )
 
 
-def image(stem: Path, alt: str) -> str:
-    """``stem``.svg if it is small, else ``stem``.png, as an ``img`` with its data inside.
-
-    Raises InputError if the figure is missing.
-    """
-    vector, raster = stem.with_name(f"{stem.name}.svg"), stem.with_name(f"{stem.name}.png")
-    for path in (vector, raster):
-        if not path.is_file():
-            raise InputError(f"{path} is missing: make it with the workflow (make) first")
-    if vector.stat().st_size <= _SVG_BYTES:
-        kind, data = "svg+xml", vector.read_bytes()
-    else:
-        kind, data = "png", raster.read_bytes()
-    return f'<img alt="{escape(alt)}" src="data:image/{kind};base64,{base64.b64encode(data).decode()}">'
-
-
-def figure(folder: Path, name: str, caption: str) -> str:
-    """A picture with its caption (HTML) and a link to the file."""
-    picture = image(folder / name, name.replace("_", " "))
-    return (
-        f'<figure id="{name}">\n<a href="figures/{name}.svg">{picture}</a>\n'
-        f"<figcaption>{caption}</figcaption>\n</figure>"
-    )
-
-
-def animation(folder: Path, name: str, caption: str) -> str:
-    """``name``.gif, its data inside, with its caption (HTML) and a link to the file.
-
-    Raises InputError if it is missing.
-    """
-    path = folder / f"{name}.gif"
-    if not path.is_file():
-        raise InputError(f"{path} is missing: make it with the workflow (make) first")
-    data = base64.b64encode(path.read_bytes()).decode()
-    return (
-        f'<figure id="animation_{name}">\n<a href="figures/{name}.gif">'
-        f'<img alt="{escape(name.replace("_", " "))}, animated" src="data:image/gif;base64,{data}"></a>\n'
-        f"<figcaption>{caption}</figcaption>\n</figure>"
-    )
-
-
 def folded(frame: pd.DataFrame, name: str) -> str:
-    """A long table, closed at first, and a link to its CSV."""
-    inner = table(frame, f"{name}.csv")
+    """A whole table, closed at first, and a link to its CSV; if it is long, the script makes it when it is opened."""
+    inner = table(frame, f"{name}.csv") if len(frame) <= _LONG else _packed(frame, f"{name}.csv")
     return (
         f"<details><summary>all {len(frame):,} rows of {name}.csv</summary>\n"
         f'<p><a href="tables/{name}.csv">tables/{name}.csv</a></p>\n{inner}\n</details>'
     )
+
+
+def _packed(frame: pd.DataFrame, caption: str) -> str:
+    """A long table as deflated lines: names, classes of the columns, rows."""
+    lines = [map(_name, frame.columns), ("number" if n else "" for n in _numeric(frame))]
+    lines += [map(text, row) for row in frame.itertuples(index=False)]
+    data = zlib.compress("\n".join("\t".join(line) for line in lines).encode(), 9)
+    packed = base64.b64encode(data).decode("ascii")
+    return f'<div class="scroll" data-caption="{escape(caption)}" data-packed="{packed}"></div>'
+
+
+def _numeric(frame: pd.DataFrame) -> list[bool]:
+    """Which columns hold numbers, or texts that begin with one."""
+    return [all(not isinstance(v, str) or v.lstrip("<\u00a0")[:1].isdigit() for v in frame[c]) for c in frame]
+
+
+def _name(column) -> str:
+    """A column's heading."""
+    return str(column).replace("_", " ")
 
 
 def caption(folder: Path, name: str, values: dict[str, str]) -> str:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from palpate.figures import gif, panels, render, style
 from palpate.scenes.motion import Motion, Moved
 
-_INCHES, _PIXELS, _GIF_FRAMES = 1.9, 480, 60
+_INCHES, _PIXELS, _GIF_FRAMES = 1.9, 480, 30
 _ASPECTS = (0.6, 3.0)
 _COARSE = 800  # triangles; the edges of more would darken the picture
 
@@ -23,7 +23,7 @@ def stills(motion: Motion, count: int) -> Figure:
     The moments share out both the time and the way that the surface covers, so that a fast press is not missed, and
     one is that of the largest displacement. The grey line is the outline of the rest shape. Nothing is exaggerated.
     """
-    scenery = _Scenery(motion)
+    scenery = Scenery(motion)
     frames = _moments(motion, scenery.surface, count)
     aspect = scenery.view.width / scenery.view.height
     figure, axes = panels.grid(1, len(frames), aspect, _INCHES * min(1.0, aspect))
@@ -39,39 +39,39 @@ def stills(motion: Motion, count: int) -> Figure:
 
 
 def animate(motion: Motion, path: str | Path) -> None:
-    """Write a looping GIF of at most 60 frames with the view and the colours of ``stills``."""
-    scenery = _Scenery(motion)
+    """Write a looping GIF of at most 30 frames with the view and the colours of ``stills``."""
+    scenery = Scenery(motion)
     frames = gif.evenly(len(motion.times), _GIF_FRAMES)
     with render.Stage(*_size(scenery.view.width / scenery.view.height)) as stage:
         gif.write([scenery.picture(stage, frame) for frame in frames], motion.times[frames], path)
 
 
-class _Scenery:
-    """What all pictures of a motion share: view, colour scale and held nodes."""
+class Scenery:
+    """What all pictures of a motion share: view, surface, displacements [mm], their limit, held nodes and things."""
 
     def __init__(self, motion: Motion):
         self._motion = motion
         self.surface = np.unique(motion.triangles)
         moved = motion.positions - motion.rest
-        self._millimetres = 1e3 * np.linalg.norm(moved, axis=2)
-        self.limit = float(self._millimetres[:, self.surface].max()) or 1.0  # a body that stays is all of one colour
-        self._held = np.intersect1d(motion.held, self.surface)
+        self.millimetres = 1e3 * np.linalg.norm(moved, axis=2)
+        self.limit = float(self.millimetres[:, self.surface].max()) or 1.0  # a body that stays is all of one colour
+        self.held = np.intersect1d(motion.held, self.surface)
         cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
-        self._things = [_seen(thing, cloud) for thing in motion.obstacles]
-        peak = self.surface[np.argmax(self._millimetres[:, self.surface].max(axis=0))]
+        self.things = [_seen(thing, cloud) for thing in motion.obstacles]
+        peak = self.surface[np.argmax(self.millimetres[:, self.surface].max(axis=0))]
         normal = _normal(motion.rest, motion.triangles, peak)
-        if any(thing.kind == "floor" for thing in self._things):
+        if any(thing.kind == "floor" for thing in self.things):
             normal[motion.up] = max(normal[motion.up], 0.0)  # from below a floor would hide everything
         axes = render.directions(cloud, normal, motion.up)
-        view = render.frame(axes, [cloud, *(_corners(thing) for thing in self._things)])
+        view = render.frame(axes, [cloud, *(_corners(thing) for thing in self.things)])
         low, high = _ASPECTS  # what falls far or lies flat gets room at its sides
         self.view = replace(view, width=max(view.width, low * view.height), height=max(view.height, view.width / high))
         self._ball = 0.011 * self.view.width
 
     def picture(self, stage: render.Stage, frame: int) -> np.ndarray:
         """One frame, (height, width, 3) uint8."""
-        things = [partial(render.Stage.rigid, points=t.positions[frame], thing=t) for t in self._things]
-        return self.draw(stage, self._motion.positions[frame], self._millimetres[frame], things)
+        things = [partial(render.Stage.rigid, points=t.positions[frame], thing=t) for t in self.things]
+        return self.draw(stage, self._motion.positions[frame], self.millimetres[frame], things)
 
     def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray, things=()) -> np.ndarray:
         """Nodes (n, 3) [m] coloured by their displacement (n,) [mm], as ``picture`` gives it, and ``things`` beside."""
@@ -83,8 +83,8 @@ class _Scenery:
                 edges=len(motion.triangles) <= _COARSE,
             )
         ]  # fmt: skip
-        if len(self._held):
-            actors.append(lambda s: s.dots(nodes[self._held], self._ball))
+        if len(self.held):
+            actors.append(lambda s: s.dots(nodes[self.held], self._ball))
         return stage.picture(self.view, actors)
 
 

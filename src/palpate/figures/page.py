@@ -7,27 +7,33 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.errors import InputError
-from palpate.figures import markup, tables
+from palpate.figures import markup, pictures, tables
 from palpate.figures.summary import numbers
 from palpate.files import read_yaml
 
 TABLES = {
+    "models": ["accuracy_vs_time"],
+    "tradeoff": tables.TRADEOFF,
+    "dynamic": tables.DYNAMIC,
     "ct": tables.CT,
     "scenes": tables.SCENES,
     "soft_bodies": tables.SOFT_BODIES,
     "collision": tables.COLLISION,
     "springs": tables.SPRINGS,
     "enrichment": tables.ENRICHMENT,
+    "scaling": tables.SCALING,
+    "hard_cases": tables.HARD_CASES,
 }
-"""The tables that each part of the report shows."""
+"""The tables that each part of the report shows; parts that are not here look at those of the others."""
 
 PUBLISHED = {
+    "models": "models.yaml",
     "soft_bodies": "soft_bodies.yaml",
     "collision": "soft_bodies.yaml",
     "springs": "springs.yaml",
     "enrichment": "paper.yaml",
 }
-"""Where a part's own paper has its numbers, beside the captions."""
+"""Where a part's own paper has its numbers, or its models their descriptions, beside the captions."""
 
 
 class Report:
@@ -45,7 +51,7 @@ class Report:
         self.scenes, self.cts, self.driven = scenes, cts, driven
         self.figures, self._captions = results / "figures", captions
         self.published = {part: read_yaml(captions / PUBLISHED[part]) for part in parts if part in PUBLISHED}
-        self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES[part]])
+        self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES.get(part, ())])
         _check(self.tables, tables.SCENES if scenes else {}, "scene", scenes)
         _check(self.tables, tables.CT if cts else {}, "body", cts)
         self.numbers = numbers(self.tables, self.published, parts, scenes)
@@ -56,7 +62,11 @@ class Report:
 
     def figure(self, name: str, caption: str | None = None, **more: str) -> str:
         """A figure under the caption of its own name or of ``caption``."""
-        return markup.figure(self.figures, name, self.note(caption or name, **more))
+        return pictures.figure(self.figures, name, self.note(caption or name, **more))
+
+    def turnable(self, name: str, title: str, caption: str, **more: str) -> str:
+        """A view that turns, under its title and a caption."""
+        return pictures.turnable(self.figures, name, title, self.note(caption, **more))
 
     def folded(self, *names: str) -> str:
         """Whole tables, closed at first."""

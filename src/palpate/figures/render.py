@@ -58,6 +58,21 @@ def same_scale(views: list[View]) -> list[View]:
     return [View(v.axes, v.centre, width, height) for v in views]
 
 
+def solid(points: np.ndarray, thing):
+    """The surface of a rigid ``thing`` of ``scenes.motion``, its points (k, 3) [m] being there, as PyVista has it."""
+    import pyvista
+
+    if thing.kind == "sphere":
+        return pyvista.Sphere(radius=thing.radius_m, center=points[0])
+    if thing.kind == "capsule":
+        way = points[1] - points[0]
+        length = float(np.linalg.norm(way))
+        return pyvista.Capsule(
+            center=points.mean(axis=0), direction=way, radius=thing.radius_m, cylinder_length=length
+        ).triangulate()
+    return pyvista.PolyData.from_regular_faces(points, thing.triangles)
+
+
 class Stage:
     """One off-screen window, used again for each picture; a context manager."""
 
@@ -137,19 +152,10 @@ class Stage:
 
     def rigid(self, points, thing) -> None:
         """A rigid ``thing`` of ``scenes.motion`` in steel, where its points (k, 3) [m] are."""
-        shapes, kind, radius = self._pyvista, thing.kind, thing.radius_m
-        if kind == "sphere":
-            shape = shapes.Sphere(radius=radius, center=points[0])
-        elif kind == "capsule":
-            way = points[1] - points[0]
-            length = float(np.linalg.norm(way))
-            shape = shapes.Capsule(center=points.mean(axis=0), direction=way, radius=radius, cylinder_length=length)
-        else:
-            shape = shapes.PolyData.from_regular_faces(points, thing.triangles)
         look = {"color": "#8fa3b5", "ambient": 0.4, "specular": 0.2}
-        if kind == "floor":  # of one grey, however the light falls on it, that stands out from the page
+        if thing.kind == "floor":  # of one grey, however the light falls on it, that stands out from the page
             look = {"color": "#d3d8dd", "lighting": False}
-        self._plotter.add_mesh(shape, smooth_shading=kind != "mesh", **look)
+        self._plotter.add_mesh(solid(points, thing), smooth_shading=thing.kind != "mesh", **look)
 
     def arrow(self, contact, force, normal, length) -> None:
         """The force at a contact point: its tip touches there if it pushes, its tail if it pulls."""

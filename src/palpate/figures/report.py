@@ -1,4 +1,4 @@
-"""One page with everything that was found: results/report.html, self-contained."""
+"""One page that tells what was found, as a story: results/report.html, self-contained."""
 
 from collections.abc import Collection
 from html import escape
@@ -6,26 +6,44 @@ from pathlib import Path
 
 from palpate.errors import InputError
 from palpate.figures import (
+    assets,
     sections_collision,
     sections_ct,
+    sections_dynamic,
     sections_enrichment,
+    sections_hard_cases,
+    sections_models,
+    sections_omissions,
+    sections_scaling,
     sections_scenes,
     sections_soft_bodies,
     sections_springs,
+    sections_tradeoff,
+    sections_verdicts,
 )
-from palpate.figures.css import CSS
 from palpate.figures.page import Report
 from palpate.files import write_whole
 
 PARTS = {
-    "ct": sections_ct,
+    "models": sections_models,
+    "tradeoff": sections_tradeoff,
+    "dynamic": sections_dynamic,
+    "hard_cases": sections_hard_cases,
+    "scaling": sections_scaling,
     "scenes": sections_scenes,
+    "ct": sections_ct,
+    "verdicts": sections_verdicts,
+    "enrichment": sections_enrichment,
+    "springs": sections_springs,
     "soft_bodies": sections_soft_bodies,
     "collision": sections_collision,
-    "springs": sections_springs,
-    "enrichment": sections_enrichment,
+    "omissions": sections_omissions,
 }
-"""What the page can hold, in order: a heading, an introduction (the caption of that name) and sections each."""
+"""The story: what the page can hold, in order. Each part has a heading, an introduction (the caption
+introduction_<part>), a number headline_<part> if it has a finding to tell, and sections."""
+
+PAPERS = ("enrichment", "springs", "soft_bodies", "collision")
+"""The parts that reproduce a paper and so have claims to be checked."""
 
 QUESTION = "For each scene, how wrong is each way of simulating it, and what does a better answer cost in time?"
 
@@ -34,43 +52,69 @@ def write(
     results: str | Path,
     captions: str | Path,
     out: str | Path,
-    papers: list[str],
+    parts: Collection[str],
     scenes: list[str],
     cts: list[str],
     driven: Collection[str] = (),
 ) -> None:
-    """Write ``out`` about ``papers`` and ``scenes`` from ``results``/tables/*.csv and ``results``/figures/*.
+    """Write ``out`` about ``parts`` and ``scenes`` from ``results``/tables/*.csv and ``results``/figures/*.
 
+    parts : of PARTS; those about scenes, CT, verdicts, models and omissions come by themselves where they apply
     cts : names of the bodies that are made from a CT; driven : those of the scenes in which an instrument is moved
     captions : the folder with one .rst a caption, and the papers' own numbers
-    Raises InputError naming the first table, figure, caption or number that is missing, or a paper unknown here.
+    Raises InputError naming the first table, figure, caption or number that is missing, or a part unknown here.
     """
-    unknown = [paper for paper in papers if paper not in PARTS]
-    if unknown:
-        raise InputError(f"papers names {unknown[0]}, which the report does not know; choose from {', '.join(PARTS)}.")
-    asked = [part for part in PARTS if part in papers or {"scenes": scenes, "ct": cts}.get(part)]
+    asked = _asked(parts, scenes, cts)
     report = Report(Path(results), Path(captions), asked, scenes, cts, driven)
     sections = {part: PARTS[part].sections(report) for part in asked}
-    headlines = "\n".join(f'<p class="headline">{escape(report.numbers[f"headline_{part}"])}</p>' for part in asked)
     page = (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{assets.POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>palpate: what was found</title>\n<style>{CSS}</style>\n</head>\n<body>\n"
-        f"<header>\n<h1>palpate</h1>\n<p>{QUESTION}</p>\n{headlines}\n</header>\n"
-        f"{_navigation(sections)}\n<main>\n"
-        f"{''.join(_part(report, part, content) for part, content in sections.items())}</main>\n</body>\n</html>\n"
+        f"<title>palpate: what accuracy costs</title>\n<style>{assets.style()}</style>\n</head>\n<body>\n"
+        f'{_opening(report, asked)}\n<div class="page">\n{_navigation(sections)}\n<main>\n'
+        f"{''.join(_part(report, part, content) for part, content in sections.items())}</main>\n</div>\n"
+        f"<script>{assets.script()}</script>\n</body>\n</html>\n"
     )
     with write_whole(out) as part:
         part.write_text(page, encoding="utf-8")
 
 
+def _asked(parts: Collection[str], scenes: list[str], cts: list[str]) -> list[str]:
+    """The parts in the order of the story, with those that come by themselves."""
+    unknown = [part for part in parts if part not in PARTS]
+    if unknown:
+        raise InputError(f"The report has no part {unknown[0]}; choose from {', '.join(PARTS)}.")
+    follows = {
+        "models": "tradeoff" in parts,
+        "scenes": scenes,
+        "ct": cts,
+        "verdicts": any(part in PAPERS for part in parts),
+        "omissions": parts,
+    }
+    return [part for part in PARTS if part in parts or follows.get(part)]
+
+
+def _opening(report: Report, asked: list[str]) -> str:
+    """The question, how to read the page, and each part's finding in a sentence."""
+    found = {part: report.numbers[f"headline_{part}"] for part in asked if f"headline_{part}" in report.numbers}
+    short = "\n".join(
+        f'<li><a href="#{part}">{PARTS[part].TITLE}</a> <span class="finding">{escape(sentence)}</span></li>'
+        for part, sentence in found.items()
+    )
+    return (
+        f'<header>\n<div>\n<h1>palpate</h1>\n<p class="question">{QUESTION}</p>\n'
+        f'<div class="lead">{report.note("question")}</div>\n<ul class="short">\n{short}\n</ul>\n</div>\n</header>'
+    )
+
+
 def _navigation(sections: dict[str, list]) -> str:
-    """A line of links a part."""
-    lines = []
+    """Links to all parts and their sections."""
+    items = []
     for part, content in sections.items():
         links = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in content)
-        lines.append(f'<p><a href="#{part}">{PARTS[part].TITLE}</a></p>\n<ul>{links}</ul>')
-    return f'<nav aria-label="sections">{"".join(lines)}</nav>'
+        items.append(f'<li><a href="#{part}">{PARTS[part].TITLE}</a>\n<ul>{links}</ul></li>')
+    return f'<nav aria-label="sections">\n<ul>{"".join(items)}</ul>\n</nav>'
 
 
 def _part(report: Report, part: str, content: list) -> str:

@@ -103,7 +103,9 @@ def _left_out(report: Report) -> str:
         wide.insert(0, "method", [style.look(m).label for m in wide.index])
         title = f"{body}, {regime} loads: RMSE [% of peak], mean over test samples; least in bold, – if it failed"
         parts.append(markup.table(wide, title, best=cases))
-        parts.append(report.figure(f"error_over_body_{body}_{regime}", "error_over_body", body=body, regime=regime))
+        name, about = f"error_over_body_{body}_{regime}", {"body": body, "regime": regime}
+        parts.append(report.turnable(name, f"error over the {body}, {regime} loads", "error_to_turn", **about))
+        parts.append(report.figure(name, "error_over_body", **about))
     return "".join(parts) + markup.folded(accuracy, "enrichment_accuracy")
 
 

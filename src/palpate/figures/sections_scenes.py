@@ -17,9 +17,9 @@ def sections(report: Report) -> list[tuple[str, str, str]]:
 
 
 def _scene(report: Report, scene: str) -> str:
-    """Animation, stills, decisions and costs of one scene."""
+    """The motion to turn and play, stills, decisions and costs of one scene."""
     return (
-        markup.animation(report.figures, f"motion_{scene}", report.note("animation", scene=scene))
+        report.turnable(f"motion_{scene}", scene.replace("_", " "), "animation", scene=scene)
         + report.figure(f"motion_{scene}", "motion", scene=scene)
         + (report.figure(f"contact_force_{scene}", "contact_force", scene=scene) if scene in report.driven else "")
         + _decisions(tables.where(report.tables["scene_effects"], scene=scene), scene)

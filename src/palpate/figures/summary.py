@@ -5,10 +5,16 @@ import pandas as pd
 from palpate.figures import (
     summary_collision,
     summary_ct,
+    summary_dynamic,
     summary_enrichment,
+    summary_hard_cases,
+    summary_omissions,
+    summary_scaling,
     summary_scenes,
     summary_soft_bodies,
     summary_springs,
+    summary_tradeoff,
+    summary_verdicts,
 )
 
 
@@ -26,5 +32,11 @@ def numbers(
         "collision": lambda: summary_collision.numbers(all_tables, published["collision"]),
         "springs": lambda: summary_springs.numbers(all_tables, published["springs"]),
         "enrichment": lambda: summary_enrichment.numbers(all_tables, published["enrichment"]),
+        "tradeoff": lambda: summary_tradeoff.numbers(all_tables),
+        "dynamic": lambda: summary_dynamic.numbers(all_tables),
+        "verdicts": lambda: summary_verdicts.numbers(all_tables, published),
+        "hard_cases": lambda: summary_hard_cases.numbers(all_tables),
+        "scaling": lambda: summary_scaling.numbers(all_tables),
+        "omissions": lambda: summary_omissions.numbers(all_tables),
     }
-    return {name: text for part in parts for name, text in of[part]().items()}
+    return {name: text for part in parts if part in of for name, text in of[part]().items()}

@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.errors import InputError
+from palpate.files import read_csv
 
 _D = [f"d{i}_s" for i in range(1, 6)]
 
@@ -65,7 +66,32 @@ COLLISION = {
     "collision_scaling": "structure depths rival triangles build_ms refit_ms query_ms pairs threads",
     "collision_claims": "claim paper ours verdict",
 }
-COLUMNS = CT | CONTACT | ENRICHMENT | SCENES | SOFT_BODIES | SPRINGS | COLLISION
+TRADEOFF = {
+    "accuracy_vs_time": (
+        "scene body regime model knob protocol split samples failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
+        "online_median_s online_p95_s offline_s memory_mb break_even_queries threads commit failure"
+    ),
+    "advice": (
+        "scene budget_ms max_error model knob rmse_of_peak error_low error_high p95_of_peak online_p95_s margin "
+        "confidence rival rival_knob factor why"
+    ),
+}
+SCALING = {
+    "scaling": "kernel unit size stage seconds memory_mb threads seconds_exponent memory_exponent",
+}
+DYNAMIC = {
+    "dynamic_accuracy": (
+        "scene body model knob level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
+        "ms_per_step step_p95_ms slower_than_life offline_s "
+        "reference_level reference_nodes reference_step_s reference_change"
+    ),
+}
+HARD_CASES = {
+    "hard_cases": "family case source scene model outcome measure value bound declared passed message",
+}
+COLUMNS = (
+    CT | CONTACT | ENRICHMENT | SCENES | SOFT_BODIES | SPRINGS | COLLISION | DYNAMIC | SCALING | TRADEOFF | HARD_CASES
+)
 """The columns that the figures and the report read, by table; a table may have more."""
 
 
@@ -77,10 +103,7 @@ def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path} is missing: make it with the workflow (make) first")
-    try:
-        table = pd.read_csv(path)
-    except pd.errors.EmptyDataError:
-        table = pd.DataFrame()
+    table = read_csv(path)
     missing = [column for column in COLUMNS[path.stem].split() if column not in table]
     if missing:
         raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")

@@ -16,16 +16,22 @@ GUIDE = "see docs/add-an-effect.md"
 
 def load(name: str, path: Path, place: str) -> ModuleType:
     """The module in the file ``path``; InputError if it is none that makes an effect."""
-    spec = importlib.util.spec_from_file_location(f"palpate_own_{name}", path)
+    module = opened(path, f"{place}.own.{name}")
+    if not hasattr(module, "make"):
+        raise InputError(f"{path}: has no function make(particles, settings, elastic); {GUIDE}.")
+    return module
+
+
+def opened(path: Path, key: str) -> ModuleType:
+    """The module in a file of the user's that ``key`` of the config names; InputError if it cannot be imported."""
+    spec = importlib.util.spec_from_file_location(f"palpate_{key.replace('.', '_')}", path)
     if spec is None or not Path(path).is_file():
-        raise InputError(f"{place}.own.{name} is {path}, which is no Python file; give the path of one.")
+        raise InputError(f"{key} is {path}, which is no Python file; give the path of one.")
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         raise InputError(f"{path}: cannot be imported ({type(error).__name__}: {error}); mend it.") from error
-    if not hasattr(module, "make"):
-        raise InputError(f"{path}: has no function make(particles, settings, elastic); {GUIDE}.")
     return module
 
 

@@ -2,8 +2,9 @@
 
 import importlib
 from collections.abc import Iterable
-from difflib import get_close_matches
 from types import ModuleType
+
+from palpate.errors import stranger
 
 ELASTIC = ("corotational", "triangles", "springs", "shape_matching")
 """Effects that hold a body together; a scene names exactly one."""
@@ -41,13 +42,8 @@ def unknown(names: list[str], own: Iterable[str]) -> str:
     for name in own:
         if name in EFFECTS or name in RESERVED:
             return f"own.{name} has a name that palpate uses itself; call it something else"
-    known = [*own, *EFFECTS]
-    for name in names:
-        if name not in known:
-            near = get_close_matches(name, known, n=1)
-            remedy = f"did you mean {near[0]}?" if near else f"choose among {', '.join(known)}."
-            return f"effects names {name}, which is unknown; {remedy}"
-    return ""
+    found = stranger(names, [*own, *EFFECTS])
+    return f"effects names {found}" if found else ""
 
 
 def integrator(name: str) -> ModuleType:

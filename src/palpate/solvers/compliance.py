@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 
 import h5py
 import numpy as np
@@ -11,6 +12,8 @@ from palpate.bodies.body import Body
 from palpate.effects.contact_load import nodal_load
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
+
+ARRAYS = ("contacts", "fine", "restricted", "coarse")
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,12 +24,14 @@ class Compliance:
     fine : (n_contacts, 3, n_surface, 3) fine surface displacements, by force direction
     restricted : (n_contacts, 3, n_coarse, 3) the same fine response at all coarse nodes
     coarse : (n_contacts, 3, n_coarse, 3) response of the coarse mesh itself
+    seconds : what computing it took [s]
     """
 
     contacts: np.ndarray
     fine: np.ndarray
     restricted: np.ndarray
     coarse: np.ndarray
+    seconds: float = 0.0
 
     def row(self, contact: int) -> int:
         """Where coarse node ``contact`` stands; KeyError if it is held or inside the body."""
@@ -41,6 +46,7 @@ def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -
 
     ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
     """
+    start = perf_counter()
     contacts = np.setdiff1d(body.coarse.surface, body.anchors[0])
     n_coarse, surface = len(body.coarse.nodes), body.fine.surface
     fine = np.empty((len(contacts), 3, len(surface), 3))
@@ -53,18 +59,19 @@ def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -
             response = solvers[last](nodal_load(body, last, contact, unit, radius_m))
             fine[row, axis], restricted[row, axis] = response[surface], response[:n_coarse]
             coarse[row, axis] = solvers[0](nodal_load(body, 0, contact, unit, radius_m))
-    return Compliance(contacts, fine, restricted, coarse)
+    return Compliance(contacts, fine, restricted, coarse, perf_counter() - start)
 
 
 def save_compliance(compliance: Compliance, path: Path) -> None:
     """Write to HDF5, whole or not at all."""
     with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        for name in Compliance.__dataclass_fields__:
+        for name in ARRAYS:
             file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
         file.attrs["unit"] = "m/N"
+        file.attrs["seconds"] = compliance.seconds
 
 
 def load_compliance(path: Path) -> Compliance:
     """Read what ``save_compliance`` wrote."""
     with h5py.File(path) as file:
-        return Compliance(*(file[name][:] for name in Compliance.__dataclass_fields__))
+        return Compliance(*(file[name][:] for name in ARRAYS), float(file.attrs["seconds"]))

@@ -28,6 +28,7 @@ class Equilibrium:
         self._elasticity = Corotational(self.mesh, body.material, patterns[-1])
         self._held = held[-1]
         self._load = np.zeros_like(self.mesh.nodes)
+        self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
         # without a coarser level the rest state's factor serves every state: conjugate gradients make up for it
         self._rest = None if level else Factor(self._stiffness(self.mesh.nodes, definite=False))
 
@@ -80,7 +81,9 @@ class Equilibrium:
         """Equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖ on free nodes.
 
         Starts from ``start`` (default: rest). Where the whole load at once does not converge it is applied
-        in steps, halved as needed. Raises NotConverged once a step is below 1/64.
+        in steps, halved as needed. Raises NotConverged once a step is below 1/64. Where Newton's method stops above
+        the tolerance, but below what rounding of positions makes of the stiffness, as a light load or a nearly
+        incompressible body has it, that is as near as numbers allow, and is returned.
         """
         rest = self.mesh.nodes
         scale = float(np.linalg.norm(load[~self._held]))
@@ -94,15 +97,34 @@ class Equilibrium:
             try:
                 minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
             except NotConverged as failure:
-                step *= 0.5
-                x = rest if reached == 0.0 else x
-                if step < 1 / 64:
-                    message = f"{failure}, at {reached + 2 * step:.0%} of the load in steps of {2 * step:.1%}"
-                    raise NotConverged(message, solution.history) from failure
-                continue
+                if not solution.history[-1] * scale <= self._rounding:
+                    step *= 0.5
+                    x = rest if reached == 0.0 else x
+                    if step < 1 / 64:
+                        message = f"{failure}, at {reached + 2 * step:.0%} of the load in steps of {2 * step:.1%}"
+                        raise NotConverged(message, solution.history) from failure
+                    continue
             x, reached = solution.x, reached + step
             if last:
                 return solution
+
+    def approach(self, load: np.ndarray, tolerance: float, iterations: int) -> Solution:
+        """Where at most ``iterations`` Newton iterations from rest lead under the whole ``load`` (n_nodes, 3) [N].
+
+        What they reach need not be an equilibrium: the last residual of the history says how far it is from one.
+        Raises NotConverged if the iterations fail, but not because they are used up.
+        """
+        solution = Solution(self.mesh.nodes.copy(), [0.0], [0.0])
+        scale = float(np.linalg.norm(load[~self._held]))
+        if scale == 0.0:
+            return solution
+        solution.history, solution.seconds, self._load = [], [], load
+        try:
+            return minimise(self, solution.x, scale, tolerance, iterations, solution)
+        except NotConverged:
+            if solution.iterations < iterations or not np.isfinite(solution.history[-1]):
+                raise
+            return solution
 
 
 def _indicator(nodes: np.ndarray, count: int) -> np.ndarray:

@@ -1,0 +1,83 @@
+"""The command ``palpate``: advice from the tables of a finished run."""
+
+import argparse
+import math
+import os
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+from palpate.errors import InputError
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one sentence, like all of palpate."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{self.prog}: {message}; see {self.prog} --help.")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
+    try:
+        asked = _parser().parse_args(arguments)
+        print(_advise(Path(asked.results), asked.scene, asked.budget_ms, asked.max_error), flush=True)
+    except BrokenPipeError:  # whoever reads has had enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="palpate", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="command")
+    advise = commands.add_parser("advise", help="which model to take, how wrong it is, and how long it takes")
+    advise.add_argument(
+        "--scene", required=True, help="a body and a regime of loads, such as liver_small, or one that moves"
+    )
+    limit = advise.add_mutually_exclusive_group(required=True)
+    limit.add_argument(
+        "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
+    )
+    limit.add_argument("--max-error", type=_share, help="largest mean error, as a share of the peak displacement")
+    advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
+    return parser
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no number above 0")
+    return value
+
+
+def _share(text: str) -> float:
+    value = _positive(text)
+    if value >= 1:
+        raise argparse.ArgumentTypeError(f"{text} is no share below 1; 5 % is 0.05")
+    return value
+
+
+def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float | None) -> str:
+    from palpate.evaluation.advice import advise
+    from palpate.evaluation.advice_motion import advise_motion
+    from palpate.evaluation.resampling import read_errors
+    from palpate.figures import tables
+    from palpate.figures.advice_words import told
+
+    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
+    pressed, moving = (results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy"))
+    found = [tables.read(path) for path in (pressed, moving) if path.is_file() or path is pressed]
+    for table in found:
+        rows = tables.where(table, scene=scene)
+        if len(rows) and table is found[0]:
+            return told(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
+        if len(rows):
+            return told(advise_motion(rows, **limits).iloc[0], rows)
+    known = ", ".join(name for table in found for name in tables.scenes(table))
+    raise InputError(f"--scene {scene} is not in {results}; choose from {known}.")

@@ -1,0 +1,107 @@
+"""Small bodies, the models that move them, and runs whose every frame is looked at."""
+
+import numpy as np
+
+from palpate.bodies.body import Material
+from palpate.bodies.box import box
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import Particles, solid
+from palpate.evaluation.hard_cases.case import finite
+from palpate.scenes import registry
+from palpate.scenes.compose import compose
+from palpate.scenes.motion import Motion
+from palpate.scenes.run import run
+from palpate.scenes.scene import Scene
+
+SOFT = Material(3000.0, 0.3, 1000.0)
+FIRM = Material(1e5, 0.3, 1000.0)
+RAYLEIGH = {"mass_1_s": 0.0, "stiffness_s": 0.05}
+
+
+def _shapes(mode: str) -> tuple[str, dict[str, dict]]:
+    clusters = {"kind": "cubes", "edge_m": 0.06, "overlap": 0.5}
+    settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": clusters}
+    return "goal_position", {"shape_matching": settings, "velocity_damping": {"rate_1_s": 5.0}}
+
+
+FEM = {"fem_implicit": ("backward_euler", {"corotational": {}, "rayleigh": RAYLEIGH})}
+SPRINGS = {"springs_implicit": ("backward_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}})}
+EXPLICIT = {
+    "springs_explicit": ("symplectic_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}}),
+    "fem_explicit": ("symplectic_euler", {"corotational": {}, "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}),
+}
+SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
+SHEETS = {
+    "sheet_implicit": (
+        "backward_euler",
+        {"triangles": {}, "bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}},
+    )
+}
+MODELS = FEM | SPRINGS | EXPLICIT | SHAPES | SHEETS
+"""Each model's integrator and its effects with their settings, None for those that it takes by itself."""
+
+
+def bar(held: bool = True, material: Material = SOFT) -> Particles:
+    """A bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra, with or without its end at x = 0 held."""
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    ends = np.flatnonzero(mesh.nodes[:, 0] == 0.0) if held else np.array([], dtype=np.int64)
+    return solid(mesh, ends, material, "bar")
+
+
+def scene(model: str, step_s: float, duration_s: float, more: dict[str, dict] | None = None, **rest) -> Scene:
+    """A scene of one of MODELS, with ``more`` effects and their settings."""
+    integrator, effects = MODELS[model]
+    effects = effects | (more or {})
+    settings = {name: value for name, value in effects.items() if value is not None}
+    return Scene("hard_case", list(effects), integrator, step_s, duration_s, settings=settings, **rest)
+
+
+def play(model: str, particles: Particles, step_s: float, duration_s: float, more=None, **rest) -> Motion:
+    """Run such a scene; raises what ``run`` raises."""
+    return run(scene(model, step_s, duration_s, more, **rest), particles).motion
+
+
+class Stepper:
+    """A model of MODELS that is taken by hand from one state to the next, with ``more`` effects."""
+
+    def __init__(self, model: str, particles: Particles, more: dict[str, dict] | None = None, tolerance: float = 1e-8):
+        self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
+        self.system = compose(self._scene, particles)
+        self.integrator = registry.integrator(self._scene.integrator).make(self.system, {"tolerance": tolerance})
+
+    def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (n, 3) [m] and velocities [m/s] after some steps; ``gained`` [J] is what energy ever exceeded that
+        of their beginning by, of models that have one."""
+        counts = self.system.effects.keys().isdisjoint({"shape_matching"})
+        first = self.total(x, v) if counts else 0.0
+        self.gained = 0.0
+        for number in range(steps):
+            self.system.at((number + 1) * step_s)
+            x, v = self.integrator.step(x, v, step_s)
+            finite(x, v)
+            self.system.relax(x, step_s)
+            if counts:
+                self.gained = max(self.gained, self.total(x, v) - first)
+        return x, v
+
+    def total(self, x: np.ndarray, v: np.ndarray) -> float:
+        """Kinetic and potential energy [J]."""
+        return 0.5 * float(np.vdot(self.system.masses[:, None] * v, v)) + self.system.energy(x)
+
+
+def edges_off(particles: Particles, x: np.ndarray) -> float:
+    """The largest change of an edge of the tetrahedra at ``x`` (n, 3) [m], in its length at rest."""
+    finite(x)
+    pairs = TetMesh(particles.nodes, particles.tetrahedra).edges
+    now, rest = (np.linalg.norm(p[pairs[:, 1]] - p[pairs[:, 0]], axis=1) for p in (x, particles.nodes))
+    return float(np.abs(now / rest - 1.0).max())
+
+
+def end_face(mesh: TetMesh) -> np.ndarray:
+    """Each node's share, (n,), of a traction on the face of largest x."""
+    end = mesh.nodes[:, 0].max()
+    corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]
+    a, b, c = (mesh.nodes[corners[:, i]] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    shares = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))
+    return shares / shares.sum()

@@ -1,0 +1,37 @@
+"""What every model of the trade-off is called and drawn as, the user's own among them."""
+
+from palpate.figures.style import METHODS, WEIGHTS, Look
+
+_NAMED = {
+    "fem_fine": Look("fine FEM", "#111111", "8"),
+    "fem_middle": Look("middle FEM", "#666666", ">"),
+    "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),
+    "springs": Look("springs", "#8b1a1a", "o"),
+    "springs_volume": Look("springs with volume force", "#c0504d", "s"),
+    "springs_nodal": Look("springs, a modulus a node", "#e08e45", "^"),
+    "springs_nodal_volume": Look("the same with volume force", "#f2c14e", "D"),
+    "shape_matching": Look("shape matching", "#8064a2", "H"),
+}
+_OWN = ("#005f73", "#bb3e03", "#5a189a", "#6a994e", "#9d0208")
+_SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
+
+
+def look(model: str) -> Look:
+    """The look of a model; one of five colours and six markers, always the same, for one of the user's own."""
+    if model in _NAMED:
+        return _NAMED[model]
+    if model in METHODS:
+        return METHODS[model]
+    number = sum(place * letter for place, letter in enumerate(model.encode(), 1))
+    return Look(model.replace("_", " "), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
+
+
+def label(model: str, knob: str) -> str:
+    """A setting inside a sentence: "POD + RBF (modes=8)"."""
+    name = look(model).label.replace(" (corotated two-level)", "")
+    return name if knob == "default" else f"{name} ({knob})"
+
+
+def minor(model: str) -> bool:
+    """Whether a model is one of paper 1's many forms, to be drawn fainter so that the others can be seen."""
+    return model.endswith(tuple(f"_{weights}" for weights in WEIGHTS))

@@ -1,0 +1,125 @@
+"""Surfaces that a reader turns in the page: positions and colours of every frame, packed small."""
+
+import base64
+import json
+import zlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import LogLocator, MaxNLocator
+
+from palpate.figures import gif
+from palpate.figures.render import View
+from palpate.files import write_whole
+
+_STEPS = 2**14 - 1  # of the scene's size: 12 µm of 0.2 m, below what a screen can show
+_SHADES = 254  # of the colour map; the last two places of the palette are a thing's steel and a held node's ink
+THING, HELD = 254, 255
+_BYTES = 600_000
+_FRAMES = (60, 40, 20, 10, 4)
+
+
+@dataclass(frozen=True, eq=False)
+class Turnable:
+    """One surface over f frames.
+
+    positions : (f, n, 3) [m]; triangles : (m, 3); shades : (f, n) uint8, places in the palette
+    bare : triangles from this one on are drawn without their edges, as those of rigid things
+    legend : what ``legend`` gives; frames : what else the page says of the frames: their times, or choices among them
+    """
+
+    view: View
+    positions: np.ndarray
+    triangles: np.ndarray
+    shades: np.ndarray
+    bare: int
+    legend: dict
+    frames: dict
+
+
+def shades(values: np.ndarray, norm: Normalize) -> np.ndarray:
+    """Places in the palette (…,) uint8 of ``values``, those outside the limits at its ends."""
+    share = np.clip(np.ma.filled(norm(np.clip(values, norm.vmin, norm.vmax)), 0.0), 0.0, 1.0)
+    return np.round(share * (_SHADES - 1)).astype(np.uint8)
+
+
+def legend(label: str, norm: Normalize, colours: str) -> dict:
+    """What the colours mean: label, the palette (256, 3) and ticks (share of the bar, text)."""
+    palette = matplotlib.colormaps[colours](np.linspace(0, 1, _SHADES))[:, :3]
+    palette = np.vstack([palette, [0xB3 / 255, 0xBF / 255, 0xCA / 255], [0.2, 0.2, 0.2]])
+    locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(4)
+    places = [value for value in locator.tick_values(norm.vmin, norm.vmax) if norm.vmin <= value <= norm.vmax]
+    ticks = [[round(float(norm(value)), 4), f"{value:g}"] for value in places]
+    return {"label": label, "palette": _text(np.round(255 * palette).astype(np.uint8).tobytes()), "ticks": ticks}
+
+
+def write(turnable: Turnable, path: str | Path) -> None:
+    """Write JSON that the page's script reads; the same surface gives the same bytes.
+
+    Of a motion, frames are left out, evenly, until the file has at most 0.6 MB: the page holds many.
+    """
+    told = _json(turnable)
+    for count in _FRAMES if "times_s" in turnable.frames else ():
+        if len(told) <= _BYTES:
+            break
+        told = _json(_thinned(turnable, count))
+    with write_whole(path) as part:
+        part.write_text(told, encoding="ascii")
+
+
+def _thinned(turnable: Turnable, count: int) -> Turnable:
+    """At most ``count`` frames of a motion."""
+    kept = gif.evenly(len(turnable.positions), count)
+    times = [turnable.frames["times_s"][i] for i in kept]
+    start = int(np.argmin(np.abs(np.array(kept) - turnable.frames["start"])))
+    frames = turnable.frames | {"times_s": times, "start": start}
+    return replace(turnable, positions=turnable.positions[kept], shades=turnable.shades[kept], frames=frames)
+
+
+def _json(turnable: Turnable) -> str:
+    """Numbers as integers of the bounding cube, each vertex's changes in a row, like bytes together, and deflated."""
+    low = turnable.positions.min(axis=(0, 1))
+    size = float((turnable.positions.max(axis=(0, 1)) - low).max())
+    places = np.round((turnable.positions - low) * (_STEPS / size)).astype(np.int32)
+    body = b"".join(
+        [
+            _planes(_changes(places).astype(np.int16)),
+            _planes(turnable.triangles.astype(np.uint32)),
+            _planes(_changes(turnable.shades)),
+        ]
+    )
+    frames, vertices, _ = places.shape
+    view = turnable.view
+    head = {
+        "counts": [frames, vertices, len(turnable.triangles)],
+        "bare": turnable.bare,
+        "origin": low.round(9).tolist(),
+        "step": size / _STEPS,
+        "axes": view.axes.round(9).tolist(),
+        "centre": view.centre.round(9).tolist(),
+        "window": [round(view.width, 9), round(view.height, 9)],
+        "legend": turnable.legend,
+        "frames": turnable.frames,
+        "packed": _text(zlib.compress(body, 9)),
+    }
+    return json.dumps(head, separators=(",", ":"))
+
+
+def _changes(values: np.ndarray) -> np.ndarray:
+    """The first frame and then what changes from frame to frame, all of one number side by side; it may wrap."""
+    moved = values.copy()
+    moved[1:] = values[1:] - values[:-1]
+    return np.ascontiguousarray(np.moveaxis(moved, 0, -1))
+
+
+def _planes(values: np.ndarray) -> bytes:
+    """Little-endian integers, their first bytes together, then their second ones, and so on."""
+    small = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
+    return small.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
+
+
+def _text(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")

@@ -1,0 +1,43 @@
+"""Shape matching as fitted: clusters of particles that a force presses until they settle."""
+
+import numpy as np
+
+from palpate.models.memory import held_mb
+from palpate.models.model import Case, Knob, checked
+from palpate.models.shape_settle import Shapes, cubes, fit
+
+KNOBS = (
+    ("quadratic", "one", 30),
+    ("quadratic", "one", 100),
+    ("linear", "cubes", 100),
+    ("linear", "cubes", 300),
+    ("quadratic", "cubes", 300),
+)
+
+
+def knobs(case: Case) -> list[Knob]:
+    """Mode, clusters and steps, from cheap to dear."""
+    return [dict(zip(("mode", "clusters", "steps"), knob, strict=True)) for knob in KNOBS]
+
+
+def prepare(case: Case, knob: Knob) -> "ShapesAtRest":
+    """Fit the scale of forces and β to training samples after as many steps as will be taken.
+
+    Raises InputError for a body that nothing holds, NotConverged if nothing fits.
+    """
+    clusters = cubes(case.body.coarse) | {"kind": knob["clusters"]}
+    shapes = Shapes(case, knob["mode"], clusters)
+    shapes.soften(fit(shapes, case.training, knob["steps"]))
+    return ShapesAtRest(shapes, knob["steps"], case.n_surface)
+
+
+class ShapesAtRest:
+    """Shapes that are given so many ``steps`` from rest to settle."""
+
+    def __init__(self, shapes: Shapes, steps: int, n_surface: int):
+        self._shapes, self._steps, self._n_surface = shapes, steps, n_surface
+        self.memory_mb = held_mb(self)
+
+    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
+        """Displacement (n_surface, 3) [m] under ``force`` (3,) [N]; NotConverged, InputError for a bad contact."""
+        return checked(self._shapes.up @ self._shapes.settle(contact, force, self._steps), self._n_surface)

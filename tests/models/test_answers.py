@@ -1,0 +1,136 @@
+"""What every model of the registry must do, and the physics that single ones must get right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.effects.contact_load import nodal_load
+from palpate.errors import InputError
+from palpate.evaluation.accuracy import errors
+from palpate.models.model import knob_text
+from palpate.models.registry import FEATURES, WEIGHTS, model
+from palpate.models.simulation import Simulation, contact_shares, to_surface
+
+BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
+LEARNT = ["ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *BLENDS]
+FREE = ["linear_fem", "interpolation"]
+NAMES = ["fem_coarse", "fem_fine", "ours", *FREE, *LEARNT]
+
+
+@pytest.fixture(scope="module")
+def answer(slab_case):
+    """Mean rmse_of_peak of a model's knob over the test samples, and the solver."""
+    case, test, _ = slab_case
+
+    def ask(name, knob):
+        solver = model(name, {}).prepare(case, knob)
+        asked = zip(test.contact, test.force, test.fine, strict=True)
+        return np.mean([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]), solver
+
+    return ask
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_knobs_are_many_and_told_apart(slab_case, name):
+    knobs = model(name, {}).knobs(slab_case[0])
+    assert len(knobs) >= (1 if name in FREE else 4)  # of 12 samples, 25 and 40 % are one setting
+    assert len({knob_text(knob) for knob in knobs}) == len(knobs)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bad_contact_is_refused(slab_case, name):
+    case = slab_case[0]
+    made = model(name, {})
+    solver = made.prepare(case, made.knobs(case)[-1])
+    for contact in (int(case.body.anchors[0][0]), len(case.body.coarse.nodes)):
+        with pytest.raises(InputError, match="no free surface node"):
+            solver.respond(contact, np.ones(3))
+    assert 0 < solver.memory_mb < 10
+
+
+def test_what_the_middle_is_needs_three_levels(slab_case):
+    assert model("fem_middle", {}).knobs(slab_case[0]) == []
+
+
+def test_converged_fine_elements_are_the_reference(answer):
+    assert answer("fem_fine", {"tolerance": 1e-8})[0] < 1e-6
+
+
+def test_more_iterations_are_never_much_worse_and_end_at_convergence(answer):
+    for name in ("fem_coarse", "fem_fine"):
+        wrong = [answer(name, {"iterations": n})[0] for n in (1, 2, 3, 5, 8)]
+        assert wrong[0] > 1.05 * wrong[-1]
+        assert wrong[-1] == pytest.approx(answer(name, {"tolerance": 1e-8})[0], rel=1e-3, abs=1e-7)
+
+
+def test_one_iteration_goes_along_the_linear_response(slab_case):
+    """From rest the exact Hessian is the linear stiffness; a line search may only shorten the step."""
+    case, test, _ = slab_case
+    small = 1e-6 * test.force[0]
+    contact = int(test.contact[0])
+    moved = Simulation(case, 0, 1e-8, iterations=1).displacement(contact, small)
+    linear = np.tensordot(small, case.compliance.coarse[case.compliance.row(contact)], 1)
+    assert np.abs(moved - linear).max() < 1e-5 * np.abs(linear).max()
+
+
+def test_a_disc_presses_coarse_and_fine_alike(slab_case):
+    """Spread forces add up to the whole one on every level."""
+    body, force = slab_case[0].body, np.array([1.0, -2.0, 3.0])
+    for level in (0, 1):
+        for contact, (nodes, shares) in list(contact_shares(body, level, 0.03).items())[:5]:
+            load = nodal_load(body, level, contact, force, 0.03)
+            assert np.allclose(np.outer(shares, force), load[nodes]) and np.isclose(shares.sum(), 1.0)
+
+
+def test_what_interpolation_carries_up_is_coarse_at_coarse_nodes(slab_case):
+    body = slab_case[0].body
+    surface = body.fine.surface
+    kept = surface < len(body.coarse.nodes)
+    carried = to_surface(body, 0) @ body.coarse.nodes
+    assert np.allclose(carried, body.fine.nodes[surface])
+    assert np.array_equal(carried[kept], body.coarse.nodes[surface[kept]])
+
+
+def test_interpolation_is_the_converged_coarse_mesh(answer):
+    assert answer("interpolation", {})[0] == pytest.approx(answer("fem_coarse", {"tolerance": 1e-8})[0], rel=1e-12)
+
+
+def test_ours_without_rotations_on_the_linear_coarse_response_is_linear_fem(slab_case):
+    case, test, _ = slab_case
+    ours = model("ours", {}).prepare(case, {"coarse": "linear", "samples": 0, "turned": False})
+    linear = model("linear_fem", {}).prepare(case, {})
+    for contact, force in zip(test.contact, test.force, strict=True):
+        expected = linear.respond(int(contact), force)
+        assert np.abs(ours.respond(int(contact), force) - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_our_parts_are_each_worth_something(answer, slab_case):
+    wrong = [answer("ours", knob)[0] for knob in model("ours", {}).knobs(slab_case[0])]
+    texts = [knob_text(knob) for knob in model("ours", {}).knobs(slab_case[0])]
+    by_text = dict(zip(texts, wrong, strict=True))
+    unturned, untaught = by_text["tolerance=0.001, samples=0, turned=false"], by_text["tolerance=0.001, samples=0"]
+    assert untaught < unturned < answer("interpolation", {})[0]
+    assert by_text["tolerance=1e-08, samples=12"] < unturned
+    assert min(wrong) < answer("linear_fem", {})[0]
+
+
+def test_a_learnt_model_pays_for_its_samples_and_no_other_does(slab_case):
+    case = slab_case[0]
+    for name, used in (("pod_rbf", {"training"}), ("linear_fem", {"compliance"}), ("fem_fine", set())):
+        fresh = replace(case, used={})
+        made = model(name, {})
+        made.prepare(fresh, made.knobs(fresh)[0])
+        assert set(fresh.used) == used
+
+
+def test_pod_keeps_as_many_modes_as_asked(slab_case):
+    """Answers with m modes lie in the mean plus m dimensions."""
+    case, test, _ = slab_case
+    solver = model("pod_rbf", {}).prepare(case, {"modes": 2})
+    given = [
+        solver.respond(int(c), s * f).ravel() for c, f in zip(test.contact, test.force, strict=True) for s in (1, 0.7)
+    ]
+    centred = np.array(given) - case.training.fine.reshape(case.n_training, -1).mean(axis=0)
+    values = np.linalg.svd(centred, compute_uv=False)
+    assert values[2] < 1e-10 * values[0]

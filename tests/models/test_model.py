@@ -1,0 +1,66 @@
+"""What a model may see, and what looking costs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.errors import InputError, NotConverged
+from palpate.models.model import checked, knob_text, rows_of
+
+
+@pytest.fixture
+def case(slab_case):
+    return replace(slab_case[0], used={})
+
+
+def test_no_test_sample_is_in_a_case(slab_case):
+    case, test, numbers = slab_case
+    assert not set(case.training.contact) & set(test.contact)
+    assert len(numbers) == len(test.contact) == 6
+
+
+def test_looking_is_paid_for_once(case):
+    assert case.used == {}
+    assert case.meshes.contact.size == 0 and case.n_training == 12 and case.used == {}
+    for _ in range(2):
+        assert case.training.fine.shape == (12, case.n_surface, 3)
+    assert case.used == {"training": 24.0}
+    assert case.compliance.seconds > 0
+    assert case.used == {"training": 24.0, "compliance": case.compliance.seconds}
+
+
+def test_fewer_samples_cost_less_and_are_part_of_more(case):
+    few, more = case.first(4), case.first(9)
+    assert few.n_training == 4 and more.n_training == 9
+    assert {tuple(f) for f in few.database.force} <= {tuple(f) for f in more.database.force}
+    assert few.training is few.database and case.used == {"training": 8.0}
+
+
+def test_a_case_without_compliance_says_so(case):
+    with pytest.raises(InputError, match="no compliance"):
+        replace(case, response=None).compliance  # noqa: B018
+
+
+def test_rows(slab_case):
+    db = slab_case[1]
+    part = rows_of(db, np.array([4, 1]))
+    assert np.array_equal(part.fine, db.fine[[4, 1]]) and np.array_equal(part.coarse_live, db.coarse_live[[4, 1]])
+    assert part.nodes_fine_surface is db.nodes_fine_surface
+
+
+def test_knobs_as_text():
+    assert knob_text({}) == "default"
+    assert knob_text({"iterations": 2, "tolerance": 1e-3, "turned": False}) == (
+        "iterations=2, tolerance=0.001, turned=false"
+    )
+
+
+def test_answers_are_checked():
+    answer = np.zeros((4, 3))
+    assert checked(answer, 4) is answer
+    with pytest.raises(InputError, match="shape"):
+        checked(answer, 5)
+    answer[1, 2] = np.nan
+    with pytest.raises(NotConverged, match="not finite"):
+        checked(answer, 4)

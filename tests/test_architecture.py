@@ -1,0 +1,59 @@
+"""Imports point one way, and the page about the architecture tells of every package."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import palpate
+
+ROOT = Path(palpate.__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
+ALLOWED = {
+    "bodies": set(),
+    "effects": {"bodies"},
+    "solvers": {"bodies", "effects"},
+    "enrichment": {"bodies", "effects", "solvers"},
+    "calibration": {"bodies", "effects", "solvers"},
+    "collision": {"bodies", "effects", "solvers"},
+    "scenes": {"bodies", "effects", "solvers", "enrichment", "calibration", "collision"},
+}
+ALLOWED["models"] = ALLOWED["scenes"] | {"scenes"}
+ALLOWED["evaluation"] = ALLOWED["models"] | {"models"}
+ALLOWED["figures"] = ALLOWED["evaluation"] | {"evaluation"}
+
+
+def imported(path):
+    """The packages of palpate that a module imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.ImportFrom) and node.module:
+            whole = node.module == "palpate"
+            names = [f"palpate.{name.name}" for name in node.names] if whole else [node.module]
+        elif isinstance(node, ast.Import):
+            names = [name.name for name in node.names]
+        yield from (name.split(".")[1] for name in names if name.startswith("palpate."))
+
+
+@pytest.mark.parametrize("package", ALLOWED)
+def test_imports_point_one_way(package):
+    wrong = {
+        f"{path.name} imports {name}"
+        for path in (ROOT / package).rglob("*.py")
+        for name in imported(path)
+        if name in ALLOWED and name != package and name not in ALLOWED[package]
+    }
+    assert wrong == set()
+
+
+def test_every_package_has_its_place():
+    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    assert packages == set(ALLOWED)
+    page = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    assert [name for name in packages if f"| `{name}/` |" not in page] == []
+
+
+def test_links_lead_somewhere():
+    page = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    names = {piece.split(")")[0] for piece in page.split("](")[1:]}
+    assert [name for name in sorted(names) if not (DOCS / name).is_file()] == []

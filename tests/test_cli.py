@@ -1,0 +1,78 @@
+"""The command, as it is typed."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from palpate.cli import main
+
+
+def said(capsys, folder, *words) -> tuple[int, str]:
+    """What ``palpate advise`` returns and says, on the made-up liver if no other scene is named."""
+    scene = () if "--scene" in words else ("--scene", "liver_small")
+    code = main(["advise", *scene, "--results", str(folder), *words])
+    out, err = capsys.readouterr()
+    assert bool(err) == bool(code)
+    return code, out + err
+
+
+def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_folder):
+    code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7")
+    assert code == 0
+    assert text.startswith("liver_small, within 16.7 ms: ours samples=60\n")
+    assert re.search(r"error +0\.4 % of the peak displacement \(0\.\d+ % to 0\.\d+ % in 90 % of draws", text)
+    assert re.search(r"time +5 ms an answer, 6 ms at the 95th percentile", text)
+    assert "64 % of the budget to spare" in text and "40 s of preparation, 3 MB" in text
+    assert re.search(r"because +least error of 5 settings", text)
+
+
+def test_an_error_gets_a_model(capsys, trade_off_folder):
+    code, text = said(capsys, trade_off_folder, "--max-error", "0.003")
+    assert code == 0
+    assert text.startswith("liver_small, at most 0.3 % wrong: fem_coarse iterations=8\n")
+    assert "of the error to spare" in text
+
+
+def test_none_is_an_answer(capsys, trade_off_folder):
+    code, text = said(capsys, trade_off_folder, "--budget-ms", "0.001", "--scene", "own_large")
+    assert code == 0
+    assert text.startswith("own_large, within 0.001 ms: none\n  because   the fastest setting, linear_fem, takes")
+
+
+@pytest.mark.parametrize(
+    ("words", "wrong"),
+    [
+        (
+            ["--scene", "brain_small", "--budget-ms", "1"],
+            "--scene brain_small is not in .*; choose from liver_small, own_large",
+        ),
+        (["--budget-ms", "-1"], "-1 is no number above 0"),
+        (["--budget-ms", "soon"], "soon is no number above 0"),
+        (["--max-error", "nan"], "nan is no number above 0"),
+        (["--max-error", "5"], "5 is no share below 1; 5 % is 0.05"),
+        (["--budget-ms", "1", "--max-error", "0.1"], "not allowed with"),
+        ([], "one of the arguments --budget-ms --max-error is required"),
+        (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing: make it with the workflow"),
+    ],
+)
+def test_bad_input_gets_one_sentence(capsys, trade_off_folder, words, wrong):
+    code, text = said(capsys, trade_off_folder, *words)
+    assert code == 1
+    assert text.startswith("error: ") and text.count("\n") == 1
+    assert re.search(wrong, text)
+
+
+def test_it_starts_without_the_solvers():
+    """Asking takes no longer than reading the tables: neither numba nor matplotlib is imported for it."""
+    code = "import sys, palpate.cli; print([m for m in ('numba', 'matplotlib', 'skfem', 'pandas') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_package_offers_it():
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+    assert project["scripts"]["palpate"] == "palpate.cli:main"

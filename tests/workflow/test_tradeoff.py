@@ -1,0 +1,58 @@
+"""The trade-off is planned a family of models at a time, and what is wrong with its settings is said."""
+
+from pathlib import Path
+
+import pytest
+
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.files import read_yaml
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = read_yaml(ROOT / "workflow/schemas/config.schema.yaml")
+TRADEOFF = {"models": ["fem_fine", "fem_coarse", "ours"], "own_models": {}}
+
+
+@pytest.fixture
+def trading(smoke) -> dict:
+    """The liver pressed, every model asked, and nothing else."""
+    keys = ("seed", "bodies", "regimes", "solver", "enrichment", "timing")
+    return {key: smoke[key] for key in keys} | {"papers": [], "tradeoff": dict(TRADEOFF)}
+
+
+def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
+    jobs = plan(tmp_path, write_config(trading), "tradeoff")
+    assert jobs["measure_models"] == 2 and jobs["measure_own_error"] == 1 and jobs["tabulate_tradeoff"] == 1
+    assert jobs["make_body"] == 1
+    assert not {"sweep_sigma", "evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
+
+
+def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):
+    (tmp_path / "mine.py").write_text("")
+    trading["tradeoff"]["own_models"] = {"mine": "mine.py"}
+    assert plan(tmp_path, write_config(trading), "tradeoff")["measure_models"] == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"models": ["fem_fine", "our"]}, "tradeoff names our, which is unknown; did you mean ours?"),
+        ({"models": ["ours"]}, "tradeoff.models lacks fem_fine"),
+        ({"own_models": {"ours": "mine.py"}}, "tradeoff names ours, which palpate uses itself"),
+        ({"own_models": {"mine": "nowhere.py"}}, "tradeoff.own_models.mine is nowhere.py, where there is no file"),
+        ({"budget": 2}, "tradeoff has an unknown key budget; did you mean budget_s?"),
+        ({"advice": {"budgets_ms": []}}, "tradeoff.advice.budgets_ms"),
+        ({"budget_s": 0}, "tradeoff.budget_s is 0, but must be above 0"),
+    ],
+)
+def test_what_is_wrong_is_said(trading, changes, said):
+    trading["tradeoff"] |= changes
+    with pytest.raises(InputError) as caught:
+        complete(trading, SCHEMA, Path("config.yaml"))
+    assert str(caught.value).startswith(f"config.yaml: {said}")
+
+
+def test_it_needs_bodies_that_are_sampled(trading):
+    trading["bodies"] = {"bar": trading["bodies"]["bar"]}
+    with pytest.raises(InputError, match="tradeoff is there and no body has train and test"):
+        complete(trading, SCHEMA, Path("config.yaml"))

@@ -1,0 +1,7 @@
+from palpate.figures import style, tables, work_precision
+from palpate.job import job, stem
+
+with job(snakemake.log[0]):
+    names = ("settings", "advice")
+    rows = [tables.where(tables.read(snakemake.input[name]), scene=snakemake.params.scene) for name in names]
+    style.save(work_precision.draw(*rows), stem(snakemake.output))

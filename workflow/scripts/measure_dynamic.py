@@ -1,0 +1,10 @@
+from palpate.bodies.store import load as load_body
+from palpate.evaluation.dynamic import measure
+from palpate.evaluation.dynamic_reference import load
+from palpate.evaluation.dynamic_trial import trial
+from palpate.job import job, steps, write_table
+
+with job(snakemake.log[0]) as say:
+    scene = trial(body=load_body(snakemake.input.body), **snakemake.params.trial)
+    table = measure(scene, load(snakemake.input.reference), steps(say, f"{scene.name}: model"))
+    write_table(table, snakemake.output[0])

@@ -7,6 +7,7 @@ if not workflow.overwrite_configfiles:
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/asked.smk"
 include: "workflow/rules/bodies.smk"
 include: "workflow/rules/tables.smk"
 

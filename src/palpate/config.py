@@ -1,8 +1,5 @@
-"""Check the settings of a run against their schema, and say in one sentence what is wrong with them."""
+"""Check the settings of a run, and say in one sentence what is wrong with them that a schema cannot say."""
 
-import math
-from collections.abc import Iterator
-from difflib import get_close_matches
 from pathlib import Path
 
 from palpate.errors import InputError
@@ -10,19 +7,15 @@ from palpate.models import registry as models
 from palpate.scenes.instruments import bodies_in, check_instruments
 from palpate.scenes.registry import unknown
 from palpate.scenes.trial_entry import check_trial
+from palpate.schema import checked
+
+STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")
+"""Comparisons that are made if the config has their block."""
 
 
 def complete(config: dict, schema: dict, file: Path) -> dict:
     """``config`` with the schema's defaults filled in; InputError naming ``file``, the key and the remedy."""
-    from jsonschema import Draft202012Validator
-
-    validator = Draft202012Validator(schema)
-    for key, value in _leaves(config):
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{file}: {key} is {value}; give a finite number.")
-    for error in sorted(validator.iter_errors(config), key=lambda error: len(error.absolute_path)):
-        raise InputError(f"{file}: {_explain(error, schema)}")
-    config = _fill(config, schema, schema)
+    config = checked(config, schema, file)
     sigma = config["enrichment"]["sigma_relative"]
     if sigma["min"] >= sigma["max"]:
         raise InputError(
@@ -40,8 +33,11 @@ def complete(config: dict, schema: dict, file: Path) -> dict:
     return config
 
 
-STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")
-"""Comparisons that are made if the config has their block."""
+def _check_file(place: str, path: str, there: bool) -> None:
+    if not there:
+        raise InputError(
+            f"{place} is {path}, where there is no file; give a path relative to the folder of the config file."
+        )
 
 
 def _check_papers(file: Path, config: dict) -> None:
@@ -82,11 +78,7 @@ def _check_tradeoff(place: str, config: dict, folder: Path) -> None:
             f"{place}.models lacks {models.SAVED_AGAINST}, which is what the others save time against; add it."
         )
     for name, path in own.items():
-        if not (folder / path).is_file():
-            raise InputError(
-                f"{place}.own_models.{name} is {path}, where there is no file; "
-                "give a path relative to the folder of the config file."
-            )
+        _check_file(f"{place}.own_models.{name}", path, (folder / path).is_file())
 
 
 def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:
@@ -112,11 +104,7 @@ def _check_scene(place: str, scene: dict, config: dict, folder: Path) -> None:
     files = {f"own.{name}": path for name, path in own.items()}
     files |= {f"contact.instruments[{i}].file": tool["file"] for i, tool in enumerate(tools) if "file" in tool}
     for name, path in files.items():
-        if not (folder / path).is_file():
-            raise InputError(
-                f"{place}.{name} is {path}, where there is no file; "
-                "give a path relative to the folder of the config file."
-            )
+        _check_file(f"{place}.{name}", path, (folder / path).is_file())
 
 
 def _check_body(place: str, body: dict, folder: Path) -> None:
@@ -137,13 +125,10 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
             f"give one for each of the {levels} levels, or null."
         )
     for key in ("path", "image", "mask"):
-        # only an image may be a folder, of DICOM slices
-        found = body.get(key) is None or (folder / body[key]).is_file()
-        if not found and not (key == "image" and (folder / body[key]).is_dir()):
-            raise InputError(
-                f"{place}.{key} is {body[key]}, where there is no file; "
-                "give a path relative to the folder of the config file."
-            )
+        if body.get(key) is not None:
+            path = folder / body[key]
+            # only an image may be a folder, of DICOM slices
+            _check_file(f"{place}.{key}", body[key], path.is_file() or (key == "image" and path.is_dir()))
     if body["kind"] == "ct":
         _check_ct(place, body)
 
@@ -188,88 +173,3 @@ def _check_samples(place: str, body: dict) -> None:
             f"{place}.refinements is 0; give at least 1, because samples compare a coarse mesh with a fine one, "
             "or leave out magnitudes, train and test."
         )
-
-
-def _leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
-    if isinstance(value, dict):
-        for name, inner in value.items():
-            yield from _leaves(inner, f"{key}.{name}" if key else str(name))
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from _leaves(inner, f"{key}[{i}]")
-    else:
-        yield key, value
-
-
-def _resolve(schema: dict, root: dict, value: object) -> dict:
-    """Follow ``$ref`` and the ``if``/``then`` branches that ``value`` takes to one flat schema."""
-    from jsonschema import Draft202012Validator
-
-    flat = dict(schema)
-    if "$ref" in schema:
-        flat |= root["$defs"][schema["$ref"].rpartition("/")[2]]
-    for branch in flat.get("allOf", []):
-        if Draft202012Validator(branch["if"]).is_valid(value):
-            flat |= _resolve(branch["then"], root, value)
-    return flat
-
-
-def _fill(value: object, schema: dict, root: dict) -> object:
-    schema = _resolve(schema, root, value)
-    if isinstance(value, list):
-        return [_fill(item, schema.get("items", {}), root) for item in value]
-    if not isinstance(value, dict):
-        return value
-    properties = schema.get("properties", {})
-    filled = {key: inner["default"] for key, inner in properties.items() if "default" in inner} | value
-    others = schema.get("additionalProperties") or {}
-    return {key: _fill(inner, properties.get(key, others), root) for key, inner in filled.items()}
-
-
-def _explain(error, root: dict) -> str:
-    """One sentence for a jsonschema error: the key, what is wrong, the remedy."""
-    key = error.json_path.removeprefix("$").removeprefix(".") or "the file"
-    rule, wanted, found = error.validator, error.validator_value, error.instance
-    if rule == "additionalProperties":
-        return _unknown(key, found, error.schema["properties"])
-    if rule == "required":
-        missing = next(name for name in wanted if name not in found)
-        known = _resolve(error.schema, root, found).get("properties", {})
-        meaning = _resolve(known.get(missing, {}), root, None).get("description", "").rstrip(".")
-        return f"{key} lacks {missing}; add it" + (f" ({meaning})." if meaning else ".")
-    meaning = error.schema.get("description", "").rstrip(".")
-    about = f" ({meaning})." if meaning else "."
-    if "pattern" in error.schema:
-        return f"{key} has an entry {found!r}; name it in lower-case letters, digits and underscores."
-    if rule == "type" and isinstance(found, str) and _is_number(found):
-        return f"{key} is the text {found!r}; write the number with a decimal point, like 1.0e-8{about}"
-    told = {
-        "type": f"must be of type {' or '.join(wanted) if isinstance(wanted, list) else wanted}",
-        "enum": f"must be one of {', '.join(map(str, wanted)) if isinstance(wanted, list) else wanted}",
-        "minimum": f"must be at least {wanted}",
-        "maximum": f"must be at most {wanted}",
-        "exclusiveMinimum": f"must be above {wanted}",
-        "exclusiveMaximum": f"must be below {wanted}",
-        "minItems": f"must have at least {wanted} entries",
-        "maxItems": f"must have at most {wanted} entries",
-        "minProperties": f"must have at least {wanted} entry",
-        "maxProperties": f"must have only {wanted} entry",
-        "minLength": "must not be empty",
-        "uniqueItems": "must not name one thing twice",
-    }
-    return f"{key} is {found!r}, but {told.get(rule, error.message)}{about}"
-
-
-def _unknown(key: str, found: dict, known: dict) -> str:
-    name = next(name for name in found if name not in known)
-    near = get_close_matches(str(name), known, n=1)
-    remedy = f"did you mean {near[0]}?" if near else f"it knows {', '.join(known)}."
-    return f"{key} has an unknown key {name}; {remedy}"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

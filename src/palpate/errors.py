@@ -18,11 +18,15 @@ class NotConverged(RuntimeError):
 
 def stranger(names: list[str], known: list[str]) -> str:
     """The first of ``names`` that is not ``known``, and what to write instead; nothing if there is none."""
-    from difflib import get_close_matches
-
     for name in names:
         if name not in known:
-            near = get_close_matches(name, known, n=1)
-            remedy = f"did you mean {near[0]}?" if near else f"choose among {', '.join(known)}."
-            return f"{name}, which is unknown; {remedy}"
+            return f"{name}, which is unknown; {remedy(name, known, 'choose among')}"
     return ""
+
+
+def remedy(name: str, known: list[str], otherwise: str) -> str:
+    """What to write instead of ``name``: what of ``known`` is like it, or after the words ``otherwise`` all of them."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}."

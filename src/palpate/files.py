@@ -1,11 +1,15 @@
 """Files that are whole or not there, and small ones that are read at once."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @contextmanager
@@ -28,13 +32,23 @@ def read_yaml(path: Path | str) -> dict:
     return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
 
 
-def read_csv(path: str | Path):
-    """A table of comma-separated values, without columns if the file is empty; InputError if it is none."""
+def made(path: str | Path) -> Path:
+    """``path``, a file that the workflow makes; InputError if it is not there."""
+    if not Path(path).is_file():
+        raise InputError(f"{path} is missing: make it with the workflow (make) first")
+    return Path(path)
+
+
+def read_table(path: str | Path, columns: Sequence[str]) -> "pd.DataFrame":
+    """A table that the workflow makes; InputError if it is missing, is no table or lacks one of ``columns``."""
     import pandas as pd
 
     try:
-        return pd.read_csv(path)
+        table = pd.read_csv(made(path))
     except pd.errors.EmptyDataError:
-        return pd.DataFrame()
+        table = pd.DataFrame()
     except (pd.errors.ParserError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is no table: delete it and make it again") from error
+    if missing := [column for column in columns if column not in table]:
+        raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
+    return table

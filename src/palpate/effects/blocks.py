@@ -59,14 +59,15 @@ def gather(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], n_nodes: int)
     keys = np.where((rows < n_nodes) & (columns < n_nodes), rows * n_nodes + columns, n_nodes**2)
     known, places = np.unique(keys, return_inverse=True)
     values = np.zeros((len(known), 3, 3))
-    _add(places, blocks, values)
+    scatter(places, blocks, values)
     indptr = np.searchsorted(known, np.arange(n_nodes + 1) * n_nodes)
     inside = known[: indptr[-1]]
     return sparse.bsr_array((values[: len(inside)], inside % n_nodes, indptr), shape=(3 * n_nodes, 3 * n_nodes))
 
 
 @numba.njit(cache=True)
-def _add(places, blocks, values):
+def scatter(places, blocks, values):
+    """Add ``blocks`` (k, 3, 3) to those of ``values`` (m, 3, 3) at ``places`` (k,), which may repeat."""
     for k in range(len(places)):
         for i in range(3):
             for j in range(3):

@@ -4,6 +4,7 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.blocks import scatter
 from palpate.errors import InputError
 
 
@@ -44,7 +45,7 @@ class Rayleigh:
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
         """Add C's blocks [N s/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (k, k)."""
         self._assemble(x)
-        _scatter(self._blocks, slots.ravel(), values)
+        scatter(slots.ravel(), self._blocks, values)
 
     def _assemble(self, x: np.ndarray) -> None:
         """C at ``x``, element by element: one block for each of ``_slots``."""
@@ -67,11 +68,3 @@ def _subtract_products(couples, blocks, v, force):
                 for i in range(3):
                     for j in range(3):
                         force[couples[e, a], i] -= blocks[k, i, j] * v[couples[e, b], j]
-
-
-@numba.njit(cache=True)
-def _scatter(blocks, places, values):
-    for k in range(len(places)):
-        for i in range(3):
-            for j in range(3):
-                values[places[k], i, j] += blocks[k, i, j]

@@ -68,7 +68,7 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
     fits = able[1e3 * able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
     if fits.empty:
         return Advice(scene, budget_ms, np.nan, why=reasons.late(able, settings, budget_ms))
-    best, rival = _choice(fits, BY_ERROR)
+    best, rival = choice(fits, BY_ERROR)
     least = means.loc[fits.index].min().clip(lower=EXACT)
     confidence = float((means.loc[best.name] <= EQUAL * least).mean())
     return Advice(
@@ -76,7 +76,7 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
         budget_ms,
         np.nan,
         **_told(best, means),
-        **_versus(best, rival, "rmse_of_peak"),
+        **versus(best, rival, "rmse_of_peak"),
         margin=1 - 1e3 * best["online_p95_s"] / budget_ms,
         confidence=confidence,
         why=reasons.within(best, rival, confidence, fits, settings, budget_ms),
@@ -89,20 +89,20 @@ def _under(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, max_
     fits = able[(highest <= max_error).to_numpy()]
     if fits.empty:
         return Advice(scene, np.nan, max_error, why=reasons.wrong(able, highest, settings))
-    best, rival = _choice(fits, BY_TIME)
+    best, rival = choice(fits, BY_TIME)
     return Advice(
         scene,
         np.nan,
         max_error,
         **_told(best, means),
-        **_versus(best, rival, "online_median_s"),
+        **versus(best, rival, "online_median_s"),
         margin=1 - highest[best.name] / max_error,
         confidence=float((means.loc[best.name] <= max_error).mean()),
         why=reasons.under(best, rival, fits, settings, max_error),
     )
 
 
-def _choice(fits: pd.DataFrame, by: dict[str, float]) -> tuple[pd.Series, pd.Series | None]:
+def choice(fits: pd.DataFrame, by: dict[str, float]) -> tuple[pd.Series, pd.Series | None]:
     """What to take, and what had been taken without its model, if there is any other."""
     best = pick(fits, by)
     others = fits[fits["model"] != best["model"]]
@@ -115,7 +115,8 @@ def _told(best: pd.Series, means: pd.DataFrame) -> dict:
     return {name: best[name] for name in copied} | {"error_low": low, "error_high": high}
 
 
-def _versus(best: pd.Series, rival: pd.Series | None, column: str) -> dict:
+def versus(best: pd.Series, rival: pd.Series | None, column: str) -> dict:
+    """How far ``rival`` is behind in ``column``, as fields of an ``Advice``; none where there is no other."""
     if rival is None:
         return {}
     factor = reasons.ratio(rival, best, column)

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.evaluation.advice import Advice
-from palpate.evaluation.advice_reasons import MARGIN, behind, name, ratio
-from palpate.evaluation.ties import CLOSE, EQUAL, pick
+from palpate.evaluation.advice import Advice, choice, versus
+from palpate.evaluation.advice_reasons import MARGIN, name, next_best
+from palpate.evaluation.ties import CLOSE, EQUAL
 
 BY_ERROR = {"rmse_of_peak": EQUAL, "slower_than_life": CLOSE}
 BY_TIME = {"slower_than_life": CLOSE, "rmse_of_peak": EQUAL}
@@ -39,10 +39,11 @@ def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
     fits = able[used <= 1 - MARGIN]
     if fits.empty:
         return Advice(scene, budget_ms, np.nan, why=_late(able, used, budget_ms))
-    best, rival, versus = _choice(fits, BY_ERROR, "rmse_of_peak")
+    best, rival = choice(fits, BY_ERROR)
     said = f"least error of {len(fits)} that keep up with life, {100 * MARGIN:.0f} % of the time to spare"
-    why = _why(said, best, rival, versus, "wrong", EQUAL)
-    return Advice(scene, budget_ms, np.nan, **_told(best), **versus, margin=1 - used[best.name], why=why)
+    found = _told(best) | versus(best, rival, "rmse_of_peak")
+    why = _why(said, best, rival, "rmse_of_peak")
+    return Advice(scene, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)
 
 
 def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
@@ -55,20 +56,11 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
             f"of a reference that is itself known to {100 * least['reference_change']:.2g} %"
         )
         return Advice(scene, np.nan, max_error, why=why)
-    best, rival, versus = _choice(fits, BY_TIME, "slower_than_life")
-    why = _why(f"fastest of {len(fits)} that are less wrong", best, rival, versus, "slow", CLOSE)
+    best, rival = choice(fits, BY_TIME)
+    found = _told(best) | versus(best, rival, "slower_than_life")
+    why = _why(f"fastest of {len(fits)} that are less wrong", best, rival, "slower_than_life")
     margin = 1 - best["rmse_of_peak"] / max_error
-    return Advice(scene, np.nan, max_error, **_told(best), **versus, margin=margin, why=why)
-
-
-def _choice(fits: pd.DataFrame, by: dict[str, float], column: str) -> tuple[pd.Series, pd.Series | None, dict]:
-    """What to take, what had been taken without its model, and how far that is behind."""
-    best = pick(fits, by)
-    others = fits[fits["model"] != best["model"]]
-    if others.empty:
-        return best, None, {}
-    rival = pick(others, by)
-    return best, rival, {"rival": rival["model"], "rival_knob": rival["knob"], "factor": ratio(rival, best, column)}
+    return Advice(scene, np.nan, max_error, **found, margin=margin, why=why)
 
 
 def _told(best: pd.Series) -> dict:
@@ -77,11 +69,8 @@ def _told(best: pd.Series) -> dict:
     }
 
 
-def _why(said: str, best: pd.Series, rival: pd.Series | None, versus: dict, what: str, tie: float) -> str:
-    parts = [said, f"{best['slower_than_life']:.2g} s for a second of motion"]
-    parts += ["no other model would do" if rival is None else
-              f"the next best model, {name(rival)}, is {behind(versus['factor'], tie, what)}"]  # fmt: skip
-    return "; ".join(parts)
+def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:
+    return "; ".join([said, f"{best['slower_than_life']:.2g} s for a second of motion", next_best(rival, best, column)])
 
 
 def _late(able: pd.DataFrame, used: pd.Series, budget_ms: float) -> str:

@@ -19,7 +19,7 @@ def within(best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd
     parts = [
         f"least error of {_settings(fits)} in time with {_share(MARGIN)} of {budget_ms:g} ms to spare",
         f"best, or tied with the best, in {_share(confidence)} of draws of the contacts",
-        _next(rival, best, "rmse_of_peak"),
+        next_best(rival, best, "rmse_of_peak"),
     ]
     late = settings[(settings["failures"] == 0) & (settings["rmse_of_peak"] < best["rmse_of_peak"])]
     late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
@@ -47,7 +47,7 @@ def under(best: pd.Series, rival: pd.Series | None, fits: pd.DataFrame, settings
     parts = [
         f"fastest of {_settings(fits)} with a mean error that stays below {_percent(limit)} "
         f"in {_share(RANGE[1])} of draws of the contacts",
-        _next(rival, best, "online_median_s"),
+        next_best(rival, best, "online_median_s"),
     ]
     return "; ".join([*parts, *_truth(best, settings), *_failed(settings)])
 
@@ -80,8 +80,8 @@ def behind(factor: float, tie: float, what: str) -> str:
     return f"{factor:.3g} times as {what}" if factor < 1000 else f"over 1000 times as {what}"
 
 
-def _next(rival: pd.Series | None, best: pd.Series, column: str) -> str:
-    """What were to take without this model."""
+def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
+    """What were to take without this model, and how far it is behind in ``column``, an error or a time."""
     if rival is None:
         return "no other model would do"
     tie, what = (EQUAL, "wrong") if column == "rmse_of_peak" else (CLOSE, "slow")

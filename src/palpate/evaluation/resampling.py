@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
-from palpate.files import read_csv
+from palpate.files import read_table
 
 DRAWS = 2000
 RANGE = (0.05, 0.95)
@@ -51,9 +50,4 @@ def resampled(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def _read(path: Path, needed: list[str]) -> pd.DataFrame:
-    if not path.is_file():
-        raise InputError(f"{path} is missing: make it with the workflow (make) first")
-    table = read_csv(path)
-    if missing := [column for column in needed if column not in table]:
-        raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
-    return table[needed]
+    return read_table(path, needed)[needed]

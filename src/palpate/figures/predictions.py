@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from palpate.errors import InputError
+from palpate.files import made
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +27,7 @@ def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dic
 
     Raises InputError naming the file and the group if one is missing or misshapen.
     """
-    if not Path(path).is_file():
-        raise InputError(f"{path} is missing: make it with the workflow (make) first")
-    with h5py.File(path) as file:
+    with h5py.File(made(path)) as file:
         return {m: _one(file, f"{protocol}/{split}/{m}", path) for m in methods}
 
 

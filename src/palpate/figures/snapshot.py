@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
 from palpate.evaluation.advice import NONE
 from palpate.evaluation.advice_reasons import behind
 from palpate.evaluation.ties import CLOSE, EQUAL
@@ -21,7 +20,7 @@ from palpate.figures import tables
 from palpate.figures.advice_words import interval, limit
 from palpate.figures.model_looks import label
 from palpate.figures.words import percent, seconds
-from palpate.files import write_whole
+from palpate.files import made, write_whole
 
 PICTURES = ["advice", "dynamic_accuracy", "hard_cases", "scaling"]
 
@@ -35,12 +34,10 @@ def write(results: str | Path, docs: str | Path) -> None:
     found = tables.read_all(results / "tables", ["accuracy_vs_time", "advice", "hard_cases", "scaling"])
     scenes = tables.scenes(found["accuracy_vs_time"])
     names = [*(f"work_precision_{scene}" for scene in scenes), *PICTURES]
-    missing = [name for name in names if not (results / "figures" / f"{name}.png").is_file()]
-    if missing:
-        raise InputError(f"{results}/figures/{missing[0]}.png is missing: make it with the workflow (make) first")
+    pictures = [made(results / "figures" / f"{name}.png") for name in names]
     (docs / "results").mkdir(exist_ok=True)
-    for name in names:
-        shutil.copyfile(results / "figures" / f"{name}.png", docs / "results" / f"{name}.png")
+    for picture in pictures:
+        shutil.copyfile(picture, docs / "results" / picture.name)
     with write_whole(docs / "results.md") as part:
         part.write_text("\n\n".join(_page(found, scenes)) + "\n", encoding="utf-8")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.errors import InputError
-from palpate.files import read_csv
+from palpate.files import read_table
 
 _D = [f"d{i}_s" for i in range(1, 6)]
 
@@ -101,12 +101,7 @@ def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
     Raises InputError if the file is missing or lacks a column, or if it has no rows and must have ``rows``.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path} is missing: make it with the workflow (make) first")
-    table = read_csv(path)
-    missing = [column for column in COLUMNS[path.stem].split() if column not in table]
-    if missing:
-        raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
+    table = read_table(path, COLUMNS[path.stem].split())
     if rows and table.empty:
         raise InputError(f"{path} has no rows: delete it and make it again")
     return table

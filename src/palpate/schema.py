@@ -1,0 +1,103 @@
+"""Check settings against a schema, fill in its defaults, and say in one sentence what is wrong."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from palpate.errors import InputError, remedy
+
+
+def checked(config: dict, schema: dict, file: Path) -> dict:
+    """``config`` with the schema's defaults filled in; InputError naming ``file``, the key and the remedy."""
+    from jsonschema import Draft202012Validator
+
+    validator = Draft202012Validator(schema)
+    for key, value in _leaves(config):
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{file}: {key} is {value}; give a finite number.")
+    for error in sorted(validator.iter_errors(config), key=lambda error: len(error.absolute_path)):
+        raise InputError(f"{file}: {_explain(error, schema)}")
+    return _fill(config, schema, schema)
+
+
+def _leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from _leaves(inner, f"{key}[{i}]")
+    else:
+        yield key, value
+
+
+def _resolve(schema: dict, root: dict, value: object) -> dict:
+    """Follow ``$ref`` and the ``if``/``then`` branches that ``value`` takes to one flat schema."""
+    from jsonschema import Draft202012Validator
+
+    flat = dict(schema)
+    if "$ref" in schema:
+        flat |= root["$defs"][schema["$ref"].rpartition("/")[2]]
+    for branch in flat.get("allOf", []):
+        if Draft202012Validator(branch["if"]).is_valid(value):
+            flat |= _resolve(branch["then"], root, value)
+    return flat
+
+
+def _fill(value: object, schema: dict, root: dict) -> object:
+    schema = _resolve(schema, root, value)
+    if isinstance(value, list):
+        return [_fill(item, schema.get("items", {}), root) for item in value]
+    if not isinstance(value, dict):
+        return value
+    properties = schema.get("properties", {})
+    filled = {key: inner["default"] for key, inner in properties.items() if "default" in inner} | value
+    others = schema.get("additionalProperties") or {}
+    return {key: _fill(inner, properties.get(key, others), root) for key, inner in filled.items()}
+
+
+def _explain(error, root: dict) -> str:
+    """One sentence for a jsonschema error: the key, what is wrong, the remedy."""
+    key = error.json_path.removeprefix("$").removeprefix(".") or "the file"
+    rule, wanted, found = error.validator, error.validator_value, error.instance
+    if rule == "additionalProperties":
+        return _unknown(key, found, error.schema["properties"])
+    if rule == "required":
+        missing = next(name for name in wanted if name not in found)
+        known = _resolve(error.schema, root, found).get("properties", {})
+        meaning = _resolve(known.get(missing, {}), root, None).get("description", "").rstrip(".")
+        return f"{key} lacks {missing}; add it" + (f" ({meaning})." if meaning else ".")
+    meaning = error.schema.get("description", "").rstrip(".")
+    about = f" ({meaning})." if meaning else "."
+    if "pattern" in error.schema:
+        return f"{key} has an entry {found!r}; name it in lower-case letters, digits and underscores."
+    if rule == "type" and isinstance(found, str) and _is_number(found):
+        return f"{key} is the text {found!r}; write the number with a decimal point, like 1.0e-8{about}"
+    told = {
+        "type": f"must be of type {' or '.join(wanted) if isinstance(wanted, list) else wanted}",
+        "enum": f"must be one of {', '.join(map(str, wanted)) if isinstance(wanted, list) else wanted}",
+        "minimum": f"must be at least {wanted}",
+        "maximum": f"must be at most {wanted}",
+        "exclusiveMinimum": f"must be above {wanted}",
+        "exclusiveMaximum": f"must be below {wanted}",
+        "minItems": f"must have at least {wanted} entries",
+        "maxItems": f"must have at most {wanted} entries",
+        "minProperties": f"must have at least {wanted} entry",
+        "maxProperties": f"must have only {wanted} entry",
+        "minLength": "must not be empty",
+        "uniqueItems": "must not name one thing twice",
+    }
+    return f"{key} is {found!r}, but {told.get(rule, error.message)}{about}"
+
+
+def _unknown(key: str, found: dict, known: dict) -> str:
+    name = next(name for name in found if name not in known)
+    return f"{key} has an unknown key {name}; {remedy(str(name), list(known), 'it knows')}"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,29 @@
+"""What models that settle have in common."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.errors import InputError, NotConverged
+from palpate.models.model import Case, Solver
+
+
+@pytest.fixture
+def loose(slab_case) -> Case:
+    """The slab's case with nothing held."""
+    case = slab_case[0]
+    return replace(case, body=replace(case.body, anchors=[np.empty(0, dtype=np.int64)] * 2))
+
+
+@pytest.fixture
+def refuses(slab_case):
+    """Assert that a solver of the slab finds nothing, saying ``said``, under no number, and answers no held node."""
+
+    def check(solver: Solver, contact: int, said: str) -> None:
+        with pytest.raises(NotConverged, match=said):
+            solver.respond(contact, np.array([np.nan, 0.0, 0.0]))
+        with pytest.raises(InputError, match="no free surface node"):
+            solver.respond(int(slab_case[0].body.anchors[0][0]), np.ones(3))
+
+    return check

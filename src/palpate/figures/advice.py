@@ -47,7 +47,7 @@ def _row(axis, place: int, row, settings) -> None:
         rival = _percent(tables.where(settings, model=row.rival, knob=row.rival_knob)["rmse_of_peak"].iloc[0])
         axis.plot([error, rival], [place, place], color="#dddddd", lw=1, zorder=1)
         axis.plot(rival, place, marker=look(row.rival).marker, mfc="white", mec=style.FAINT, ms=6, zorder=2)
-        times = f"{row.factor:.2g}×" if row.factor < 1000 else "over 1000×"
+        times = f"{float(f'{row.factor:.2g}'):g}×" if row.factor < 1000 else "over 1000×"
         _beside(axis, rival, place, f"{label(row.rival, 'default')}: {times}", -1, "#666666")
     ends = [_percent(row.error_low), _percent(row.error_high)]
     axis.plot(ends, [place, place], color=shown.colour, lw=3, alpha=0.45)

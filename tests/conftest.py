@@ -16,7 +16,7 @@ import pytest
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.mesh import TetMesh
-from palpate.evaluation.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
+from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 from palpate.solvers.compliance import Compliance, compute_compliance
 
 
@@ -141,12 +141,12 @@ def trade_off_folder(trade_off, tmp_path) -> Path:
 @pytest.fixture(scope="session")
 def slab_case(slab, slab_compliance) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
-    from palpate.enrichment.assemble import assemble
-    from palpate.enrichment.split import split
-    from palpate.enrichment.training import Settings
+    from palpate.enrichment.training_samples import Settings
     from palpate.models.model import Case, rows_of
-    from palpate.scenes.loads import choose_loads
-    from palpate.scenes.press import press
+    from palpate.samples.assemble import assemble
+    from palpate.samples.loads import choose_loads
+    from palpate.samples.press import press
+    from palpate.samples.split import split
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)

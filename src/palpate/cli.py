@@ -64,11 +64,11 @@ def _share(text: str) -> float:
 
 
 def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float | None) -> str:
-    from palpate.evaluation.advice import advise
-    from palpate.evaluation.advice_motion import advise_motion
-    from palpate.evaluation.resampling import read_errors
+    from palpate.evaluation.tradeoff.advice import advise
+    from palpate.evaluation.tradeoff.advice_motion import advise_motion
+    from palpate.evaluation.tradeoff.resampling import read_errors
     from palpate.figures import tables
-    from palpate.figures.advice_words import told
+    from palpate.report.advice_words import told
 
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
     pressed, moving = (results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy"))

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from palpate.errors import InputError
-from palpate.models import registry as models
+from palpate.models import model_registry as models
+from palpate.scenes.dynamic_check import check_trial
+from palpate.scenes.effect_registry import unknown
 from palpate.scenes.instruments import bodies_in, check_instruments
-from palpate.scenes.registry import unknown
-from palpate.scenes.trial_entry import check_trial
 from palpate.schema import checked
 
 STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")

@@ -22,13 +22,13 @@ import numpy as np
 from explicit_by_hand import clay_shapes, cube_poke
 from implicit_by_hand import bar_sag, clay_dent, liver_press, sheet_drape
 
-from palpate.bodies.make import make_body
+from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import Particles, particles_of
 from palpate.config import complete
 from palpate.files import read_yaml
-from palpate.scenes import registry
+from palpate.scenes import effect_registry
 from palpate.scenes.compose import compose
-from palpate.scenes.run import loop
+from palpate.scenes.run_scene import loop
 from palpate.scenes.scene import Scene, scene_of
 
 ROOT = Path(__file__).parents[2]
@@ -58,7 +58,7 @@ class Last:
 
 def composed(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     system = compose(scene, particles)
-    integrator = registry.integrator(scene.integrator).make(system, {"tolerance": scene.tolerance})
+    integrator = effect_registry.integrator(scene.integrator).make(system, {"tolerance": scene.tolerance})
 
     def steps():
         record = Last(particles.nodes)

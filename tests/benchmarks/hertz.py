@@ -18,7 +18,7 @@ from palpate.bodies.body import Material, nest
 from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, particles_of
-from palpate.scenes.run import run
+from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 
 RADIUS, PATCH = 1.0, 0.05

@@ -3,8 +3,8 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
-from palpate.bodies.checks import check_boundary, check_tetrahedra
-from palpate.bodies.quality import quality
+from palpate.bodies.mesh_checks import check_boundary, check_tetrahedra
+from palpate.bodies.mesh_quality import quality
 from palpate.effects.corotational import Corotational
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.cylinder import cylinder
-from palpate.bodies.quality import quality
-from palpate.bodies.refine import refine
+from palpate.bodies.mesh_quality import quality
+from palpate.bodies.refinement import refine
 
 
 def test_counts_are_the_papers_on_both_levels():

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.liver import liver
-from palpate.bodies.quality import quality
-from palpate.bodies.refine import refine
+from palpate.bodies.mesh_quality import quality
+from palpate.bodies.refinement import refine
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import pytest
 
 from palpate.bodies.body import Material
 from palpate.bodies.particles import solid
-from palpate.calibration.cube import middle, paper_cube
 from palpate.calibration.fitness import Fitness
+from palpate.calibration.paper_cube import middle, paper_cube
 from palpate.calibration.spring_model import Press, key_points, spring_model
 from palpate.calibration.spring_motion import Settings, simulate
 

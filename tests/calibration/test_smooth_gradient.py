@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.calibration.fitness import Fitness, Range
-from palpate.calibration.gradient import descend
+from palpate.calibration.gradient_descent import descend
 from palpate.calibration.smooth_gradient import ENOUGH, descend_smoothly, square_and_slopes
 from palpate.calibration.spring_motion import simulate
 

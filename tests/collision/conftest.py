@@ -12,7 +12,7 @@ from palpate.bodies.box import box
 from palpate.bodies.particles import Particles, particles_of, together
 from palpate.bodies.sheet import sheet
 from palpate.scenes.motion import Motion
-from palpate.scenes.run import Run, run
+from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene
 
 RUBBER = Material(5000.0, 0.3, 1000.0)

@@ -11,7 +11,7 @@ from palpate.effects import corotational
 from palpate.errors import NotConverged
 from palpate.scenes import motion as motions
 from palpate.scenes.compose import compose
-from palpate.scenes.registry import integrator
+from palpate.scenes.effect_registry import integrator
 from palpate.scenes.scene import Scene
 
 FLOOR = {"name": "ground", "kind": "floor", "height_m": 0.0}

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from palpate.effects.blocks import shared_pattern
+from palpate.linalg.block_pattern import shared_pattern
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects.contact_load import nodal_load
+from palpate.effects.patch_load import nodal_load
 from palpate.effects.push import make
 from palpate.errors import InputError
 

@@ -8,9 +8,9 @@ import pytest
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.sheet import sheet
 from palpate.effects import corotational, triangles
-from palpate.effects.blocks import shared_pattern
 from palpate.effects.rayleigh import make
 from palpate.errors import InputError
+from palpate.linalg.block_pattern import shared_pattern
 
 
 def solid(slab, soft):

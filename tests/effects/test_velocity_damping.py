@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects.blocks import shared_pattern
 from palpate.effects.velocity_damping import make
+from palpate.linalg.block_pattern import shared_pattern
 
 RATE = 3.0
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from palpate.enrichment.linear_fem import LinearFem
-from palpate.scenes.loads import COLUMNS
-from palpate.scenes.press import press
+from palpate.samples.loads import COLUMNS
+from palpate.samples.press import press
 
 
 def test_is_the_compliance_times_the_force(slab_compliance):

@@ -7,13 +7,13 @@ import pytest
 from scipy.sparse import csr_array
 
 from palpate.enrichment.blend import Blend, Known
-from palpate.enrichment.features import kinds
+from palpate.enrichment.blend_weights import KINDS
+from palpate.enrichment.feature_vectors import kinds
 from palpate.enrichment.interpolation import Interpolation
 from palpate.enrichment.methods import build
 from palpate.enrichment.pod_rbf import PodRbf
 from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.enrichment.training import gather
-from palpate.enrichment.weights import KINDS
+from palpate.enrichment.training_samples import gather
 from palpate.solvers.compliance import Compliance
 
 TRAIN, TEST = np.arange(0, 18), np.arange(18, 24)

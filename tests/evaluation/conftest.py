@@ -5,8 +5,8 @@ import pytest
 from scipy.sparse import csr_array
 
 from palpate.bodies.body import Material
-from palpate.enrichment.database import Database
-from palpate.enrichment.training import Settings
+from palpate.enrichment.training_samples import Settings
+from palpate.samples.database import Database
 
 
 @pytest.fixture(scope="session")

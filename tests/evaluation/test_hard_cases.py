@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.hard_cases.case import OUTCOMES, Case, finite, judge
 from palpate.evaluation.hard_cases.declared import FAMILIES, declared, measure
+from palpate.evaluation.hard_cases.hard_case import OUTCOMES, Case, finite, judge
 
 CASES = declared(list(FAMILIES))
 

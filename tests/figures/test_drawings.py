@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from palpate.figures import (
-    accuracy_vs_time,
+from palpate.figures import style
+from palpate.figures.enrichment import (
+    accuracy_vs_online_cost,
     complexity,
     deformed_bodies,
     error_over_body,
@@ -15,7 +16,6 @@ from palpate.figures import (
     mesh_levels,
     predictions,
     sigma_sweep,
-    style,
     timing_bars,
 )
 
@@ -75,7 +75,7 @@ def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results, paper):
 
 def test_accuracy_vs_time_names_failures_and_budgets(results):
     tables = (results[n] for n in ("enrichment_accuracy", "online_cost", "fem_cost"))
-    figure = accuracy_vs_time.draw(*tables)
+    figure = accuracy_vs_online_cost.draw(*tables)
     assert len(figure.axes) == 4 * 2
     assert texts(figure).count("failed: POD + RBF") == 4
     assert {"1 ms", "16.7 ms", "100 ms", "fine FEM", "Pareto front"} <= set(texts(figure))

@@ -6,7 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.figures import dynamic_accuracy, report, style, summary_dynamic, tables
+from palpate.figures import style, tables
+from palpate.figures.dynamic import dynamic_accuracy
+from palpate.report import page as report
+from palpate.report.parts import dynamic_numbers
 
 CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
 
@@ -42,10 +45,10 @@ def test_a_panel_a_scene_and_failures_counted(table, tmp_path):
 
 
 def test_the_headline_is_about_what_keeps_up_with_life(table):
-    said = summary_dynamic.numbers({"dynamic_accuracy": table})["headline_dynamic"].replace("\u00a0", " ")
+    said = dynamic_numbers.numbers({"dynamic_accuracy": table})["headline_dynamic"].replace("\u00a0", " ")
     assert said.count("(4 % of the peak off)") == 2
     slow = table.assign(slower_than_life=2.0)
-    assert summary_dynamic.numbers({"dynamic_accuracy": slow})["headline_dynamic"].endswith("press none; bar sag none.")
+    assert dynamic_numbers.numbers({"dynamic_accuracy": slow})["headline_dynamic"].endswith("press none; bar sag none.")
 
 
 def test_the_report_has_both_beside_the_other_comparisons(table, tmp_path):

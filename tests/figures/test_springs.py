@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError
-from palpate.figures import sections_springs, spring_errors, spring_fit, spring_floor, spring_looks, tables
-from palpate.figures.summary import numbers
+from palpate.figures import tables
+from palpate.figures.springs import spring_errors, spring_fit, spring_floor, spring_looks
+from palpate.report.numbers import numbers
+from palpate.report.parts import springs
 
 PUBLISHED = {"springs": {"source": "Chen", "fitness_m": -0.05, "generations": 1000, "seconds": 3600}}
 
@@ -72,7 +74,7 @@ def test_a_gradient_that_never_passes_is_told(spring_results):
 
 
 def test_medians_and_ranges_are_tabulated(spring_results):
-    text = sections_springs._medians(spring_results["spring_fit"]).replace("\u00a0", " ")
+    text = springs._medians(spring_results["spring_fit"]).replace("\u00a0", " ")
     assert "6.6 % [6 %, 7.2 %] (fitted)" in text and "20 % [18 %, 22 %]" in text
 
 

@@ -6,10 +6,10 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from palpate.enrichment.weights import KINDS
+from palpate.enrichment.blend_weights import KINDS
 from palpate.errors import InputError
 from palpate.figures import style
-from palpate.scenes.registry import EFFECTS
+from palpate.scenes.effect_registry import EFFECTS
 
 RIVALS = ["interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "linear_fem", "ours"]
 

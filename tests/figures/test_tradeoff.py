@@ -9,11 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.evaluation.advice import advise
-from palpate.figures import advice, break_even, report, style, tables, work_precision
+from palpate.evaluation.tradeoff.advice import advise
+from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
-from palpate.figures.sections_tradeoff import sentence
-from palpate.figures.summary import numbers
+from palpate.figures.tradeoff import advice, break_even, work_precision
+from palpate.report import page as report
+from palpate.report.numbers import numbers
+from palpate.report.parts.tradeoff import sentence
 
 CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
 

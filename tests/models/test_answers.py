@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.effects.contact_load import nodal_load
+from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import errors
+from palpate.models.fem_statics import Simulation, contact_shares, to_surface
 from palpate.models.model import knob_text
-from palpate.models.registry import FEATURES, WEIGHTS, model
-from palpate.models.simulation import Simulation, contact_shares, to_surface
+from palpate.models.model_registry import FEATURES, WEIGHTS, model
 
 BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
 LEARNT = ["ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *BLENDS]

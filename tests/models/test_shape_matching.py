@@ -8,7 +8,7 @@ import pytest
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import errors
 from palpate.models import shape_matching
-from palpate.models.shape_settle import LEFT, Shapes, Softness, cubes, fit
+from palpate.models.shape_statics import LEFT, Shapes, Softness, cubes, fit
 
 SOFT = Softness(2e-4, 0.3)
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.enrichment.database import Database
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import errors
 from palpate.models import springs
-from palpate.models.registry import model
-from palpate.models.spring_fit import _Search, fit
+from palpate.models.model_registry import model
+from palpate.models.spring_moduli import _Search, fit
 from palpate.models.spring_statics import Network
+from palpate.samples.database import Database
 
 KINDS = ("springs", "springs_volume", "springs_nodal", "springs_nodal_volume")
 

@@ -9,8 +9,8 @@ import pytest
 
 from palpate.config import complete
 from palpate.files import read_yaml
+from palpate.scenes.effect_registry import EFFECTS, SOLVERS
 from palpate.scenes.instruments import bodies_in
-from palpate.scenes.registry import EFFECTS, SOLVERS
 
 ROOT = Path(__file__).parents[2]
 CONFIG = complete(
@@ -84,7 +84,7 @@ def test_nothing_alive_is_of_what_is_not_named(seen):
     alive = {name for name, module in EFFECTS.items() if module in seen["alive"]}
     assert alive == set(seen["named"]) - {"plasticity"}
     # the one name with two makings, neither in its own module: the one that does not suit the elastic effect is absent
-    makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_plasticity"}
+    makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_matching.shape_plasticity"}
     assert len(makings & set(seen["modules"])) == ("plasticity" in seen["named"])
 
 

@@ -10,7 +10,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import corotational, gravity, held, velocity_damping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError
-from palpate.scenes.starts import STARTS, start_of
+from palpate.scenes.initial_states import STARTS, start_of
 from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.system import System

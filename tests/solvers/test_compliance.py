@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from palpate.effects.blocks import hold
-from palpate.effects.contact_load import nodal_load
 from palpate.effects.corotational import Corotational
+from palpate.effects.patch_load import nodal_load
+from palpate.linalg.block_pattern import hold
 from palpate.solvers.compliance import compute_compliance, load_compliance, save_compliance
 
 

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.blocks import hold
 from palpate.effects.corotational import Corotational
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.block_pattern import hold
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import minimise

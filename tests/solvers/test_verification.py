@@ -9,7 +9,7 @@ from skfem.helpers import ddot, dot, grad
 from skfem.models.elasticity import linear_elasticity
 
 from palpate.bodies.body import Body, Material, nest
-from palpate.bodies.refine import refine
+from palpate.bodies.refinement import refine
 from palpate.solvers.equilibrium import Equilibrium
 
 

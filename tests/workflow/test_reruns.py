@@ -49,7 +49,7 @@ def test_another_sigma_grid_reruns_the_sweep_and_no_fem(after):
 
 
 def test_an_edit_of_enrichment_reruns_it_and_no_fem(after, finished):
-    jobs = after(modules=[finished / "src/palpate/enrichment/weights.py"])
+    jobs = after(modules=[finished / "src/palpate/enrichment/blend_weights.py"])
     assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
     assert not UP_TO_DATABASE & set(jobs)
 

@@ -1,10 +1,10 @@
 import pandas as pd
 
-from palpate.bodies.store import load
-from palpate.enrichment.assemble import assemble, digest
-from palpate.enrichment.database import write
+from palpate.bodies.body_file import load
 from palpate.job import job, write_table
-from palpate.scenes.press import load_responses
+from palpate.samples.assemble import assemble, digest
+from palpate.samples.database import write
+from palpate.samples.press import load_responses
 
 with job(snakemake.log[0]):
     fine = load_responses(snakemake.input.fine)

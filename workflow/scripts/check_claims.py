@@ -1,6 +1,6 @@
 import pandas as pd
 
-from palpate.evaluation.claims import claims
+from palpate.evaluation.enrichment.enrichment_claims import claims
 from palpate.files import read_yaml
 from palpate.job import job, write_table
 

@@ -1,6 +1,6 @@
 import pandas as pd
 
-from palpate.evaluation.collision_claims import claims
+from palpate.evaluation.collision.collision_claims import claims
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

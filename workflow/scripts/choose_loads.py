@@ -1,6 +1,6 @@
-from palpate.bodies.store import load
+from palpate.bodies.body_file import load
 from palpate.job import job, write_table
-from palpate.scenes.loads import choose_loads
+from palpate.samples.loads import choose_loads
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]):

@@ -1,4 +1,4 @@
-from palpate.bodies.store import load
+from palpate.bodies.body_file import load
 from palpate.job import job, steps
 from palpate.solvers.compliance import compute_compliance, save_compliance
 

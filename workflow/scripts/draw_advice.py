@@ -1,4 +1,5 @@
-from palpate.figures import advice, break_even, style, tables
+from palpate.figures import style, tables
+from palpate.figures.tradeoff import advice, break_even
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

@@ -1,6 +1,7 @@
 from pathlib import Path
 
-from palpate.figures import collision, collision_scaling, style, tables
+from palpate.figures import style, tables
+from palpate.figures.collision import collision, collision_scaling
 from palpate.job import job
 
 with job(snakemake.log[0]):

@@ -1,4 +1,5 @@
-from palpate.figures import contact_force, style, tables
+from palpate.figures import style, tables
+from palpate.figures.scenes import contact_force
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

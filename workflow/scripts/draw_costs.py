@@ -1,4 +1,5 @@
-from palpate.figures import accuracy_vs_time, complexity, fem_cost, style, tables, timing_bars
+from palpate.figures import style, tables
+from palpate.figures.enrichment import accuracy_vs_online_cost, complexity, fem_cost, timing_bars
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):
@@ -6,5 +7,5 @@ with job(snakemake.log[0]):
     table, out = {name: tables.read(snakemake.input[name]) for name in names}, snakemake.output
     style.save(timing_bars.draw(table["timing"]), stem(out.timing))
     style.save(complexity.draw(table["complexity"]), stem(out.complexity))
-    style.save(accuracy_vs_time.draw(table["accuracy"], table["online"], table["fem"]), stem(out.tradeoff))
+    style.save(accuracy_vs_online_cost.draw(table["accuracy"], table["online"], table["fem"]), stem(out.tradeoff))
     style.save(fem_cost.draw(table["fem"], table["peaks"]), stem(out.fem))

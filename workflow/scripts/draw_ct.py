@@ -1,6 +1,7 @@
-from palpate.bodies.ct import segmented
-from palpate.bodies.store import load
-from palpate.figures import ct_slices, ct_volume, style
+from palpate.bodies.body_file import load
+from palpate.bodies.ct.mesh_from_ct import segmented
+from palpate.figures import style
+from palpate.figures.ct import ct_slices, ct_volume
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

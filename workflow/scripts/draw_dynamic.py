@@ -1,4 +1,5 @@
-from palpate.figures import dynamic_accuracy, style, tables
+from palpate.figures import style, tables
+from palpate.figures.dynamic import dynamic_accuracy
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

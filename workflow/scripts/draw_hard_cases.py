@@ -1,4 +1,5 @@
-from palpate.figures import hard_cases, style, tables
+from palpate.figures import style, tables
+from palpate.figures.hard_cases import hard_cases
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

@@ -1,5 +1,6 @@
-from palpate.bodies.store import load
-from palpate.figures import mesh_levels, style
+from palpate.bodies.body_file import load
+from palpate.figures import style
+from palpate.figures.enrichment import mesh_levels
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

@@ -1,5 +1,6 @@
-from palpate.figures import motion as pictures
-from palpate.figures import style, turnable_motion
+from palpate.figures import style
+from palpate.figures.scenes import motion_stills as pictures
+from palpate.figures.scenes import turnable_motion
 from palpate.job import job, stem
 from palpate.scenes.motion import load
 

@@ -1,4 +1,5 @@
-from palpate.figures import node_mass, style, tables
+from palpate.figures import style, tables
+from palpate.figures.ct import node_mass
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

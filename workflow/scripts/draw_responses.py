@@ -1,7 +1,8 @@
-from palpate.bodies.store import load
-from palpate.enrichment.database import read
-from palpate.figures import deformed_bodies, error_over_body, predictions, style, turnable_errors
+from palpate.bodies.body_file import load
+from palpate.figures import style
+from palpate.figures.enrichment import deformed_bodies, error_over_body, predictions, turnable_errors
 from palpate.job import job, stem
+from palpate.samples.database import read
 
 with job(snakemake.log[0]):
     body, db, path = load(snakemake.input.body), read(snakemake.input.database), snakemake.input.predictions

@@ -1,4 +1,5 @@
-from palpate.figures import scaling, style, tables
+from palpate.figures import style, tables
+from palpate.figures.scaling import scaling
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

@@ -1,6 +1,7 @@
 from pathlib import Path
 
-from palpate.figures import body_springs, clusters, integrator_stability, shape_matching_timing, style, tables
+from palpate.figures import style, tables
+from palpate.figures.shape_matching import body_springs, clusters, integrator_stability, shape_matching_timing
 from palpate.job import job
 
 FIGURES = (body_springs, clusters, integrator_stability, shape_matching_timing)

@@ -1,6 +1,7 @@
 from pathlib import Path
 
-from palpate.figures import spring_errors, spring_fit, spring_floor, style, tables
+from palpate.figures import style, tables
+from palpate.figures.springs import spring_errors, spring_fit, spring_floor
 from palpate.job import job
 
 FIGURES = {"spring_fit": (spring_fit, "spring_history"), "spring_errors": (spring_errors, "spring_errors")}

@@ -1,4 +1,5 @@
-from palpate.figures import sigma_sweep, style, tables
+from palpate.figures import style, tables
+from palpate.figures.enrichment import sigma_sweep
 from palpate.files import read_yaml
 from palpate.job import job, stem
 

@@ -1,4 +1,5 @@
-from palpate.figures import style, tables, work_precision
+from palpate.figures import style, tables
+from palpate.figures.tradeoff import work_precision
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):

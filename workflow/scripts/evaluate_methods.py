@@ -1,13 +1,13 @@
 import h5py
 import pandas as pd
 
-from palpate.enrichment.database import read
 from palpate.enrichment.methods import build
-from palpate.enrichment.split import sides
-from palpate.enrichment.training import Settings
+from palpate.enrichment.training_samples import Settings
 from palpate.evaluation.accuracy import accuracy_rows, predict
 from palpate.files import write_whole
 from palpate.job import job, write_table
+from palpate.samples.database import read
+from palpate.samples.split import sides
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]), write_whole(snakemake.output.predictions) as path, h5py.File(path, "w") as file:

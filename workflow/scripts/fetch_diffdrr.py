@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from palpate.bodies.ct_example import fetch
+from palpate.bodies.ct.example import fetch
 from palpate.job import job
 
 with job(snakemake.log[0]) as say:

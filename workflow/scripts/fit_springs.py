@@ -4,8 +4,8 @@ os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)  # read when numba is i
 
 from pathlib import Path
 
-from palpate.evaluation.spring_experiment import experiment, load_references
-from palpate.evaluation.spring_fit import SEEDED, budget, tables
+from palpate.evaluation.springs.spring_experiment import experiment, load_references
+from palpate.evaluation.springs.spring_fit import SEEDED, budget, tables
 from palpate.job import job, rarely, write_table
 
 with job(snakemake.log[0]) as say:

@@ -1,8 +1,8 @@
-from palpate.evaluation.effect_cost import left_out
+from palpate.evaluation.scenes.effect_cost import left_out
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
-from palpate.scenes.cast import cast
 from palpate.scenes.scene import scene_of
+from palpate.scenes.scene_bodies import cast
 
 with job(snakemake.log[0]) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)

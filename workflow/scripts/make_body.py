@@ -1,5 +1,5 @@
-from palpate.bodies.make import make_body
-from palpate.bodies.store import save
+from palpate.bodies.body_file import save
+from palpate.bodies.make_body import make_body
 from palpate.job import job
 
 with job(snakemake.log[0]):

@@ -1,5 +1,5 @@
-from palpate.evaluation.collision import measure
-from palpate.evaluation.rival_trees import installed
+from palpate.evaluation.collision.compare_trees import measure
+from palpate.evaluation.collision.rival_trees import installed
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]) as say:

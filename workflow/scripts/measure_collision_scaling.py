@@ -1,5 +1,5 @@
-from palpate.evaluation.collision_growth import exponents
-from palpate.evaluation.collision_scaling import measure
+from palpate.evaluation.collision.collision_growth import exponents
+from palpate.evaluation.collision.collision_scaling import measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]) as say:

@@ -1,7 +1,7 @@
-from palpate.bodies.store import load as load_body
-from palpate.evaluation.dynamic import measure
-from palpate.evaluation.dynamic_reference import load
-from palpate.evaluation.dynamic_trial import trial
+from palpate.bodies.body_file import load as load_body
+from palpate.evaluation.dynamic.dynamic_accuracy import measure
+from palpate.evaluation.dynamic.dynamic_reference import load
+from palpate.evaluation.dynamic.dynamic_trial import trial
 from palpate.job import job, steps, write_table
 
 with job(snakemake.log[0]) as say:

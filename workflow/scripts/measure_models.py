@@ -1,10 +1,10 @@
 import pandas as pd
 
-from palpate.enrichment.training import Settings
-from palpate.evaluation.tradeoff import measure
+from palpate.enrichment.training_samples import Settings
+from palpate.evaluation.tradeoff.measure_model import measure
 from palpate.job import job, steps, write_table
-from palpate.models.cases import read_case
-from palpate.models.registry import model
+from palpate.models.model_registry import model
+from palpate.models.read_case import read_case
 
 with job(snakemake.log[0]) as say:
     given, params, wild = snakemake.input, snakemake.params, snakemake.wildcards

@@ -1,7 +1,7 @@
-from palpate.enrichment.training import Settings
-from palpate.evaluation.own_error import own_error
+from palpate.enrichment.training_samples import Settings
+from palpate.evaluation.tradeoff.reference_error import own_error
 from palpate.job import job, steps, write_table
-from palpate.models.cases import read_case
+from palpate.models.read_case import read_case
 
 with job(snakemake.log[0]) as say:
     given, params, wild = snakemake.input, snakemake.params, snakemake.wildcards

@@ -2,7 +2,7 @@ import os
 
 os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)  # read when numba is imported: this job runs alone
 
-from palpate.evaluation.scaling import doubling, measure
+from palpate.evaluation.scaling.measure_scaling import doubling, measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]) as say:

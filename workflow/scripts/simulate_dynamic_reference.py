@@ -1,6 +1,6 @@
-from palpate.bodies.store import load
-from palpate.evaluation.dynamic_reference import reference, save
-from palpate.evaluation.dynamic_trial import trial
+from palpate.bodies.body_file import load
+from palpate.evaluation.dynamic.dynamic_reference import reference, save
+from palpate.evaluation.dynamic.dynamic_trial import trial
 from palpate.job import job
 
 with job(snakemake.log[0]) as say:

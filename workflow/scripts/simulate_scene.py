@@ -1,9 +1,9 @@
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
-from palpate.scenes.cast import cast
 from palpate.scenes.compose import decisions
-from palpate.scenes.run import run
+from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
+from palpate.scenes.scene_bodies import cast
 
 with job(snakemake.log[0]) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)

@@ -1,4 +1,4 @@
-from palpate.evaluation.spring_experiment import experiment, save_references, simulate_references
+from palpate.evaluation.springs.spring_experiment import experiment, save_references, simulate_references
 from palpate.job import job
 
 with job(snakemake.log[0]):

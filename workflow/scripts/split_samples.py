@@ -1,7 +1,7 @@
 import pandas as pd
 
-from palpate.enrichment.split import split
 from palpate.job import job, write_table
+from palpate.samples.split import split
 
 with job(snakemake.log[0]):
     loads = pd.read_csv(snakemake.input.loads)

@@ -1,10 +1,10 @@
 import pandas as pd
 
-from palpate.enrichment.database import read
-from palpate.enrichment.split import sides
-from palpate.enrichment.training import Settings
-from palpate.evaluation.sweep import sweep_rows
+from palpate.enrichment.training_samples import Settings
+from palpate.evaluation.enrichment.sigma_sweep import sweep_rows
 from palpate.job import job, write_table
+from palpate.samples.database import read
+from palpate.samples.split import sides
 
 with job(snakemake.log[0]):
     db, parts = read(snakemake.input.database), pd.read_csv(snakemake.input.split)

@@ -1,8 +1,8 @@
 import pandas as pd
 
-from palpate.evaluation.advice import advise
-from palpate.evaluation.advice_motion import advise_motion
-from palpate.evaluation.resampling import read_errors
+from palpate.evaluation.tradeoff.advice import advise
+from palpate.evaluation.tradeoff.advice_motion import advise_motion
+from palpate.evaluation.tradeoff.resampling import read_errors
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

@@ -1,4 +1,4 @@
-from palpate.evaluation.body_springs import measure
+from palpate.evaluation.shape_matching.body_springs_poke import measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

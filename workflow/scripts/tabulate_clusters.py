@@ -1,4 +1,4 @@
-from palpate.evaluation.clusters import measure
+from palpate.evaluation.shape_matching.clustered_column import measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

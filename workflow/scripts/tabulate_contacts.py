@@ -1,6 +1,6 @@
 import pandas as pd
 
-from palpate.evaluation.contact_force import contact_force
+from palpate.evaluation.scenes.contact_force import contact_force
 from palpate.job import job, write_table
 from palpate.scenes import motion
 

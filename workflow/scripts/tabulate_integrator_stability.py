@@ -1,4 +1,4 @@
-from palpate.evaluation.integrator_stability import measure
+from palpate.evaluation.shape_matching.integrator_stability import measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

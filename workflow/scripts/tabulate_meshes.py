@@ -1,7 +1,7 @@
 import pandas as pd
 
-from palpate.bodies.quality import mesh_quality, mesh_sizes
-from palpate.bodies.store import load
+from palpate.bodies.body_file import load
+from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

@@ -1,7 +1,7 @@
 import pandas as pd
 
-from palpate.bodies.ct import segmented
-from palpate.evaluation.node_mass import measure
+from palpate.bodies.ct.mesh_from_ct import segmented
+from palpate.evaluation.ct.node_mass import measure
 from palpate.job import job, steps, write_table
 
 with job(snakemake.log[0]) as say:

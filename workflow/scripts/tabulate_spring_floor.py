@@ -1,5 +1,5 @@
-from palpate.evaluation.spring_experiment import experiment, load_references
-from palpate.evaluation.spring_floor import INCOMPRESSIBLE, measure
+from palpate.evaluation.springs.spring_experiment import experiment, load_references
+from palpate.evaluation.springs.spring_floor import INCOMPRESSIBLE, measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

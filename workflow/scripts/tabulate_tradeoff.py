@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.evaluation.accuracy_vs_time import accuracy_vs_time
-from palpate.evaluation.provenance import commit
+from palpate.evaluation.tradeoff.accuracy_vs_time import accuracy_vs_time
+from palpate.evaluation.tradeoff.provenance import commit
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

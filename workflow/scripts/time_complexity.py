@@ -1,4 +1,4 @@
-from palpate.evaluation.complexity import complexity_rows, measure
+from palpate.evaluation.enrichment.complexity import complexity_rows, measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):

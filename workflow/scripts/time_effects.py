@@ -1,7 +1,7 @@
-from palpate.evaluation.effect_cost import cost
+from palpate.evaluation.scenes.effect_cost import cost
 from palpate.job import job, write_table
-from palpate.scenes.cast import cast
 from palpate.scenes.scene import scene_of
+from palpate.scenes.scene_bodies import cast
 
 with job(snakemake.log[0]):
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)

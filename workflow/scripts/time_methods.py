@@ -1,13 +1,13 @@
 import pandas as pd
 
-from palpate.bodies.store import load
-from palpate.enrichment.database import read
+from palpate.bodies.body_file import load
 from palpate.enrichment.methods import build
-from palpate.enrichment.split import sides
-from palpate.enrichment.training import Settings
-from palpate.evaluation.online import choose_samples, cost_table, solves, timing_table
+from palpate.enrichment.training_samples import Settings
+from palpate.evaluation.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
 from palpate.files import read_yaml
 from palpate.job import job, write_table
+from palpate.samples.database import read
+from palpate.samples.split import sides
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]):

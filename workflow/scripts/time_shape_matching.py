@@ -1,5 +1,5 @@
-from palpate.evaluation.shape_matching_growth import exponents, headline
-from palpate.evaluation.shape_matching_timing import measure, rotation_speedup
+from palpate.evaluation.shape_matching.shape_matching_growth import exponents, headline
+from palpate.evaluation.shape_matching.shape_matching_timing import measure, rotation_speedup
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]) as say:

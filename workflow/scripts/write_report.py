@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from palpate.figures.report import write
 from palpate.job import job
+from palpate.report.page import write
 
 with job(snakemake.log[0]):
     out, params = Path(snakemake.output[0]), snakemake.params

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.refine import refine
+from palpate.bodies.refinement import refine
 from palpate.bodies.sheet import Sheet
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from palpate.bodies.fill import fill
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.spread import fibonacci_sphere, spread, triangulate
+from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, spread, triangulate
+from palpate.bodies.surfaces.tetrahedralize import fill
 
 SURFACE_NODES = 140
 SAMPLES = 20000

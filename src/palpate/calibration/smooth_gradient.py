@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from palpate.calibration import spring_motion
 from palpate.calibration.adjoint import pull_back
 from palpate.calibration.fitness import Fit, Fitness, Range
-from palpate.calibration.gradient import MEMORY
+from palpate.calibration.gradient_descent import MEMORY
 
 ENOUGH = 0.05
 """The error of the fitted press, RMSE of the peak, at which the penalty is weak enough (the discrepancy principle).

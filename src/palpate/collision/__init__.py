@@ -4,12 +4,12 @@
 triangles by pairs; a ``Tree`` holds the triangles of one body, and ``crossing_pairs`` finds those that meet.
 """
 
-from palpate.collision.closest_triangles import triangle_pairs_distance
-from palpate.collision.crossing import crossing_segments
-from palpate.collision.depth import triangle_pairs_depth
-from palpate.collision.query import crossing_pairs
-from palpate.collision.tree import Tree
-from palpate.collision.triangle_pairs import triangle_pairs_intersect
+from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import crossing_pairs
+from palpate.collision.triangles.crossing_segments import crossing_segments
+from palpate.collision.triangles.penetration_depth import triangle_pairs_depth
+from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
+from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
 
 __all__ = [
     "Tree",

@@ -3,8 +3,8 @@
 import numba
 import numpy as np
 
-from palpate.bodies.fill import shells
 from palpate.bodies.particles import Particles
+from palpate.bodies.surfaces.tetrahedralize import shells
 from palpate.errors import InputError
 
 FLAT = 1e-9

@@ -10,9 +10,9 @@ from skfem import Basis, ElementTetP1, MeshTet
 from palpate.bodies.body import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles
-from palpate.effects.blocks import BlockPattern, pattern_of
-from palpate.effects.polar import signed_svd
 from palpate.errors import InputError
+from palpate.linalg.block_pattern import BlockPattern, pattern_of
+from palpate.linalg.signed_svd import signed_svd
 
 FOLD = 0.05
 """Width of the rounding of the energy's fold, in s₂ + s₃ (which is 2 at rest)."""

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from palpate.effects.corotational import FOLD, Corotational, deformation_gradient
-from palpate.effects.polar import signed_svd
+from palpate.linalg.signed_svd import signed_svd
 
 
 class FemPlasticity:

@@ -11,7 +11,7 @@ def make(particles: Particles, settings: dict, elastic):
         (plastic strain that is never exceeded)
     """
     if hasattr(elastic, "goals"):
-        from palpate.effects.shape_plasticity import ShapePlasticity
+        from palpate.effects.shape_matching.shape_plasticity import ShapePlasticity
 
         return ShapePlasticity(particles, settings, elastic)
     from palpate.effects.corotational import Corotational

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.contact_load import disc_weights
+from palpate.effects.patch_load import disc_weights
 from palpate.errors import InputError
 
 

@@ -4,8 +4,8 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.blocks import scatter
 from palpate.errors import InputError
+from palpate.linalg.block_pattern import scatter
 
 
 def make(particles: Particles, settings: dict, elastic) -> "Rayleigh":

@@ -4,8 +4,8 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.polar import signed_svd
 from palpate.errors import InputError
+from palpate.linalg.signed_svd import signed_svd
 
 FOLD = 0.05
 """Width of the rounding of the energy's peak at a collapsed triangle, in the singular value (which is 1 at rest)."""

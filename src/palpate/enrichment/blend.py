@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from palpate.enrichment.features import Features, describe, in_slots
-from palpate.enrichment.kernel import squared_distances
-from palpate.enrichment.training import Settings, Training
-from palpate.enrichment.weights import BlendWeights
+from palpate.enrichment.blend_weights import BlendWeights
+from palpate.enrichment.feature_vectors import Features, describe, in_slots
+from palpate.enrichment.gaussian_kernel import squared_distances
+from palpate.enrichment.training_samples import Settings, Training
 
 
 class Known:

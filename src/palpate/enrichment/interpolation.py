@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.enrichment.database import Database
+from palpate.samples.database import Database
 
 
 class Interpolation:

@@ -5,15 +5,15 @@ from typing import Protocol
 import numpy as np
 
 from palpate.enrichment.blend import Blend, Known
-from palpate.enrichment.database import Database
-from palpate.enrichment.features import kinds
+from palpate.enrichment.blend_weights import KINDS
+from palpate.enrichment.detail_correction import TwoLevel
+from palpate.enrichment.feature_vectors import kinds
 from palpate.enrichment.interpolation import Interpolation
 from palpate.enrichment.linear_fem import LinearFem
-from palpate.enrichment.ours import TwoLevel
 from palpate.enrichment.pod_rbf import PodRbf
 from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.enrichment.training import Settings, gather
-from palpate.enrichment.weights import KINDS
+from palpate.enrichment.training_samples import Settings, gather
+from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.enrichment.blend import median_distance
-from palpate.enrichment.database import Database
-from palpate.enrichment.kernel import squared_distances
-from palpate.enrichment.training import Training
+from palpate.enrichment.gaussian_kernel import squared_distances
+from palpate.enrichment.training_samples import Training
+from palpate.samples.database import Database
 
 KERNELS = [("linear", 1.0)] + [
     (name, shape) for name in ("multiquadric", "gaussian") for shape in np.geomspace(0.01, 10, 7).tolist()

@@ -7,9 +7,9 @@ than there are samples. All settings are chosen by cross-validation on the train
 import numpy as np
 
 from palpate.enrichment.blend import median_distance
-from palpate.enrichment.database import Database
-from palpate.enrichment.kernel import gaussian, squared_distances
-from palpate.enrichment.training import Settings, Training
+from palpate.enrichment.gaussian_kernel import gaussian, squared_distances
+from palpate.enrichment.training_samples import Settings, Training
+from palpate.samples.database import Database
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)
 """The λ tried, relative to the mean eigenvalue of the kernel matrix."""

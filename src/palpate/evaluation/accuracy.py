@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.enrichment.database import Database
 from palpate.enrichment.methods import Method
 from palpate.errors import InputError
+from palpate.samples.database import Database
 
 COLUMNS = [
     "body", "regime", "protocol", "split", "method", "sigma_m", "samples",

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Knob, checked
-from palpate.models.simulation import Simulation, to_surface
 
 ITERATIONS = (1, 2, 4)
 LOOSE = 1e-3

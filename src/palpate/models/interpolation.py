@@ -1,7 +1,7 @@
 """The coarse simulation interpolated linearly: what any user has before learning anything."""
 
 from palpate.enrichment.interpolation import Interpolation
-from palpate.models.enriched import Enriched, coarse_simulation
+from palpate.models.coarse_enriched import Enriched, coarse_simulation
 from palpate.models.model import Case, Knob
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.enrichment.database import Database
-from palpate.enrichment.training import Settings
+from palpate.enrichment.training_samples import Settings
 from palpate.errors import InputError, NotConverged
+from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
 Knob = dict[str, int | float | str | bool]

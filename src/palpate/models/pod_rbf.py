@@ -1,7 +1,7 @@
 """Proper orthogonal decomposition with radial basis functions, on top of the coarse simulation."""
 
 from palpate.enrichment.pod_rbf import PodRbf
-from palpate.models.enriched import Enriched, coarse_simulation, learnt_from
+from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from
 from palpate.models.model import Case, Knob
 
 MODES = (1, 2, 4, 8, 16, 32)

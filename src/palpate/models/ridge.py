@@ -1,7 +1,7 @@
 """Ridge regression from coarse to fine displacements, linear or through a kernel, on top of the coarse simulation."""
 
 from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.models.enriched import Enriched, coarse_simulation, learnt_from, sample_counts
+from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from, sample_counts
 from palpate.models.model import Case, Knob
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Knob, checked
-from palpate.models.shape_settle import Shapes, cubes, fit
+from palpate.models.shape_statics import Shapes, cubes, fit
 
 KNOBS = (
     ("quadratic", "one", 30),

@@ -10,11 +10,11 @@ from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.volume import Volume
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.factor import Factor
+from palpate.linalg.krylov import conjugate_gradients
+from palpate.models.fem_statics import contact_shares, share_of, to_surface
 from palpate.models.model import Case
 from palpate.models.quasi_newton import descend
-from palpate.models.simulation import contact_shares, share_of, to_surface
-from palpate.solvers.factor import Factor
-from palpate.solvers.krylov import conjugate_gradients
 from palpate.solvers.system import System
 
 TOLERANCE, REACHED, MOST = 1e-6, 1e-3, 300

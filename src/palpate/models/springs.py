@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Knob, checked
-from palpate.models.spring_fit import Moduli, fit
+from palpate.models.spring_moduli import Moduli, fit
 from palpate.models.spring_statics import Network
 
 ITERATIONS = (1, 2, 3, 5, 8, 12, 20)

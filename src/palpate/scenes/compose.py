@@ -7,8 +7,8 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
-from palpate.scenes import own, registry
-from palpate.scenes.auto import decide
+from palpate.scenes import effect_registry, own_effect
+from palpate.scenes.choose_effects import decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 
@@ -33,15 +33,15 @@ def named(scene: Scene, particles: Particles) -> list[str]:
 
     Raises InputError unless each is known and exactly one of them is elastic.
     """
-    if wrong := registry.unknown([] if scene.effects == "auto" else scene.effects, scene.own):
+    if wrong := effect_registry.unknown([] if scene.effects == "auto" else scene.effects, scene.own):
         raise InputError(f"{scene.place}.{wrong}")
     if scene.effects == "auto":
         return [decision.effect for decision in decide(scene, particles) if decision.called]
-    elastic = [name for name in scene.effects if name in registry.ELASTIC]
+    elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
     if len(elastic) != 1:
         found = " and ".join(elastic) or "none"
         raise InputError(
-            f"{scene.place}.effects must name exactly one of {', '.join(registry.ELASTIC)}, but names {found}; "
+            f"{scene.place}.effects must name exactly one of {', '.join(effect_registry.ELASTIC)}, but names {found}; "
             "name one, or write effects: auto."
         )
     if not scene.held and "held" in scene.effects:
@@ -67,10 +67,10 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
             continue
         elastic, settings = next(iter(effects.values()), None), _settings(scene, particles, name)
         if name in scene.own:
-            module = own.load(name, scene.own[name], scene.place)
-            effects[name] = own.make(scene.own[name], module, particles, settings, elastic)
+            module = own_effect.load(name, scene.own[name], scene.place)
+            effects[name] = own_effect.make(scene.own[name], module, particles, settings, elastic)
         else:
-            effects[name] = registry.effect(name).make(particles, settings, elastic)
+            effects[name] = effect_registry.effect(name).make(particles, settings, elastic)
     system = System(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.factor import Factor
+from palpate.linalg.factor import Factor
 from palpate.solvers.newton import minimise
 from palpate.solvers.system import System
 

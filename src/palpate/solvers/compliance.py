@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.effects.contact_load import nodal_load
+from palpate.effects.patch_load import nodal_load
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -6,12 +6,12 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.effects.blocks import hold, pattern_of
 from palpate.effects.corotational import Corotational
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.factor import Factor
-from palpate.solvers.krylov import conjugate_gradients
-from palpate.solvers.multigrid import Multigrid
+from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.factor import Factor
+from palpate.linalg.krylov import conjugate_gradients
+from palpate.linalg.multigrid import Multigrid
 from palpate.solvers.newton import Product, Solution, minimise
 
 

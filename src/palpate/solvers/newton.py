@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.solvers.krylov import conjugate_gradients
+from palpate.linalg.krylov import conjugate_gradients
 
 Product = Callable[[np.ndarray], np.ndarray]
 

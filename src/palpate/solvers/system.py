@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.particles import Particles
-from palpate.effects.blocks import gather, hold, shared_pattern
+from palpate.linalg.block_pattern import gather, hold, shared_pattern
 
 
 class System:

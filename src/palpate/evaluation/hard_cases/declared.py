@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 import pandas as pd
 
-from palpate.evaluation.hard_cases import contact, dynamics, fem, kernel, starts
-from palpate.evaluation.hard_cases.case import Case, judge
+from palpate.evaluation.hard_cases import contact_cases, dynamics_cases, fem_cases, kernel_cases, start_cases
+from palpate.evaluation.hard_cases.hard_case import Case, judge
 
 FAMILIES = {
-    "kernel": [kernel.cases],
-    "fem": [fem.cases, starts.cases],
-    "dynamics": [dynamics.cases],
-    "contact": [contact.cases],
+    "kernel": [kernel_cases.cases],
+    "fem": [fem_cases.cases, start_cases.cases],
+    "dynamics": [dynamics_cases.cases],
+    "contact": [contact_cases.cases],
 }
 
 

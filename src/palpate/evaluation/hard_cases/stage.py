@@ -6,11 +6,11 @@ from palpate.bodies.body import Material
 from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, solid
-from palpate.evaluation.hard_cases.case import finite
-from palpate.scenes import registry
+from palpate.evaluation.hard_cases.hard_case import finite
+from palpate.scenes import effect_registry
 from palpate.scenes.compose import compose
 from palpate.scenes.motion import Motion
-from palpate.scenes.run import run
+from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 
 SOFT = Material(3000.0, 0.3, 1000.0)
@@ -67,7 +67,7 @@ class Stepper:
     def __init__(self, model: str, particles: Particles, more: dict[str, dict] | None = None, tolerance: float = 1e-8):
         self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
         self.system = compose(self._scene, particles)
-        self.integrator = registry.integrator(self._scene.integrator).make(self.system, {"tolerance": tolerance})
+        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, {"tolerance": tolerance})
 
     def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 3) [m] and velocities [m/s] after some steps; ``gained`` [J] is what energy ever exceeded that

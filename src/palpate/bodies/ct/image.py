@@ -1,0 +1,143 @@
+"""CT images in Hounsfield units on a right-handed grid in metres, from files and DICOM folders."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from palpate.bodies.ct import nifti
+from palpate.errors import InputError
+
+AIR_HU = -1024
+FORMATS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mhd", ".mha")
+# parts of a voxel by which two grids may differ and still be one: headers are rounded
+SAME_GRID = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A CT on a regular grid: x to the patient's left, y to the back, z to the head.
+
+    hu : (nz, ny, nx) [HU], int16 or float32, nowhere below air
+    origin_m : (3,) [m], x y z of the centre of voxel (0, 0, 0)
+    spacing_m : (3,) [m] between voxel centres along x, y and z
+    source : what to call it in messages
+    axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
+        own axes, which for an oblique scan are turned against the patient's; a body does not mind.
+    """
+
+    hu: np.ndarray
+    origin_m: np.ndarray
+    spacing_m: np.ndarray
+    source: str = "image"
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+    @property
+    def voxel_m3(self) -> float:
+        """Volume of a voxel [m³]."""
+        return float(np.prod(self.spacing_m))
+
+    def to_world(self, index: np.ndarray) -> np.ndarray:
+        """Coordinates, (n, 3) [m] in x y z, of places in the array, (n, 3) in z y x, which may lie between voxels."""
+        return self.origin_m + np.asarray(index)[..., ::-1] * self.spacing_m
+
+    def to_index(self, points: np.ndarray) -> np.ndarray:
+        """The inverse of ``to_world``: places in the array, (n, 3) in z y x, of points, (n, 3) [m]."""
+        return ((np.asarray(points) - self.origin_m) / self.spacing_m)[..., ::-1]
+
+
+def read(path: str | Path) -> Image:
+    """The CT in a NIfTI, NRRD or MetaImage file or in a folder of DICOM slices; InputError if it is none.
+
+    Traps: scanners pad with −2000 or −3024 outside their circle, which becomes air here, lest an interpolation or
+    a density take it for something; a grid of left-handed axes is flipped, not only relabelled.
+    """
+    from palpate.bodies.ct.dicom import read_folder
+
+    path = Path(path)
+    image = _oriented(read_folder(path) if path.is_dir() else _read_file(path))
+    hu = _array(image)
+    if not np.isfinite(hu).all():
+        raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with air, {AIR_HU} HU.")
+    if hu.min() == hu.max():
+        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give a CT in Hounsfield units.")
+    if hu.min() >= 0:
+        raise InputError(
+            f"{path}: no voxel is below 0 HU, so this is no CT in Hounsfield units; "
+            "give one, with its rescale slope and intercept applied."
+        )
+    return Image(np.maximum(hu, AIR_HU), *_grid(image), str(path), _axes(image))
+
+
+def read_mask(path: str | Path, image: Image) -> np.ndarray:
+    """Which voxels of ``image`` a mask file marks, (nz, ny, nx) bool; InputError if empty or on another grid."""
+    path = Path(path)
+    found = _oriented(_read_file(path))
+    mask = _array(found)
+    origin, spacing = _grid(found)
+    apart = np.abs(origin - image.origin_m) / image.spacing_m
+    stretched = np.abs(spacing - image.spacing_m) * image.hu.shape[::-1] / image.spacing_m
+    turned = np.abs(_axes(found) - image.axes) * max(image.hu.shape)
+    if mask.shape != image.hu.shape or max(apart.max(), stretched.max(), turned.max()) > SAME_GRID:
+        raise InputError(
+            f"{path}: the mask ({_told(mask, origin, spacing)}) is on another grid than "
+            f"{image.source} ({_told(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
+        )
+    labels = np.unique(mask)
+    if len(labels) > 2 or (len(labels) == 2 and labels[0] != 0):
+        raise InputError(f"{path}: the mask has the values {_some(labels)}; give one with 0 outside and one label.")
+    if labels[-1] == 0:
+        raise InputError(f"{path}: the mask is empty; give one that marks the organ.")
+    return mask != 0
+
+
+def _read_file(path: Path):
+    import SimpleITK
+
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; give a CT or a mask as {', '.join(FORMATS)}.")
+    if not path.name.lower().endswith(FORMATS):
+        raise InputError(f"{path}: its name ends on none of {', '.join(FORMATS)}; for DICOM give the folder.")
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        nifti.check(path)
+    try:
+        image = SimpleITK.ReadImage(str(path))
+    except RuntimeError as error:
+        raise InputError(f"{path}: SimpleITK cannot read it; write or download it again.") from error
+    if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
+        raise InputError(f"{path}: it is not a single volume of scalars; extract one 3-D volume from it.")
+    return image
+
+
+def _oriented(image):
+    import SimpleITK
+
+    return SimpleITK.DICOMOrient(image, "LPS")
+
+
+def _array(image) -> np.ndarray:
+    """Its voxels, (nz, ny, nx), as int16 where that loses nothing and else as float32."""
+    import SimpleITK
+
+    values = SimpleITK.GetArrayFromImage(image)
+    whole = values.dtype.kind in "iub" and values.min() >= -(2**15) and values.max() < 2**15
+    return values.astype(np.int16 if whole else np.float32)
+
+
+def _grid(image) -> tuple[np.ndarray, np.ndarray]:
+    """Origin in the frame of the grid's own axes and spacing, both (3,) [m]."""
+    return _axes(image).T @ np.array(image.GetOrigin()) / 1e3, np.array(image.GetSpacing()) / 1e3
+
+
+def _axes(image) -> np.ndarray:
+    return np.array(image.GetDirection()).reshape(3, 3)
+
+
+def _told(voxels, origin, spacing) -> str:
+    numbers = [*voxels.shape[::-1], *(1e3 * spacing), *(1e3 * origin)]
+    return "{}×{}×{} voxels of {:.4g}×{:.4g}×{:.4g} mm from {:.4g}, {:.4g}, {:.4g} mm".format(*numbers)
+
+
+def _some(values: np.ndarray) -> str:
+    text = ", ".join(f"{value:g}" for value in values[:4])
+    return text + (f" and {len(values) - 4} more" if len(values) > 4 else "")

@@ -1,0 +1,78 @@
+"""Masses of an organ from its CT: of its voxels, and of a mesh's nodes (paper 2, equation 4)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from palpate.bodies.ct.density import density
+from palpate.bodies.ct.image import Image
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import lumped
+from palpate.errors import InputError
+
+_RIM = 2  # voxels around the organ that are looked at; beyond them the outermost ones count
+
+
+def voxel_mass(image: Image, mask: np.ndarray) -> float:
+    """Mass [kg] of the voxels of ``mask``, (nz, ny, nx) bool."""
+    return float(density(image.hu[mask]).sum() * image.voxel_m3)
+
+
+def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
+    """Density [kg/m³] of the organ ``mask`` at points (n, 3) [m], trilinear between the centres of voxels.
+
+    The organ's outermost voxels and those outside first take the density of the nearest voxel further inside. Trap:
+    the outermost ones are in part of the lung or fat beside the organ. Nodes of the surface, and a coarse mesh has
+    few others, would carry that deep into it (see ``raw_densities``).
+    Raises InputError if the organ is empty, or if a point is outside of it by more than half its extent.
+    """
+    from scipy import ndimage
+
+    image, mask = _around(points, image, mask)
+    core = ndimage.binary_erosion(mask, border_value=1)
+    nearest = ndimage.distance_transform_edt(
+        ~(core if core.any() else mask),
+        sampling=image.spacing_m[::-1],
+        return_distances=False,
+        return_indices=True,
+    )
+    return _trilinear(density(image.hu)[tuple(nearest)], points, image)
+
+
+def raw_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
+    """The same of the voxels as they are, as paper 2 has it; raises the same."""
+    image, _ = _around(points, image, mask)
+    return _trilinear(density(image.hu), points, image)
+
+
+def element_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
+    """Masses (n_tetrahedra,) [kg]: volume times the mean of the densities (n_nodes,) [kg/m³] at its four nodes."""
+    return mesh.volumes * densities[mesh.tetrahedra].mean(axis=1)
+
+
+def node_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
+    """Masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, equation 4)."""
+    return lumped(mesh, element_masses(mesh, densities))
+
+
+def _around(points, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
+    """The part of the image and of the mask that holds the organ."""
+    from scipy import ndimage
+
+    if not mask.any():
+        raise InputError(f"{image.source}: the mask is empty; give one that marks the organ.")
+    found = ndimage.find_objects(mask.astype(np.uint8))[0]
+    box = tuple(slice(max(side.start - _RIM, 0), side.stop + _RIM) for side in found)
+    part = replace(image, hu=image.hu[box], origin_m=image.to_world(np.array([side.start for side in box])))
+    middle = part.to_index(points) / (np.array(part.hu.shape) - 1) - 0.5
+    if (np.abs(middle) > 1).any():
+        raise InputError(
+            f"{image.source}: the mesh has nodes far outside the organ; give both in one frame, in metres."
+        )
+    return part, mask[box]
+
+
+def _trilinear(voxels: np.ndarray, points: np.ndarray, image: Image) -> np.ndarray:
+    from scipy import ndimage
+
+    return ndimage.map_coordinates(voxels, image.to_index(points).T, order=1, mode="nearest")

@@ -1,0 +1,68 @@
+"""A body from its entry in the config."""
+
+import math
+from collections.abc import Callable
+
+from palpate.bodies.anchors import choose
+from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.sheet import Sheet, sheet
+from palpate.errors import InputError
+
+
+def make_body(name: str, entry: dict) -> Body:
+    """Make the coarse mesh that ``entry["kind"]`` asks for, choose anchors, refine; InputError if bad."""
+    kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
+    if entry["kind"] not in kinds:
+        raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
+    material = _material(name, entry)
+    mesh = kinds[entry["kind"]](entry)
+    # only from a CT is more known of the surface than the coarse mesh says
+    mesh, settle = mesh if isinstance(mesh, tuple) else (mesh, None)
+    # a sheet has one level and no such entry
+    return nest(name, mesh, entry.get("refinements", 0), choose(name, entry["anchors"], mesh), material, settle)
+
+
+def _cylinder(entry: dict) -> TetMesh:
+    from palpate.bodies.cylinder import cylinder
+
+    return cylinder(entry["length_m"], entry["radius_m"])
+
+
+def _liver(entry: dict) -> TetMesh:
+    from palpate.bodies.liver import liver
+
+    return liver(entry["length_m"])
+
+
+def _file(entry: dict) -> TetMesh:
+    from palpate.bodies.mesh_files import load_file
+
+    return load_file(entry["path"], entry["scale_m"], entry.get("spacing_m"))
+
+
+def _box(entry: dict) -> TetMesh:
+    from palpate.bodies.box import box
+
+    return box(entry["sizes_m"], entry["divisions"])
+
+
+def _sheet(entry: dict) -> Sheet:
+    return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
+
+
+def _ct(entry: dict) -> tuple[TetMesh, Callable | None]:
+    from palpate.bodies.ct.mesh_from_ct import build
+
+    return build(entry)
+
+
+def _material(name: str, entry: dict) -> Material:
+    """Constants for which the elastic energy is positive and finite (at ν = 0.5 the volume cannot change)."""
+    young, poisson, density = entry["young_pa"], entry["poisson"], entry["density_kg_m3"]
+    for key, value in (("young_pa", young), ("density_kg_m3", density)):
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"body {name}: {key} is {value}; give a positive number.")
+    if not -1 < poisson < 0.5:
+        raise InputError(f"body {name}: poisson is {poisson}; give a number above -1 and below 0.5, such as 0.49.")
+    return Material(young, poisson, density)

@@ -1,0 +1,134 @@
+"""Coulomb friction as a potential: with the directions and normal forces of an earlier state, and smooth at rest."""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from palpate.collision.contact.barrier import barrier
+from palpate.collision.contact.mollifier import mollifier
+from palpate.collision.triangles.closest_points import closest_points
+
+
+@dataclass(frozen=True, eq=False)
+class Lagged:
+    """Σ μ λ f₀(|u|), u being the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
+
+    f₀(u) = u²/ε − u³/(3 ε²) for u < ε, u − ε/3 beyond it (Li et al. 2020, eq. 14–17, less the constant that makes no
+    force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step.
+
+    rows : (a,) of the stencils that act; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
+    limits : (a,) μ λ [N]; start : (n, 3) [m]
+    Traps: below the limit contacts creep; and with the directions and forces of an earlier state friction is as wrong
+    as those have changed: lag and solve again until they do not.
+    """
+
+    rows: np.ndarray
+    nodes: np.ndarray
+    weights: np.ndarray
+    normals: np.ndarray
+    forces: np.ndarray
+    limits: np.ndarray
+    start: np.ndarray
+    slip_m: float
+
+    def energy(self, x: np.ndarray) -> float:
+        """Energy [J] at ``x`` (n, 3) [m]."""
+        return _energy(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start)
+
+    def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
+        """Add minus the energy's gradient to ``force`` (n, 3) [N]."""
+        _add_force(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, force)
+
+    def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m], exact, or with ``definite`` those of the parabola
+        in |u| that touches the energy at x and is nowhere below it.
+
+        Both are positive semi-definite. Trap: what slides has no curvature along its way, so exact ones lead far
+        beyond where it should stick; the parabola's lead there in few steps.
+        """
+        values = _blocks(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, definite)
+        return self.nodes, values
+
+
+def lag(kinds, nodes, offsets, scales, mollify, gap, x, friction, slip_m: float, start: np.ndarray) -> Lagged:
+    """Friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start`` (n, 3) [m].
+
+    friction : coefficients μ (k,), or one; slip_m : > 0 [m]
+    A normal force is the barrier's, m scale |b′| (Li et al. 2020, eq. 13); stencils with none are left out.
+    """
+    distance, weights, normals = closest_points(kinds, nodes, x)
+    forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
+    rows = np.flatnonzero(forces > 0.0)
+    limits = np.broadcast_to(friction, len(kinds))[rows] * forces[rows]
+    return Lagged(rows, nodes[rows], weights[rows], normals[rows], forces[rows], limits, start.copy(), slip_m)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _normal_forces(nodes, levels, scales, mollify, x):
+    gradient, forces = np.empty((4, 3)), np.zeros(len(nodes))
+    for k in range(len(nodes)):
+        if 0.0 < levels[k] < 1.0:
+            forces[k] = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(levels[k])[1]
+    return forces
+
+
+@numba.njit(cache=True)
+def _slide(nodes, weights, normal, x, start, u):
+    """The tangential part of Σ wᵢ (xᵢ − startᵢ) in ``u`` (3,), and its length [m]."""
+    for i in range(3):
+        u[i] = 0.0
+        for a in range(4):
+            u[i] += weights[a] * (x[nodes[a], i] - start[nodes[a], i])
+    along = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
+    for i in range(3):
+        u[i] -= along * normal[i]
+    return np.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _resistance(length, slip):
+    """f₀′(u)/u, and its derivative by u divided by u."""
+    if length < slip:
+        return (2.0 - length / slip) / slip, -1.0 / (slip * slip * length) if length > 0.0 else 0.0
+    return 1.0 / length, -1.0 / length**3
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _energy(nodes, weights, normals, limits, slip, x, start):
+    u, total = np.empty(3), 0.0
+    for k in range(len(nodes)):
+        length = _slide(nodes[k], weights[k], normals[k], x, start, u)
+        if length < slip:
+            total += limits[k] * length * length / slip * (1.0 - length / (3.0 * slip))
+        else:
+            total += limits[k] * (length - slip / 3.0)
+    return total
+
+
+@numba.njit(cache=True)
+def _add_force(nodes, weights, normals, limits, slip, x, start, force):
+    u = np.empty(3)
+    for k in range(len(nodes)):
+        resistance = limits[k] * _resistance(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
+        for a in range(4):
+            for i in range(3):
+                force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
+
+
+@numba.njit(cache=True)
+def _blocks(nodes, weights, normals, limits, slip, x, start, definite):
+    u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
+    for k in range(len(nodes)):
+        length = _slide(nodes[k], weights[k], normals[k], x, start, u)
+        resistance, change = _resistance(length, slip)
+        if definite:
+            change = 0.0
+        for i in range(3):
+            for j in range(3):
+                across = (1.0 if i == j else 0.0) - normals[k, i] * normals[k, j]
+                value = limits[k] * (resistance * across + change * u[i] * u[j])
+                for a in range(4):
+                    for b in range(4):
+                        out[k, a, b, i, j] = value * weights[k, a] * weights[k, b]
+    return out

@@ -1,0 +1,86 @@
+"""How far two triangles are apart, and where they are closest."""
+
+import math
+
+import numba
+import numpy as np
+
+from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest, separation
+from palpate.collision.triangles.crossing_segments import cross
+from palpate.collision.triangles.predicates import digits
+from palpate.collision.triangles.triangle_pair import meet
+from palpate.collision.triangles.triangle_pairs import checked, normalise
+
+STENCILS = np.array(
+    [(i, 3, 4, 5) for i in range(3)]
+    + [(i, 0, 1, 2) for i in range(3, 6)]
+    + [(i, (i + 1) % 3, 3 + j, 3 + (j + 1) % 3) for i in range(3) for j in range(3)]
+)
+"""Of a pair's six points: each corner with the other triangle, and each edge of a with each of b."""
+
+
+def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and the closest points on a and on b, (n, 3) [m].
+
+    a, b : (n, 3, 3) [m]
+    Those that meet, exactly, are 0 apart and have one point given twice: the middle of their segment if they cross.
+    Trap: the distance is rounded, so it may be 0 for triangles that just do not meet. Raises InputError as
+    ``triangle_pairs_intersect`` does.
+    """
+    a, b = checked(a, b)
+    distance, found = np.empty(len(a)), np.empty((len(a), 3, 3))
+    _measure(a, b, distance, found)
+    return distance, found[:, 0], found[:, 1]
+
+
+@numba.njit(cache=True)
+def _measure(a, b, distance, found):
+    points, scaled, sums, work = np.empty((6, 3)), np.empty((6, 3)), digits(), np.empty(4)
+    for n in range(len(a)):
+        points[:3], points[3:] = a[n], b[n]
+        exponent = normalise(points, scaled)
+        _, apart = nearest(points, scaled, sums, work, found[n])
+        distance[n] = math.ldexp(apart, exponent)
+        for side in range(2):
+            for axis in range(3):
+                found[n, side, axis] = math.ldexp(found[n, side, axis], exponent)
+
+
+@numba.njit(cache=True)
+def nearest(points, scaled, sums, weights, found):
+    """Whether a pair ``points`` (6, 3) meets, and its distance, that of ``scaled``, which comes from ``normalise``.
+
+    found : (3, 3), overwritten: the closest points on a and on b, and the vector from b to a
+    weights : (4,), overwritten
+    """
+    met = meet(points, sums)
+    if met and cross(points, scaled, sums, found):
+        for axis in range(3):
+            found[:2, axis] = 0.5 * (found[0, axis] + found[1, axis])
+        found[2] = 0.0
+        return True, 0.0
+    least = np.inf
+    for n in range(len(STENCILS)):
+        distance, _ = closest(POINT_TRIANGLE if n < 6 else EDGE_EDGE, scaled, STENCILS[n], weights)
+        if distance < least:
+            least = distance
+            _write(scaled, STENCILS[n], weights, found)
+    if met:
+        found[1], found[2], least = found[0], 0.0, 0.0
+    return met, least
+
+
+@numba.njit(cache=True)
+def _write(points, nodes, weights, found):
+    """The closest points of a stencil and the vector between them, in the order of the triangles."""
+    found[:] = 0.0
+    # the first part of a stencil has the positive weights, and may be of b
+    turn = 1.0 if nodes[0] < 3 else -1.0
+    between = separation(points, nodes, weights)
+    for axis in range(3):
+        found[2, axis] = turn * between[axis]
+        for i in range(4):
+            if nodes[i] < 3:
+                found[0, axis] += turn * weights[i] * points[nodes[i], axis]
+            else:
+                found[1, axis] -= turn * weights[i] * points[nodes[i], axis]

@@ -1,0 +1,159 @@
+"""Whether two triangles meet, decided by exact signs only.
+
+Both are closed, so that touching counts, and either may have no area: then it is a segment or a point. Six points make
+a pair: (6, 3), the first three of triangle a, the others of b.
+"""
+
+import numba
+
+from palpate.collision.triangles.predicates import orient2d, orient3d, same
+
+
+@numba.njit(cache=True)
+def meet(points, sums):
+    """Whether the triangles of ``points`` (6, 3), finite, have a point in common; sums : from ``predicates.digits``.
+
+    Each is tested against the other's plane. If both planes are crossed, the triangles meet their common line in two
+    intervals, whose order two more determinants tell: the problem is projected to that line (Möller 1997, in the form
+    of Devillers and Guigue, Faster triangle-triangle intersection tests, 2002, which needs no division). Triangles in
+    one plane are projected along an axis on which this plane is not edge-on, and then parted by a line along an edge,
+    or not. Segments cross a triangle's plane in a point, or lie with it or each other in one plane, or on one line.
+    """
+    if not boxes_meet(points):
+        return False
+    of_a = sides(points, 0, 3, sums)
+    if parted(of_a):
+        return False
+    of_b = sides(points, 3, 0, sums)
+    if parted(of_b):
+        return False
+    if of_a != (0, 0, 0) and of_b != (0, 0, 0):
+        p, q, r, u, v, w = ordered(of_a, of_b)
+        return orient3d(points, p, q, u, v, sums) <= 0 and orient3d(points, p, r, w, u, sums) <= 0
+    if of_a != (0, 0, 0) or of_b != (0, 0, 0):
+        i, j, triangle = segment(of_a, of_b)
+        return line_meets(points, i, j, triangle, sums)
+    return _meet_flat(points, sums)
+
+
+@numba.njit(cache=True)
+def boxes_meet(points):
+    """Whether the boxes about the triangles, along the axes, have a point in common."""
+    for axis in range(3):
+        a, b, c = points[0, axis], points[1, axis], points[2, axis]
+        d, e, f = points[3, axis], points[4, axis], points[5, axis]
+        if max(a, b, c) < min(d, e, f) or max(d, e, f) < min(a, b, c):
+            return False
+    return True
+
+
+@numba.njit(cache=True)
+def sides(points, first, plane, sums):
+    """Signs of the three points from ``first`` on against the plane of the triangle that starts at ``plane``."""
+    signs = (0, 0, 0)
+    for point in range(first, first + 3):
+        signs = (signs[1], signs[2], orient3d(points, plane, plane + 1, plane + 2, point, sums))
+    return signs
+
+
+@numba.njit(cache=True)
+def ordered(of_a, of_b):
+    """The pair's points p, q, r of a and u, v, w of b, such that p and u are alone on a side of the other's plane.
+
+    It is the upper side, as the other triangle is turned over where it is not. So along the line that the planes have
+    in common, edge pq comes before pr, and uw before uv.
+    """
+    i, upper_a = _alone(of_a)
+    j, upper_b = _alone(of_b)
+    q, r = (i + 1) % 3, (i + 2) % 3
+    v, w = 3 + (j + 1) % 3, 3 + (j + 2) % 3
+    if not upper_b:
+        q, r = r, q
+    if not upper_a:
+        v, w = w, v
+    return i, q, r, 3 + j, v, w
+
+
+@numba.njit(cache=True)
+def parted(signs):
+    return signs[0] != 0 and signs[0] == signs[1] and signs[1] == signs[2]
+
+
+@numba.njit(cache=True)
+def _alone(signs):
+    """Which vertex is alone on its side, and whether that is the upper one; signs are neither all equal nor all 0."""
+    for i in range(3):
+        s = signs[i]
+        if s != 0 and signs[(i + 1) % 3] != s and signs[(i + 2) % 3] != s:
+            return i, s > 0
+    # the others are on one side, and this one in the plane
+    for i in range(2):
+        if signs[i] == 0:
+            return i, signs[2] < 0
+    return 2, signs[0] < 0
+
+
+@numba.njit(cache=True)
+def segment(of_a, of_b):
+    """Two points of the triangle without area, not both in the other's plane nor on one side; where the other starts.
+
+    One of both has none, as its plane, which is not defined, has all points of the other in it.
+    """
+    signs = of_b if of_a == (0, 0, 0) else of_a
+    start = 3 if of_a == (0, 0, 0) else 0
+    i = 0
+    while signs[i] == 0:
+        i += 1
+    j = (i + 1) % 3
+    if signs[j] == signs[i]:
+        j = (i + 2) % 3
+    return start + i, start + j, 3 - start
+
+
+@numba.njit(cache=True)
+def line_meets(points, i, j, triangle, sums):
+    """Whether the line through i and j, not in the plane of the triangle that starts at ``triangle``, meets it."""
+    low = high = 0
+    for corner in range(3):
+        sign = orient3d(points, i, j, triangle + corner, triangle + (corner + 1) % 3, sums)
+        low, high = min(low, sign), max(high, sign)
+    return low == 0 or high == 0
+
+
+@numba.njit(cache=True)
+def _meet_flat(points, sums):
+    """``meet`` for triangles in one plane, or of which neither has an area; their boxes meet."""
+    axis = _not_on_edge(points, ((0, 1, 2), (3, 4, 5)), sums)
+    if axis < 0:
+        i, j = 0, 2 if same(points, 0, 1) else 1
+        k, l = 3, 5 if same(points, 3, 4) else 4  # noqa: E741
+        if orient3d(points, i, j, k, l, sums) != 0:
+            return False
+        axis = _not_on_edge(points, ((i, j, k), (i, j, l), (k, l, i), (k, l, j)), sums)
+    # without an axis all are on one line, where boxes meet only if the segments do
+    return axis < 0 or _meet_projected(points, axis, sums)
+
+
+@numba.njit(cache=True)
+def _not_on_edge(points, triples, sums):
+    """An axis along which some triple of points is seen as a triangle, -1 if there is none."""
+    for axis in range(3):
+        for i, j, k in triples:
+            if orient2d(points, i, j, k, axis, sums) != 0:
+                return axis
+    return -1
+
+
+@numba.njit(cache=True)
+def _meet_projected(points, axis, sums):
+    """Whether the triangles, projected along ``axis`` and not all on one line there, are parted by no edge's line."""
+    for i in range(6):
+        one = i - i % 3
+        j, k, other = one + (i + 1) % 3, one + (i + 2) % 3, 3 - one
+        side = orient2d(points, i, j, other, axis, sums)
+        apart = side != 0
+        for point in (other + 1, other + 2):
+            apart = apart and orient2d(points, i, j, point, axis, sums) == side
+        if apart and orient2d(points, i, j, k, axis, sums) != side:
+            return False
+    return True

@@ -1,0 +1,70 @@
+"""Blend weights: how much each training sample contributes to a query, equations (3) and (4) of paper 1.
+
+What is normalised to sum 1 is the final blend A w, not w: only so does a training sample, whose A w is a unit
+vector, reproduce itself. The signed weights of a query far from all samples can cancel. Where their sum is
+below 1e-3 of the sum of their magnitudes, dividing by it would magnify errors a thousandfold, so the kernel
+values themselves, normalised, take their place (also where non-negative weights all vanish).
+"""
+
+import numpy as np
+from scipy.optimize import nnls
+
+from palpate.enrichment.gaussian_kernel import gaussian, query_weights
+
+KINDS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")
+SINGULAR = 1e-12
+CANCELLED = 1e-3
+
+
+def inverse(phi: np.ndarray) -> np.ndarray:
+    """Pseudo-inverse of a symmetric kernel matrix (k, k), eigenvalues below 1e-12 of the largest left out.
+
+    Φ is singular with duplicate samples (each then gets the same weight) and nearly so for large σ, where
+    every entry tends to 1 (the weights then tend to 1/k). Without the cut rounding errors would be magnified
+    there; with it training samples are no longer reproduced exactly where it bites.
+    """
+    values, vectors = np.linalg.eigh(phi)
+    kept = values > SINGULAR * values[-1]
+    return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+
+
+class BlendWeights:
+    """Weights of k training samples for any query, with one of KINDS.
+
+    signed : A = Φ⁻¹; clipped : its negative entries set to 0
+    nonnegative_a : the paper's nearest non-negative matrix read column by column, min ‖Φ a_j − e_j‖, a_j ≥ 0
+    nonnegative_b : read query by query, min ‖Φ a − φ‖, a ≥ 0, a being the blend weights themselves
+    """
+
+    def __init__(self, kind: str, squared: np.ndarray, sigma: float):
+        """squared : (k, k) between training features [m²]; sigma [m]."""
+        phi = gaussian(squared, sigma)
+        self.sigma = sigma
+        self._per_query = kind == "nonnegative_b"
+        if kind == "signed":
+            self._matrix = inverse(phi)
+        elif kind == "clipped":
+            self._matrix = np.maximum(inverse(phi), 0.0)
+        elif kind == "nonnegative_a":
+            self._matrix = np.column_stack([nnls(phi, unit)[0] for unit in np.eye(len(phi))])
+        else:
+            self._matrix = phi
+
+    def __call__(self, squared: np.ndarray) -> np.ndarray:
+        """Weights (k,) or (k, q), columns summing to 1, from squared distances to one or q queries [m²]."""
+        w = query_weights(squared, self.sigma)
+        if not self._per_query:
+            return normalise(self._matrix @ w, w)
+        columns = w.reshape(len(w), -1).T
+        blend = np.column_stack([nnls(self._matrix, column)[0] for column in columns])
+        return normalise(blend.reshape(w.shape), w)
+
+
+def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """``blend`` divided by its column sums, or ``w`` by its own where those of ``blend`` cancel."""
+    total = blend.sum(axis=0)
+    cancelled = ~(np.abs(total) > CANCELLED * np.abs(blend).sum(axis=0))
+    if not cancelled.any():
+        return blend / total
+    total = np.where(cancelled, 1.0, total)
+    return np.where(cancelled, w / w.sum(axis=0), blend / total)

@@ -1,0 +1,99 @@
+"""What a fit may know: the training samples of one protocol, and the folds that choose its settings."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.samples.database import Database
+
+SMALLEST_M, LARGEST_M = 1e-100, 1e100
+"""Displacements [m] whose squares and cubes fits can compute with."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How enrichment methods are fitted.
+
+    neighbours : nodes of the contact-ordered feature, l
+    sigma_relative : min, max and count of the σ tried, relative to the median distance of training features
+    folds : parts of the cross-validation
+    split : "samples" or "contacts"; folds hold out what the split holds out
+    seed : of the folds
+    """
+
+    neighbours: int
+    sigma_relative: Mapping[str, float]
+    folds: int
+    split: str
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """k training samples: coarse (k, N, 3) [m], fine (k, n, 3) [m], contact (k,), force (k, 3) [N]
+    and peaks (k,) [m].
+
+    fold : (k,) the part each sample belongs to
+    """
+
+    coarse: np.ndarray
+    fine: np.ndarray
+    contact: np.ndarray
+    force: np.ndarray
+    peaks: np.ndarray
+    fold: np.ndarray
+
+    def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Cross-validated error of each candidate, (candidates,): mean RMSE / peak over the training samples.
+
+        gram : (k, k) inner products of the blended vectors [m²]
+        blends(known, asked) : weights (candidates, known, asked) found from the known samples only
+        """
+        total = 0.0
+        for part in range(self.fold.max() + 1):
+            known, asked = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
+            squared = blend_errors(
+                blends(known, asked),
+                gram[np.ix_(known, known)],
+                gram[np.ix_(known, asked)],
+                gram.diagonal()[asked],
+            )
+            total = total + (np.sqrt(squared / self.fine.shape[1]) / self.peaks[asked]).sum(axis=-1)
+        return total / len(self.fold)
+
+
+def gather(db: Database, train: np.ndarray, protocol: str, settings: Settings) -> Training:
+    """The samples ``train`` of ``db`` and their folds; InputError if there are too few to divide, or if they are of no
+    size that a body has."""
+    for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
+        largest = float(np.abs(moved).max())
+        if not (largest == 0.0 or SMALLEST_M <= largest <= LARGEST_M):
+            raise InputError(
+                f"enrichment: displacements {name} are up to {largest:.0e} m, whose squares no number can hold; "
+                "check their unit."
+            )
+    contact = db.contact[train]
+    fold = divide(contact if settings.split == "contacts" else np.arange(len(train)), settings)
+    return Training(db.coarse(protocol)[train], db.fine[train], contact, db.force[train], db.peaks[train], fold)
+
+
+def divide(group: np.ndarray, settings: Settings) -> np.ndarray:
+    """Fold of each sample, (k,), all of a ``group`` (k,) in one; as many folds as asked, or one a group."""
+    names, member = np.unique(group, return_inverse=True)
+    if len(names) < 2:
+        raise InputError("enrichment: cross-validation needs two training contacts; raise train in config.")
+    order = np.random.default_rng(settings.seed).permutation(len(names))
+    return order[member] % min(settings.folds, len(names))
+
+
+def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """Squared error ‖Σᵢ wᵢ fᵢ − f‖² [m²] of every blend from inner products alone, (..., q).
+
+    weights : (..., k, q); among : (k, k) of the known fᵢ; across : (k, q) of known and asked; own : (q,) ‖f‖²
+    Ordering and turning change no inner product, so this is the error on the body too. Cancellation leaves
+    about 1e-8 of ‖f‖: enough to compare settings, not to show that a sample reproduces itself.
+    """
+    squared = own - 2 * (weights * across).sum(axis=-2) + (weights * (among @ weights)).sum(axis=-2)
+    return np.maximum(squared, 0.0)

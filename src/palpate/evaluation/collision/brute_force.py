@@ -1,0 +1,69 @@
+"""Which triangles cross, found without any tree: sorted boxes, then the exact test on each pair that overlaps."""
+
+import numba
+import numpy as np
+
+
+def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
+    """Sorted pairs (k, 2) int64 of crossing triangles: of two bodies, or i < j of one with itself.
+
+    points : (n, 3) [m], triangles : (m, 3) int64, one or two of each
+    One body's triangles that share a node are left out. Closed triangles as in ``collision.triangle_pairs``.
+    """
+    from palpate.collision.triangles.triangle_pairs import crosses
+
+    pairs = overlapping(points, triangles)
+    if len(triangles) == 1:
+        one, other = triangles[0][pairs[:, 0]], triangles[0][pairs[:, 1]]
+        pairs = pairs[~(one[:, :, None] == other[:, None, :]).any(axis=(1, 2))]
+    first, last = (points[0], triangles[0]), (points[-1], triangles[-1])
+    return pairs[crosses(*first, *last, np.ascontiguousarray(pairs))]
+
+
+def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
+    """Sorted pairs (k, 2) int64 of triangles whose closed boxes meet, in every axis; i < j of one body with itself."""
+    corners = [at[cells] for at, cells in zip(points, triangles, strict=True)]
+    axis = int(np.argmax(np.std(np.concatenate(points), axis=0)))
+    one, other = _sorted_boxes(corners[0], axis), _sorted_boxes(corners[-1], axis)
+    found = [_begin_within(*one, *other, True)]
+    # a body's boxes that begin within each other are found in one go
+    found += [_begin_within(*other, *one, False)[:, ::-1]] if len(triangles) == 2 else []
+    pairs = np.concatenate(found)
+    if len(triangles) == 1:
+        pairs = np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1)
+    count = len(corners[-1])
+    # one number a pair: a body's own pairs are found twice where boxes begin at the same place
+    return np.column_stack(np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count))
+
+
+def _sorted_boxes(corners: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes (m, 6) of triangles (m, 3, 3), sorted by where they begin along ``axis``, which comes first; the order."""
+    turned = np.roll(corners, -axis, axis=2)
+    boxes = np.hstack([turned.min(axis=1), turned.max(axis=1)])
+    order = np.argsort(boxes[:, 0], kind="stable")
+    return boxes[order], order
+
+
+@numba.njit(cache=True)
+def _begin_within(boxes, order, others, other_order, closed):
+    """Pairs of which the second box begins where the first one stretches: at its very beginning too if ``closed``."""
+    found = np.empty((1024, 2), np.int64)
+    count, first = 0, 0
+    for i in range(len(boxes)):
+        start, end = boxes[i, 0], boxes[i, 3]
+        while first < len(others) and (others[first, 0] < start or (not closed and others[first, 0] == start)):
+            first += 1
+        j = first
+        while j < len(others) and others[j, 0] <= end:
+            if (
+                boxes[i, 1] <= others[j, 4]
+                and others[j, 1] <= boxes[i, 4]
+                and boxes[i, 2] <= others[j, 5]
+                and others[j, 2] <= boxes[i, 5]
+            ):
+                if count == len(found):
+                    found = np.concatenate((found, np.empty_like(found)))
+                found[count, 0], found[count, 1] = order[i], other_order[j]
+                count += 1
+            j += 1
+    return found[:count]

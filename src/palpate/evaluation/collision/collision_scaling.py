@@ -1,0 +1,44 @@
+"""How building, refitting and querying grow with the number of triangles."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from palpate.evaluation.collision.collision_growth import STAGES
+from palpate.evaluation.collision.compare_trees import contenders, timed
+from palpate.evaluation.collision.deforming_surfaces import crossing_waves
+
+FRAMES = 3
+
+
+def measure(triangles: list[int], depths: list[list[int]], tell: Callable) -> pd.DataFrame:
+    """Rows of collision_scaling.csv: two crossing sheets of together about so many ``triangles``, in three frames.
+
+    Medians of processor time on one thread, of both trees; tell : gets each number of triangles that is done
+    """
+    rows = []
+    first = crossing_waves(0)
+    for make in contenders(depths, with_rivals=True).values():
+        _times(make, first.triangles, [first.at(0.0)])  # compiles the kernels
+    for number in triangles:
+        scene = crossing_waves(number)
+        points = [scene.at(0.002 * frame) for frame in range(FRAMES)]
+        count = sum(map(len, scene.triangles))
+        for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
+            row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}
+            rows.append(row | _times(make, scene.triangles, points) | {"threads": 1})
+        tell(number)
+    return pd.DataFrame(rows)
+
+
+def _times(make: Callable, triangles: list[np.ndarray], points: list[np.ndarray]) -> dict[str, float]:
+    built, one = timed(make, triangles, points[0])
+    taken = []
+    # without a refit every frame is a build, and the first tells what that takes
+    for at in points:
+        update = timed(one.update, at)[0] if one.refits else np.nan
+        query, pairs = timed(one.query)
+        taken.append((update, query, len(pairs)))
+    update, query, pairs = np.median(taken, axis=0)
+    return dict(zip(STAGES, (built, update, query), strict=True)) | {"pairs": pairs}

@@ -1,0 +1,139 @@
+"""What each bounding structure costs on deforming scenes, and whether it finds every crossing pair of triangles."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from palpate.evaluation.collision.brute_force import crossing
+from palpate.evaluation.collision.deforming_surfaces import Moving, scenes
+from palpate.evaluation.collision.rival_trees import installed
+
+PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
+BLOCK = 10
+"""Frames that a structure computes in a row, so that its memory is warm, before the next takes its turn."""
+RIVALS_EVERY = 4
+"""Rivals compute each fourth frame only: building their trees takes most of the time."""
+BUILDS = 3
+
+
+class Ours:
+    """One of our structures at its work: built once, then refitted, and rebuilt when it says that it is worn."""
+
+    refits = True
+
+    def __init__(self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list):
+        from palpate.collision.trees.tree import Tree
+
+        more = {"depths": depths} if depths else {}
+        self.trees = [Tree(at, cells, structure=structure, **more) for at, cells in zip(points, triangles, strict=True)]
+        self.rebuilds = 0
+
+    def update(self, points: list[np.ndarray]) -> None:
+        """Follow the triangles to their new ``points``, (n, 3) [m] of each body."""
+        for tree, moved in zip(self.trees, points, strict=True):
+            tree.refit(moved)
+            if tree.worn:
+                tree.rebuild(moved)
+                self.rebuilds += 1
+
+    def query(self) -> np.ndarray:
+        """The crossing pairs, (k, 2) int64; what they took stands in ``counts``."""
+        from palpate.collision.trees.tree_query import crossing_pairs
+
+        pairs, self.counts = crossing_pairs(*self.trees)
+        return pairs
+
+
+def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, str, bool], Callable]:
+    """How to make each one from triangles and points, by structure, depths ("upper/middle") and whether it is a rival.
+
+    depths : layers of spheres, and of spheres and AABBs, of every composite tree
+    """
+    ours = {(name, "", False): partial(Ours, name, None) for name in PURE}
+    ours |= {("composite", f"{u}/{m}", False): partial(Ours, "composite", (u, m)) for u, m in depths}
+    rivals = installed()[0] if with_rivals else {}
+    return ours | {(name, "", True): kind for name, kind in rivals.items()}
+
+
+def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, tell: Callable) -> pd.DataFrame:
+    """Rows of collision.csv: one a scene and structure, medians over its frames, of processor time on one thread.
+
+    frames : of each scene; refinements : of the livers; tell : gets the name of each scene that is done
+    build_ms and refit_ms are of all trees of the scene, refit_ms including the rebuilding of worn ones (``rebuilds``
+    of them in all frames); frame_ms : refit, or build where there is none, and query together. missed_pairs and
+    extra_pairs : in all frames together, against ``collision_truth.crossing``. Rivals have no self-collision, so
+    they are left out where a body meets itself.
+    """
+    tables = []
+    for scene in scenes(refinements, seed):
+        tables.append(_scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2)))
+        tell(scene.name)
+    return pd.DataFrame([row for rows in tables for row in rows])
+
+
+def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
+    start = scene.at(0.0)
+    runs = {key: _Run(make, scene.triangles, start) for key, make in makers.items()}
+    for first in range(0, frames, BLOCK):
+        block = range(first, min(first + BLOCK, frames))
+        points = {frame: scene.at(frame / frames) for frame in block}
+        true = {frame: crossing(at, scene.triangles) for frame, at in points.items()}
+        for (_, _, rival), run in runs.items():
+            for frame in block:
+                if not rival or frame % RIVALS_EVERY == 0:
+                    run.frame(points[frame], true[frame])
+    count = sum(map(len, scene.triangles))
+    return [
+        {"scene": scene.name, "structure": structure, "depths": depths, "rival": rival, "triangles": count} | run.row()
+        for (structure, depths, rival), run in runs.items()
+    ]
+
+
+class _Run:
+    """One contender in one scene: what its frames took, and where it was wrong."""
+
+    def __init__(self, make: Callable, triangles: list[np.ndarray], start: list[np.ndarray]):
+        self._count = len(triangles[-1])
+        self._one = make(triangles, start)
+        self._one.update(start)
+        self._one.query()  # kernels are compiled by now
+        self._built = [timed(make, triangles, start)[0] for _ in range(BUILDS)]
+        self._frames, self._wrong = [], []
+
+    def frame(self, points: list[np.ndarray], true: np.ndarray) -> None:
+        update, _ = timed(self._one.update, points)
+        query, pairs = timed(self._one.query)
+        counts = getattr(self._one, "counts", None)
+        tests = (counts.node_tests, counts.triangle_tests) if counts else (np.nan, np.nan)
+        self._frames.append((update, query, update + query, *tests, len(pairs)))
+        found, wanted = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
+        self._wrong.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
+
+    def row(self) -> dict:
+        update, query, whole, nodes, tests, pairs = np.median(self._frames, axis=0)
+        missed, extra = np.sum(self._wrong, axis=0)
+        refits = self._one.refits
+        return {
+            "build_ms": float(np.median(self._built)) if refits else update,
+            "refit_ms": update if refits else np.nan,
+            "query_ms": query,
+            "frame_ms": whole,
+            "node_tests": nodes,
+            "triangle_tests": tests,
+            "pairs": pairs,
+            "missed_pairs": missed,
+            "extra_pairs": extra,
+            "rebuilds": getattr(self._one, "rebuilds", 0),
+            "frames": len(self._frames),
+            "threads": 1,
+        }
+
+
+def timed(call: Callable, *given) -> tuple[float, object]:
+    """Milliseconds of this thread that a call takes, which leave out what else the machine does; and what it gives."""
+    start = time.thread_time()
+    result = call(*given)
+    return 1e3 * (time.thread_time() - start), result

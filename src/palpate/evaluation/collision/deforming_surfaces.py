@@ -1,0 +1,147 @@
+"""Deforming scenes in closed form, on which bounding structures are compared: no simulation, the same every time."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.body import Material, nest
+from palpate.bodies.liver import liver
+from palpate.bodies.particles import particles_of
+from palpate.bodies.sheet import sheet
+from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+
+TURN = 2 * np.pi
+LENGTH_M = 0.2
+SOUP_GRID = 512
+"""Soup lies on points a 512th of the unit cube apart, so that vertices, edges and planes often touch exactly."""
+
+
+class Moving(NamedTuple):
+    """One body that may meet itself, or two that may meet each other.
+
+    triangles : (m, 3) int64 of each; at : the points (n, 3) [m] of each at a time from 0 to 1
+    """
+
+    name: str
+    triangles: list[np.ndarray]
+    at: Callable[[float], list[np.ndarray]]
+
+
+def scenes(refinements: int, seed: int) -> list[Moving]:
+    """The four scenes; a liver has 276 · 4^``refinements`` triangles, and the others are about as fine."""
+    return [
+        two_livers(refinements),
+        instrument_press(refinements),
+        folding_sheet(8 * 2**refinements),
+        random_soup(50 * 4**refinements, seed),
+    ]
+
+
+def liver_surface(refinements: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) [m] and triangles (276 · 4^refinements, 3) of the liver's surface."""
+    body = nest("liver", liver(LENGTH_M), refinements, np.array([0]), Material(3000.0, 0.3, 1000.0))
+    particles = particles_of(body, refinements, surface=True)
+    return particles.nodes, particles.triangles
+
+
+def two_livers(refinements: int) -> Moving:
+    """Two livers that wobble, turn and press into each other."""
+    rest, triangles = liver_surface(refinements)
+
+    def at(time: float) -> list[np.ndarray]:
+        angle = 0.4 * time
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        shift = np.array([0.16 - 0.025 * np.sin(np.pi * time), 0.01, 0.005])
+        return [_wobble(rest, time), _wobble(rest, time + 0.3) @ turn + shift]
+
+    return Moving("two_livers", [triangles, triangles], at)
+
+
+def _wobble(rest: np.ndarray, time: float) -> np.ndarray:
+    """Waves of 0.1 m along each axis, moving each point by up to 4 mm across them."""
+    return rest + 0.004 * np.sin(TURN * (rest[:, [1, 2, 0]] / 0.1 + 2 * time))
+
+
+def instrument_press(refinements: int) -> Moving:
+    """A rigid capsule drawn over the liver and pressed in; the tissue gives way a little less than it should."""
+    rest, triangles = liver_surface(refinements)
+    capsule, sides = _capsule(80 * 4**refinements, radius_m=0.012, length_m=0.08)
+    upper = rest[rest[:, 2] > 0]
+    corners = np.array([[-0.05, 0.0], [0.0, -0.02], [0.05, -0.01]])
+    path = np.array([upper[np.argmin(np.linalg.norm(upper[:, :2] - corner, axis=1))] for corner in corners])
+
+    def at(time: float) -> list[np.ndarray]:
+        touched = np.array([np.interp(time, [0.0, 0.5, 1.0], path[:, axis]) for axis in range(3)])
+        depth = 0.02 * np.sin(np.pi * time) ** 2
+        near = np.exp(-0.5 * np.sum((rest - touched) ** 2, axis=1) / 0.015**2)
+        pressed = rest - 0.8 * depth * near[:, None] * np.array([0.0, 0.0, 1.0])
+        return [capsule + touched - [0.0, 0.0, depth], pressed]
+
+    return Moving("instrument_press", [sides, triangles], at)
+
+
+def _capsule(count: int, radius_m: float, length_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """A capsule of about 2 ``count`` triangles, standing with its lowest point at the origin."""
+    sphere = fibonacci_sphere(count)
+    points = radius_m * sphere + [0.0, 0.0, radius_m]
+    points[sphere[:, 2] > 0, 2] += length_m
+    return points, triangulate(sphere)
+
+
+def folding_sheet(divisions: int) -> Moving:
+    """A rippled sheet of 2 ``divisions``² triangles, folded over its middle until its halves cross each other."""
+    mesh = sheet([0.3, 0.3], [divisions, divisions], 0.001)
+    along, place = np.unique(mesh.nodes[:, 0], return_inverse=True)
+    y = mesh.nodes[:, 1]
+
+    def at(time: float) -> list[np.ndarray]:
+        bend = np.pi * (1.0 + 0.25 * time) * np.clip((along - 0.12) / 0.06, 0.0, 1.0)
+        steps = np.diff(along)[:, None] * _direction((bend[1:] + bend[:-1]) / 2)
+        line = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
+        across = _direction(bend + np.pi / 2)[place]
+        ripple = 0.004 * np.sin(TURN * (y / 0.1 + mesh.nodes[:, 0] / 0.07 + time))
+        x, z = (line[place] + ripple[:, None] * across).T
+        return [np.column_stack([x, y, z])]
+
+    return Moving("folding_sheet", [mesh.triangles], at)
+
+
+def _direction(angle: np.ndarray) -> np.ndarray:
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def random_soup(count: int, seed: int) -> Moving:
+    """Two clouds of ``count`` loose triangles each in a unit cube, every one drifting its own way.
+
+    One in ten is a segment and one in ten a point; all vertices keep to SOUP_GRID.
+    """
+    random = np.random.default_rng(seed)
+    size = 1.2 * count ** (-1 / 3)
+    clouds = []
+    for _ in range(2):
+        shape = size * random.uniform(-0.5, 0.5, (count, 3, 3))
+        shape[: count // 10] = shape[: count // 10, :1]
+        shape[count // 10 : count // 5, 2] = shape[count // 10 : count // 5, 1]
+        centre, drift = random.uniform(0, 1, (count, 1, 3)), random.normal(0, 0.15, (count, 1, 3))
+        clouds.append((shape, centre, drift))
+    triangles = np.arange(3 * count).reshape(-1, 3)
+
+    def at(time: float) -> list[np.ndarray]:
+        placed = [(shape + centre + drift * time).reshape(-1, 3) for shape, centre, drift in clouds]
+        return [np.round(points * SOUP_GRID) / SOUP_GRID for points in placed]
+
+    return Moving("random_soup", [triangles, triangles], at)
+
+
+def crossing_waves(triangles: int) -> Moving:
+    """Two sheets of together about ``triangles`` triangles, whose waves run across each other: for scaling."""
+    divisions = max(2, round(np.sqrt(triangles / 4)))
+    mesh = sheet([1.0, 1.0], [divisions, divisions], 0.001)
+    x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
+
+    def at(time: float) -> list[np.ndarray]:
+        one, other = (0.05 * np.sin(TURN * (2 * u + phase)) for u, phase in ((x, time), (y, 0.1 - time)))
+        return [np.column_stack([x, y, one]), np.column_stack([x + 1e-3, y + 1e-3, other])]
+
+    return Moving("crossing_waves", [mesh.triangles, mesh.triangles], at)

@@ -1,0 +1,94 @@
+"""How a scene really moves: fine implicit finite elements at steps halved until that changes nothing."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from palpate.errors import NotConverged
+from palpate.evaluation.dynamic.dynamic_trial import Trial
+from palpate.files import write_whole
+
+HALVINGS = 6
+"""Of the step, from one a frame, before giving up."""
+SHARE, LOOSER = 0.5, 4.0
+"""The loads that models are fitted to, in parts of the trial's, and how much less exactly their motion is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Surface displacements [m] at the ends of f frames.
+
+    truth : (f, n_surface, 3), extrapolated to steps of no length; change : what halving the step last changed it by,
+        in parts of its peak; step_s : the shortest step
+    tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds,
+        step_p95_s : (m,) what each took, and 95 % of its steps at most
+    training : (f, n_surface, 3), the truth under SHARE of the loads
+    """
+
+    truth: np.ndarray
+    change: float
+    step_s: float
+    tried: np.ndarray
+    tried_s: np.ndarray
+    seconds: np.ndarray
+    step_p95_s: np.ndarray
+    training: np.ndarray
+
+    @property
+    def peak(self) -> float:
+        """The largest displacement [m]."""
+        return float(np.linalg.norm(self.truth, axis=-1).max())
+
+
+def reference(trial: Trial, change: float) -> Reference:
+    """The motion of ``trial`` and that under SHARE of its loads.
+
+    change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
+    Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second. Raises NotConverged if
+    HALVINGS are not enough.
+    """
+    truth, last, steps, tried, costs = _halve(trial, change)
+    training = _halve(trial.louder(SHARE), LOOSER * change)[0]
+    return Reference(truth, last, steps[-1], np.array(tried), np.array(steps), *np.array(costs).T, training)
+
+
+def _halve(trial: Trial, change: float):
+    steps, tried, costs, before, history = [], [], [], None, []
+    for halving in range(HALVINGS + 1):
+        scene = trial.fem(trial.frames * 2**halving)
+        displacement, run = trial.move(scene, len(trial.body.levels) - 1)
+        steps.append(scene.step_s)
+        tried.append(displacement)
+        costs.append((run.seconds, run.step_p95_s))
+        if halving:
+            truth = 2.0 * tried[-1] - tried[-2]
+            if before is not None:
+                history.append(_difference(truth, before))
+                if history[-1] <= change:
+                    return truth, history[-1], steps, tried, costs
+            before = truth
+    raise NotConverged(
+        f"{trial.name}: halving the step to {steps[-1]:.2g} s still changes the motion by {history[-1]:.2%} of its "
+        "peak; allow more change, or damp the scene more",
+        history,
+    )
+
+
+def _difference(a: np.ndarray, b: np.ndarray) -> float:
+    """RMSE over nodes of the frame where it is largest, over the peak of ``a``."""
+    rmse = np.sqrt(np.mean(np.sum((a - b) ** 2, axis=2), axis=1))
+    return float(rmse.max() / np.linalg.norm(a, axis=2).max())
+
+
+def save(found: Reference, path: Path | str) -> None:
+    """Write it whole or not at all."""
+    with write_whole(path) as part, open(part, "wb") as file:
+        np.savez_compressed(file, **vars(found))
+
+
+def load(path: Path | str) -> Reference:
+    """What ``save`` wrote."""
+    with np.load(path) as file:
+        kept = {field.name: file[field.name] for field in fields(Reference)}
+    return Reference(**kept | {name: float(kept[name]) for name in ("change", "step_s")})

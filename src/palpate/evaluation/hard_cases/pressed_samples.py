@@ -1,0 +1,101 @@
+"""A small body that is really pressed: the samples on which methods of enrichment are tried."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from palpate.bodies.body import Body, nest
+from palpate.bodies.box import box
+from palpate.effects.patch_load import nodal_load
+from palpate.enrichment.blend import Blend, Known
+from palpate.enrichment.blend_weights import KINDS
+from palpate.enrichment.feature_vectors import kinds
+from palpate.enrichment.methods import build
+from palpate.enrichment.training_samples import Settings, Training
+from palpate.evaluation.hard_cases.stage import SOFT
+from palpate.samples.database import Database
+from palpate.solvers.compliance import Compliance, compute_compliance
+from palpate.solvers.equilibrium import Equilibrium
+
+NEIGHBOURS, CONTACTS, TRAIN = 6, 8, 12
+SETTINGS = Settings(NEIGHBOURS, {"min": 0.01, "max": 100, "count": 7}, 3, "contacts", 1)
+BLENDS = tuple(f"{features}_{kind}" for features in ("unordered", "ordered", "framed") for kind in KINDS)
+PHYSICAL = ("linear_fem", "ours_unturned", "ours_untaught")
+METHODS = (*BLENDS, "interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *PHYSICAL, "ours")
+"""Every method that ``build`` fits."""
+
+
+@cache
+def pressed() -> tuple[Body, Database, Compliance]:
+    """A bar of 0.2 m held at one end, CONTACTS contacts pressed with 0.02 and 0.04 N, and its linear responses."""
+    mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
+    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
+    compliance = compute_compliance(body, 0.0)
+    able = [c for c in compliance.contacts if mesh.nodes[c, 0] > 0.06]
+    contacts = np.random.default_rng(1).choice(able, CONTACTS, replace=False).repeat(2)
+    forces = -np.tile([0.02, 0.04], CONTACTS)[:, None] * body.fine.normals[contacts]
+    solvers = Equilibrium(body, 0), Equilibrium(body, 1)
+    coarse, fine = (
+        np.array(
+            [
+                solver.solve(nodal_load(body, level, c, f, 0.0), 1e-8).x - solver.mesh.nodes
+                for c, f in zip(contacts, forces, strict=True)
+            ]
+        )
+        for level, solver in enumerate(solvers)
+    )
+    return body, _database(body, contacts, forces, coarse, fine), compliance
+
+
+def _database(body: Body, contacts, forces, coarse, fine) -> Database:
+    surface = body.fine.surface
+    return Database(
+        nodes_fine_surface=body.fine.nodes[surface],
+        triangles=np.searchsorted(surface, body.fine.triangles),
+        coarse_nodes=body.coarse.nodes,
+        coarse_tetrahedra=body.coarse.tetrahedra,
+        coarse_surface=body.coarse.surface,
+        prolongation=body.prolongation[surface].tocsr(),
+        contact_normals=body.coarse.normals[body.coarse.surface],
+        contact=contacts,
+        force=forces,
+        fine=fine[:, surface],
+        coarse_paper=fine[:, : len(body.coarse.nodes)],
+        coarse_live=coarse,
+        residual=np.full(len(contacts), 1e-8),
+        material=body.material,
+        config_digest="hard cases",
+    )
+
+
+def chosen(db: Database, rows: np.ndarray) -> Database:
+    """The database with these samples only, in this order; a sample may come twice."""
+    names = ("contact", "force", "fine", "coarse_paper", "coarse_live", "residual")
+    return replace(db, **{name: getattr(db, name)[rows] for name in names})
+
+
+def scaled(db: Database, factor: np.ndarray | float) -> Database:
+    """The database with displacements and forces times ``factor``, a number or (k,)."""
+    factor = np.reshape(factor, (-1, 1, 1))
+    more = {name: getattr(db, name) * factor for name in ("fine", "coarse_paper", "coarse_live")}
+    return replace(db, force=db.force * factor[:, 0], **more)
+
+
+def methods(db: Database, train: np.ndarray, settings: Settings = SETTINGS) -> dict:
+    """All METHODS, fitted with cross-validation on the samples ``train`` of the live protocol."""
+    return build(db, pressed()[2], train, "live", settings)
+
+
+def blends(db: Database, train: np.ndarray, sigma: float, settings: Settings = SETTINGS) -> dict:
+    """The regressors BLENDS, with a width of ``sigma`` median distances between features instead of the best one."""
+    fold = np.zeros(len(train), dtype=int)  # as nothing is chosen, nothing is held out, and one sample will do
+    training = Training(
+        db.coarse_live[train], db.fine[train], db.contact[train], db.force[train], db.peaks[train], fold
+    )
+    found = {}
+    for name, features in kinds(db, settings.neighbours).items():
+        known = Known(features, training, settings)
+        for kind in KINDS:
+            found[f"{name}_{kind}"] = Blend(known, kind, sigma * known.scale)
+    return found

@@ -1,0 +1,65 @@
+"""How enrichment grows: queries and fits of random deformations, since what blending costs is not in the numbers."""
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.liver import liver
+from palpate.evaluation.scaling.scaling_kernels import LENGTH_M, MATERIAL, Size
+
+SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
+"""Paper 1's liver, where something else grows; of its contacts some are enough."""
+
+
+def fine_nodes(count: int, meter) -> Size:
+    """Enrichment, the paper's and ours, of a fine surface of so many nodes."""
+    from palpate.enrichment.detail_correction import TwoLevel
+    from palpate.solvers.compliance import Compliance
+
+    db, training, settings = _database(count, SAMPLES)
+    _paper(db, training, settings, meter)
+    contacts, coarse = db.coarse_surface[:CONTACTS], len(db.coarse_nodes)
+    shapes = [(CONTACTS, 3, n, 3) for n in (count, coarse, coarse)]
+    compliance = Compliance(contacts, *(np.random.default_rng(0).normal(size=shape) for shape in shapes))
+    ours = meter.once("ours: prepare", TwoLevel, db, compliance, "live")
+    meter.often("ours: query", ours.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
+    return "fine surface nodes", count
+
+
+def samples(count: int, meter) -> Size:
+    """The paper's enrichment from so many samples."""
+    _paper(*_database(FINE_NODES, count), meter)
+    return "training samples", count
+
+
+def _paper(db, training, settings, meter) -> None:
+    """Contact-ordered features and non-negative weights (a), with σ found by cross-validation."""
+    from palpate.enrichment.blend import Blend, Known
+    from palpate.enrichment.feature_vectors import kinds
+
+    def prepare() -> Blend:
+        known = Known(kinds(db, settings.neighbours)["ordered"], training, settings)
+        return Blend(known, "nonnegative_a", known.choose_sigma("nonnegative_a"))
+
+    blend = meter.once("paper 1: prepare", prepare)
+    meter.often("paper 1: query", blend.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
+
+
+def _database(fine: int, count: int):
+    """Random displacements of the liver's coarse mesh and of a ball with so many ``fine`` nodes, and how they are
+    fitted: what blending costs does not depend on what is blended."""
+    from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
+    from palpate.enrichment.training_samples import Settings, gather
+    from palpate.samples.database import Database
+
+    random, mesh = np.random.default_rng(0), liver(LENGTH_M)
+    among, n = mesh.surface, len(mesh.nodes)
+    ends = random.integers(n, size=(fine, 2)).ravel()
+    prolongation = sparse.csr_array((np.full(2 * fine, 0.5), (np.repeat(np.arange(fine), 2), ends)), shape=(fine, n))
+    moved, coarse = (1e-3 * random.normal(size=(count, m, 3)) for m in (fine, n))
+    db = Database(
+        LENGTH_M / 2 * fibonacci_sphere(fine), np.empty((0, 3), dtype=np.int64), mesh.nodes, mesh.tetrahedra, among,
+        prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
+        coarse, coarse, np.zeros(count), MATERIAL, "none",
+    )  # fmt: skip
+    settings = Settings(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
+    return db, gather(db, np.arange(count), "live", settings), settings

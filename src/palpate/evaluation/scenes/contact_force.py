@@ -1,0 +1,96 @@
+"""What a hand on an instrument would feel: force and depth over time."""
+
+import numba
+import numpy as np
+import pandas as pd
+
+from palpate.collision.contact.initial_clearance import winding
+from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
+from palpate.scenes.motion import Motion, Moved
+
+ALONG = 9
+"""Points of a rod's axis at which its depth is looked for."""
+COLUMNS = ["scene", "instrument", "time_s", "force_x_n", "force_y_n", "force_z_n", "force_n", "depth_m"]
+
+
+def contact_force(motion: Motion) -> pd.DataFrame:
+    """One row a step and instrument that moves: scene, instrument, time_s, force_x_n, force_y_n, force_z_n, force_n,
+    depth_m.
+
+    force : what the instrument feels, friction included [N]; force_n its size. depth_m : how far a ball, the axis of a
+    rod or a corner of a mesh, each with its radius, has come below the surface at rest; negative while it is above it,
+    as a surface that gives way keeps it from being inside. It is nan for a floor, of which everything above has left
+    the inside, and where the surface is open, as a sheet's is, and has none.
+    """
+    tables = [_felt(motion, thing) for thing in motion.obstacles if np.ptp(_middles(motion, thing), axis=0).any()]
+    return pd.concat(tables, ignore_index=True)[COLUMNS] if tables else pd.DataFrame(columns=COLUMNS)
+
+
+def _middles(motion: Motion, thing: Moved) -> np.ndarray:
+    """Where the middle of a thing's points is, (steps + 1, 3) [m]: at first, and after each step."""
+    seen = motion.observed[[f"{thing.name}_{axis}_m" for axis in "xyz"]].to_numpy()
+    return np.vstack([thing.positions[0].mean(axis=0), seen])
+
+
+def _felt(motion: Motion, thing: Moved) -> pd.DataFrame:
+    middles, corners = _middles(motion, thing), motion.rest[motion.triangles]
+    forces = motion.observed[[f"{thing.name}_force_{axis}_n" for axis in "xyz"]].to_numpy()
+    depths = np.full(len(forces), np.nan)
+    if thing.kind != "floor" and closed(motion.triangles):
+        depths = thing.radius_m - nearest(_samples(thing.positions[0]), middles[1:] - middles[0], corners)
+    columns = {f"force_{axis}_n": forces[:, i] for i, axis in enumerate("xyz")}
+    return pd.DataFrame({"time_s": motion.observed["time_s"], **columns}).assign(
+        scene=motion.scene, instrument=thing.name, force_n=np.linalg.norm(forces, axis=1), depth_m=depths
+    )
+
+
+def _samples(points: np.ndarray) -> np.ndarray:
+    """Where an instrument may be deepest: all its points, and along the axis of a rod."""
+    return np.linspace(points[0], points[1], ALONG) if len(points) == 2 else np.unique(points, axis=0)
+
+
+def closed(triangles: np.ndarray) -> bool:
+    """Whether triangles (m, 3) have an inside: every edge is run through as often one way as the other."""
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ways, counts = np.unique(edges, axis=0, return_counts=True)
+    back, others = np.unique(edges[:, ::-1], axis=0, return_counts=True)
+    return np.array_equal(ways, back) and np.array_equal(counts, others)
+
+
+def nearest(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """The least signed distance (s,) [m] of ``points`` (n, 3) + ``shifts[i]``, (s, 3), from a closed surface.
+
+    corners : (m, 3, 3) [m] of its triangles, wound outward; inside is negative
+
+    A point that moved by less than its distance has not changed sides, so few are asked for theirs more than once.
+    """
+    x = np.vstack([np.zeros((1, 3)), corners.reshape(-1, 3)])
+    nodes = np.column_stack([np.zeros(len(corners), np.int64), 1 + np.arange(3 * len(corners)).reshape(-1, 3)])
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    room, inside, before = np.zeros(len(points)), np.zeros(len(points), dtype=bool), np.zeros(3)
+    found = np.empty(len(shifts))
+    for i, shift in enumerate(shifts):
+        moved = points + shift
+        unsure = np.flatnonzero(room <= np.linalg.norm(shift - before))
+        inside[unsure] = [winding(point, corners) > 0.5 for point in moved[unsure]]
+        room, before = _distances(moved, x, nodes, low, high), shift
+        found[i] = np.where(inside, -room, room).min()
+    return found
+
+
+@numba.njit(cache=True)
+def _distances(points, x, nodes, low, high):
+    """Distances (n,) [m] of ``points`` from triangles in boxes ``low`` to ``high``; row 0 of ``x`` is overwritten."""
+    found, weights = np.empty(len(points)), np.empty(4)
+    for i in range(len(points)):
+        x[0] = points[i]
+        best = np.inf
+        for k in range(len(nodes)):
+            apart = 0.0
+            for axis in range(3):
+                gap = max(low[k, axis] - points[i, axis], points[i, axis] - high[k, axis], 0.0)
+                apart += gap * gap
+            if apart < best * best:
+                best = min(best, closest(POINT_TRIANGLE, x, nodes[k], weights)[0])
+        found[i] = best
+    return found

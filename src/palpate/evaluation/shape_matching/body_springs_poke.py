@@ -1,0 +1,83 @@
+"""Poke and release of a surface model, with and without virtual body springs (paper 3's figures 3.5 and 3.6)."""
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Material, nest
+from palpate.bodies.cylinder import cylinder
+from palpate.bodies.particles import Particles, particles_of
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import Scene
+
+LENGTH_M, RADIUS_M, RING_M = 0.2, 0.03, 0.015
+PRESS_S, HOLD_S, RELEASE_S, DURATION_S = 0.1, 0.9, 0.05, 2.0
+MOVED = 0.1
+SPRINGS = {"structural_n_m": 60.0, "shear_n_m": 30.0, "bending_n_m": 15.0}
+DAMPING_RATIO = 0.5
+DAMPED_LIKE = 10.0
+"""The body springs [N/m] whose dampers are also tried without them, to tell what springs do from what damping does."""
+
+
+def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
+    """Rows of body_springs.csv: case and time, for rings of nodes by their distance from a poke of ``force_n``.
+
+    case : none, dampers_only or body_springs; body_springs_n_m : their stiffness a node, 0 in the first two
+    phase : press, hold, release or after; distance_m : mean rest distance of the ring's nodes from the poked one
+    moved : how many of the ring's nodes move more than a tenth of the largest displacement at that time
+    """
+    particles = tube()
+    frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
+    damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}
+    tables = [
+        _table("none", 0.0, _run(particles, force_n, {})),
+        _table("dampers_only", 0.0, _run(particles, force_n, damped)),
+    ]
+    for stiffness in stiffnesses_n_m:
+        tied = {"body_springs": {"stiffness_n_m": stiffness, "damping_ratio": DAMPING_RATIO}}
+        tables.append(_table("body_springs", stiffness, _run(particles, force_n, tied)))
+    return pd.concat(tables, ignore_index=True)
+
+
+def tube() -> Particles:
+    """The surface of paper 1's cylinder, 182 nodes and 360 triangles, held at both ends."""
+    mesh = cylinder(LENGTH_M, RADIUS_M)
+    ends = np.flatnonzero(np.isin(mesh.nodes[:, 2], [0.0, LENGTH_M]))
+    return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
+
+
+def _run(particles: Particles, force_n: float, extra: dict[str, dict]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (f,) [s], displacements (f, n) [m] and distances from the poke (n,) [m], for some effects more."""
+    at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
+    load = {"at_m": at, "force_n": [-force_n, 0.0, 0.0], "radius_m": 0.0, "start_s": 0.0}
+    load |= {"press_s": PRESS_S, "hold_s": HOLD_S, "release_s": RELEASE_S}
+    scene = Scene(
+        "body_springs",
+        ["springs", "held", "push", "kelvin", *extra],
+        "symplectic_euler",
+        step_s=0.002,
+        duration_s=DURATION_S,
+        frames=100,
+        surface=True,
+        settings={"springs": SPRINGS, "push": {"loads": [load]}, "kelvin": {"ratio": 0.1}, **extra},
+    )
+    motion = run(scene, particles).motion
+    distance = np.linalg.norm(particles.nodes - at, axis=1)
+    poked = particles.nodes[np.argmin(distance)]
+    moved = np.linalg.norm(motion.positions - particles.nodes, axis=2)
+    return motion.times, moved, np.linalg.norm(particles.nodes - poked, axis=1)
+
+
+def _table(case: str, stiffness: float, found: tuple[np.ndarray, np.ndarray, np.ndarray]) -> pd.DataFrame:
+    """One row a time and ring; ring 0 is the poked node."""
+    times, moved, distance = found
+    ring = (distance / RING_M + 0.5).astype(int)
+    rows = []
+    for t, u in zip(times, moved, strict=True):
+        phase = np.searchsorted(np.cumsum([PRESS_S, HOLD_S, RELEASE_S]), t - 1e-9)
+        named = ("press", "hold", "release", "after")[phase]
+        for r in np.unique(ring):
+            of = u[ring == r]
+            counts = len(of), int(np.sum(of > MOVED * u.max()))
+            rows.append((case, stiffness, t, named, distance[ring == r].mean(), of.mean(), of.max(), *counts))
+    names = "case body_springs_n_m time_s phase distance_m mean_displacement_m max_displacement_m nodes moved"
+    return pd.DataFrame(rows, columns=names.split())

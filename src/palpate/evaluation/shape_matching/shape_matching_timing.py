@@ -1,0 +1,101 @@
+"""Paper 3's figure 3.12: what a step of shape matching costs."""
+
+import time
+import timeit
+from functools import cache, partial
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Material
+from palpate.bodies.box import box
+from palpate.bodies.particles import Particles
+from palpate.effects.shape_matching import goal_shapes
+from palpate.effects.shape_matching.polynomial_fit import TERMS
+from palpate.solvers import goal_position
+from palpate.solvers.system import System
+
+SPACING_M, STEP_S = 0.02, 0.01
+
+DIVISIONS = {100: (3, 4, 4), 1000: (9, 9, 9), 10_000: (19, 19, 24), 100_000: (39, 49, 49)}
+"""Cells of a box with so many particles."""
+
+EDGES = {8: 0.6, 18: 0.5}
+"""Sides of the cubes that make so many clusters, as a part of the box's longest; 18 for 100 particles only."""
+
+OBJECTS = (1, 10, 30, 100, 300, 1000)
+
+
+def measure(repeats: int) -> pd.DataFrame:
+    """Milliseconds of a goal-position step: the median of ``repeats`` turns over all rows, on one thread.
+
+    Columns: particles and clusters of an object, mode, objects, all_particles and memberships of all objects
+    together, ms_per_step, threads. Objects of 100 particles vary in number, clusters and mode; one object of 8
+    clusters varies in particles. It is processor time, so that what else the machine does is left out.
+    """
+    scans = [(100, objects, clusters) for clusters in (1, 8, 18) for objects in OBJECTS]
+    scans += [(particles, 1, 8) for particles in DIVISIONS if particles > 100]
+    rows, steppers = [], []
+    for particles, objects, clusters in scans:
+        for mode in TERMS:
+            step, matched = stepper(particles, objects, clusters, mode)
+            steppers.append(step)
+            sizes = {"particles": particles, "clusters": len(matched.ranks) // objects, "mode": mode}
+            members = len(matched.clusters.members)
+            rows.append(sizes | {"objects": objects, "all_particles": particles * objects, "memberships": members})
+    seconds = np.median([[_seconds(step) for step in steppers] for _ in range(repeats)], axis=0)
+    return pd.DataFrame(rows).assign(ms_per_step=1e3 * seconds, threads=1)
+
+
+def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> float:
+    """How often faster ``rotations`` is than batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
+    matrices = np.random.default_rng(seed).normal(size=(count, 3, 3))
+    calls = partial(goal_shapes.rotations, matrices), partial(np.linalg.svd, matrices)
+    ours, lapacks = np.median([[_seconds(call) for call in calls] for _ in range(repeats)], axis=0)
+    return float(lapacks / ours)
+
+
+@cache
+def _objects(particles: int, objects: int) -> Particles:
+    """Boxes of so many particles each, beside each other as one body that falls into so many pieces."""
+    divisions = DIVISIONS[particles]
+    mesh = box([SPACING_M * n for n in divisions], list(divisions))
+    shifts = np.arange(objects)[:, None, None]
+    nodes = mesh.nodes + 2 * SPACING_M * divisions[0] * shifts * np.array([1.0, 0.0, 0.0])
+    triangles, tetrahedra = (cells + particles * shifts for cells in (mesh.triangles, mesh.tetrahedra))
+    return Particles(
+        "boxes",
+        nodes.reshape(-1, 3),
+        np.full(particles * objects, 1000.0 * SPACING_M**3),
+        np.empty(0, dtype=np.int64),
+        triangles.reshape(-1, 3),
+        tetrahedra.reshape(-1, 4),
+        Material(3000.0, 0.3, 1000.0),
+    )
+
+
+def stepper(particles: int, objects: int, clusters: int, mode: str):
+    """A function without arguments that takes one step of so many jolted ``objects``, and their shape matching."""
+    bodies = _objects(particles, objects)
+    described = {"kind": "one"}
+    if clusters > 1:
+        edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
+        described = {"kind": "cubes", "edge_m": edge, "overlap": 0.25}
+    settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": described}
+    matched = goal_shapes.make(bodies, settings)
+    integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
+    jolt = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
+    state = [bodies.nodes + jolt, np.zeros_like(jolt)]
+
+    def step() -> None:
+        state[:] = integrator.step(*state, STEP_S)
+
+    step()
+    return step, matched
+
+
+def _seconds(call) -> float:
+    """Mean over as many calls as take about 5 ms."""
+    timer = timeit.Timer(call, timer=time.thread_time)
+    number = max(1, int(5e-3 / timer.timeit(number=1)))
+    return timer.timeit(number=number) / number

@@ -1,0 +1,167 @@
+"""Every way of finding spring parameters on paper 2's cube: fitted to one press, judged by all three."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+
+from palpate.calibration import closed_forms, genetic_algorithm
+from palpate.calibration.fitness import Fit, Fitness
+from palpate.calibration.spring_model import SpringModel
+from palpate.calibration.spring_motion import simulate
+from palpate.evaluation.springs.spring_experiment import Experiment, Motion
+
+CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
+SEEDED = ["genetic", "cma_es"]
+METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
+"""In table order. gradient_smooth keeps moduli as alike as the fitted press lets it; gradient_all is fitted to all
+presses, and tells what the model could do if it saw them."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How long searches may go on: generations and population of the genetic algorithm, evaluations of the others."""
+
+    population: int
+    generations: int
+    cma_es_evaluations: int
+    gradient_evaluations: int
+
+
+def budget(searches: dict, volume_force: bool) -> Budget:
+    """What the config grants, and where motions take longer only its ``volume_share`` of what many of them make."""
+    share = searches["volume_share"] if volume_force else 1.0
+    generations, evaluations = (max(1, round(share * searches[key])) for key in ("generations", "cma_es_evaluations"))
+    return Budget(searches["population"], generations, evaluations, searches["gradient_evaluations"])
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A ``fit`` and the ``model`` that its moduli are for."""
+
+    model: SpringModel
+    fit: Fit
+
+
+def find(
+    method: str,
+    trial: Experiment,
+    fitnesses: list[Fitness],
+    budget: Budget,
+    seed: int,
+    checkpoint: Path | None = None,
+    report: Callable[[int, float], None] = lambda count, best: None,
+) -> Fitted:
+    """The parameters that one of METHODS finds; all but gradient_all look at the first of ``fitnesses`` only."""
+    model, fitness, limits, nodes = trial.model, fitnesses[0], trial.limits, len(trial.model.masses)
+    if method in CLOSED:
+        begin = perf_counter()
+        model, young = CLOSED[method](model, trial.particles.material)
+        seconds = perf_counter() - begin
+        scored = Fitness(model, fitness.press, fitness.settings, fitness.positions, fitness.velocities)
+        value = float(scored(young[None])[0])
+        return Fitted(model, Fit(young, value, np.array([[0, seconds, value]])))
+    if method == "genetic":
+        rules = genetic_algorithm.Rules(budget.population, limits, seed)
+        return Fitted(model, genetic_algorithm.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
+    if method == "cma_es":
+        from palpate.calibration.cma_es import cma_es
+
+        return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
+    if method == "uniform":
+        fit = closed_forms.uniform(fitness, nodes, limits)
+        return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
+    if method == "gradient_smooth":
+        from palpate.calibration.smooth_gradient import descend_smoothly
+
+        return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
+    from palpate.calibration.gradient_descent import descend
+
+    chosen = fitnesses if method == "gradient_all" else [fitness]
+    return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations))
+
+
+def history(fit: Fit) -> pd.DataFrame:
+    """How the best fitness rises: a row a generation, iteration or, where nothing is searched, the one there is."""
+    table = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
+    table.insert(0, "generation", np.arange(len(table)))
+    return table.astype({"evaluations": int})
+
+
+def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
+    """A row a press: how far key points are off over all steps, relative to the farthest that the reference moves.
+
+    rmse_m : over steps and key points; max_x_m … : the largest of any; used : the presses that were fitted
+    """
+    rows = []
+    rest = trial.settings.keys.of(trial.model.nodes)
+    for press, (positions, velocities) in references.items():
+        off = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        rmse = float(np.sqrt((off**2).sum(axis=2).mean()))
+        peak = float(np.linalg.norm(positions - rest, axis=2).max())
+        scored = Fitness(fitted.model, trial.presses[press], trial.settings, positions, velocities)
+        value = float(scored(fitted.fit.young[None])[0])
+        rows.append((press, press in used, rmse, rmse / peak, *np.abs(off).max(axis=(0, 1)), value))
+    names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
+    return pd.DataFrame(rows, columns=names.split())
+
+
+def errors(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
+    """A row a press and step: the largest error of a key point along each axis (paper 2's figure 3)."""
+    tables = []
+    for press, (positions, _) in references.items():
+        off = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        largest = pd.DataFrame(np.abs(off).max(axis=1), columns=["error_x_m", "error_y_m", "error_z_m"])
+        largest.insert(0, "step", np.arange(1, len(off) + 1))
+        tables.append(largest.assign(press=press, used_in_fit=press in used))
+    return pd.concat(tables, ignore_index=True)
+
+
+def tables(
+    found: Experiment,
+    method: str,
+    volume_force: bool,
+    references: dict[str, Motion],
+    budget: Budget,
+    runs: dict[int, Path],
+    report: Callable[[int, int, float], None],
+) -> dict[str, pd.DataFrame]:
+    """The method's part of spring_fit, spring_history and spring_errors, a run a seed.
+
+    references : that of the fitted press first; runs : by seed, where the genetic algorithm keeps its state
+    report : is told seed, generation and best fitness
+    """
+    trial = found.with_volume(found.volume_n_m()) if volume_force else found
+    fitnesses = [trial.fitness(press, references) for press in references]
+    used = list(references) if method == "gradient_all" else [fitnesses[0].press.name]
+    parts = {"spring_fit": [], "spring_history": [], "spring_errors": []}
+    _warm_up(fitnesses[0], trial.start())
+    for seed, checkpoint in runs.items():
+        fitted = find(method, trial, fitnesses, budget, seed, checkpoint, partial(report, seed))
+        rises = history(fitted.fit)
+        last = rises.iloc[-1]
+        labels = {"method": method, "volume_force": volume_force, "seed": seed}
+        judged = judge(trial, fitted, references, used).assign(
+            generations=int(last["generation"]),
+            evaluations=int(last["evaluations"]),
+            seconds=last["seconds"],
+            volume_n_m=trial.settings.volume_n_m,
+        )
+        grown = errors(trial, fitted, references, used)
+        if checkpoint:
+            checkpoint.unlink(missing_ok=True)
+        for name, table in zip(parts, (judged, rises, grown), strict=True):
+            parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
+    return {name: pd.concat(found, ignore_index=True) for name, found in parts.items()}
+
+
+def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
+    """Compile what a search calls, which is not to be timed."""
+    from palpate.calibration.gradient_descent import value_and_slopes
+
+    fitness(young[None])
+    value_and_slopes(fitness, young, fitness.settings.volume_n_m)

@@ -1,0 +1,81 @@
+"""Which model to take for a scene that moves: one that keeps up with life, and whose steps fit a budget."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from palpate.evaluation.tradeoff.advice import Advice, choice, versus
+from palpate.evaluation.tradeoff.advice_reasons import MARGIN, name, next_best
+from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
+
+BY_ERROR = {"rmse_of_peak": EQUAL, "slower_than_life": CLOSE}
+BY_TIME = {"slower_than_life": CLOSE, "rmse_of_peak": EQUAL}
+
+
+def advise_motion(
+    motions: pd.DataFrame, budgets_ms: Sequence[float] = (), max_errors: Sequence[float] = ()
+) -> pd.DataFrame:
+    """Rows of advice.csv of a scene that moves, an ``Advice`` for each budget [ms] and largest error [of its peak].
+
+    motions : its rows of dynamic_accuracy.csv
+    A budget is for a step: of what keeps up with life, and with 95 % of its steps within the budget, MARGIN of both to
+    spare, the least wrong is taken; of what is less wrong than an error, what the reference's last halving changed
+    added, the fastest, whether it keeps up or not.
+    Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty.
+    """
+    able, scene = motions[motions["failures"] == 0], motions["scene"].iloc[0]
+    if able.empty:
+        limits = [(budget, np.nan) for budget in budgets_ms] + [(np.nan, limit) for limit in max_errors]
+        rows = [Advice(scene, *limit, why="no model got through the scene") for limit in limits]
+    else:
+        rows = [_within(able, scene, budget) for budget in budgets_ms]
+        rows += [_under(able, scene, limit) for limit in max_errors]
+    return pd.DataFrame(rows, columns=Advice._fields)
+
+
+def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
+    used = np.maximum(able["slower_than_life"], able["step_p95_ms"] / budget_ms)
+    fits = able[used <= 1 - MARGIN]
+    if fits.empty:
+        return Advice(scene, budget_ms, np.nan, why=_late(able, used, budget_ms))
+    best, rival = choice(fits, BY_ERROR)
+    said = f"least error of {len(fits)} that keep up with life, {100 * MARGIN:.0f} % of the time to spare"
+    found = _told(best) | versus(best, rival, "rmse_of_peak")
+    why = _why(said, best, rival, "rmse_of_peak")
+    return Advice(scene, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)
+
+
+def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
+    known = able["rmse_of_peak"] + able["reference_change"]
+    fits = able[known <= max_error]
+    if fits.empty:
+        least = able.loc[known.idxmin()]
+        why = (
+            f"the least wrong setting, {name(least)}, is off by {100 * least['rmse_of_peak']:.2g} % "
+            f"of a reference that is itself known to {100 * least['reference_change']:.2g} %"
+        )
+        return Advice(scene, np.nan, max_error, why=why)
+    best, rival = choice(fits, BY_TIME)
+    found = _told(best) | versus(best, rival, "slower_than_life")
+    why = _why(f"fastest of {len(fits)} that are less wrong", best, rival, "slower_than_life")
+    margin = 1 - best["rmse_of_peak"] / max_error
+    return Advice(scene, np.nan, max_error, **found, margin=margin, why=why)
+
+
+def _told(best: pd.Series) -> dict:
+    return {key: best[key] for key in ("model", "knob", "rmse_of_peak", "p95_of_peak")} | {
+        "online_p95_s": 1e-3 * best["step_p95_ms"]
+    }
+
+
+def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:
+    return "; ".join([said, f"{best['slower_than_life']:.2g} s for a second of motion", next_best(rival, best, column)])
+
+
+def _late(able: pd.DataFrame, used: pd.Series, budget_ms: float) -> str:
+    least = able.loc[used.idxmin()]
+    return (
+        f"the fastest setting, {name(least)}, takes {least['slower_than_life']:.2g} s for a second of motion and "
+        f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile"
+    )

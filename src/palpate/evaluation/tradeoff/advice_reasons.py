@@ -1,0 +1,115 @@
+"""Why a model is advised, or none: the numbers behind it in a sentence."""
+
+import pandas as pd
+
+from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, EXACT
+from palpate.evaluation.tradeoff.resampling import EXTRAPOLATED, RANGE, TRUTH
+
+MARGIN = 0.2
+"""Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""
+
+
+def mesh_error(settings: pd.DataFrame) -> float:
+    """The error of the fine mesh itself, as a share of the peak; NaN where it was not measured."""
+    return settings.loc[(settings["model"] == TRUTH) & (settings["knob"] == EXTRAPOLATED), "rmse_of_peak"].max()
+
+
+def within(best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd.DataFrame, settings, budget_ms) -> str:
+    """Why ``best`` of what ``fits`` a budget."""
+    parts = [
+        f"least error of {_settings(fits)} in time with {_share(MARGIN)} of {budget_ms:g} ms to spare",
+        f"best, or tied with the best, in {_share(confidence)} of draws of the contacts",
+        next_best(rival, best, "rmse_of_peak"),
+    ]
+    late = settings[(settings["failures"] == 0) & (settings["rmse_of_peak"] < best["rmse_of_peak"])]
+    late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
+    if len(late):
+        close = late.loc[late["rmse_of_peak"].idxmin()]
+        parts.append(
+            f"{name(close)} is less wrong ({_percent(close['rmse_of_peak'])}) "
+            f"but too close to the budget ({_ms(close['online_p95_s'])})"
+        )
+    return "; ".join([*parts, *_truth(best, settings), *_failed(settings)])
+
+
+def late(able: pd.DataFrame, settings: pd.DataFrame, budget_ms: float) -> str:
+    """Why nothing fits a budget."""
+    if able.empty:
+        return "; ".join(["no setting has answered every sample", *_failed(settings)])
+    fastest = able.loc[able["online_p95_s"].idxmin()]
+    need = f"{(1 - MARGIN) * budget_ms:.3g} ms are what leaves {_share(MARGIN)} of the budget free"
+    told = f"the fastest setting, {name(fastest)}, takes {_ms(fastest['online_p95_s'])} at the 95th percentile"
+    return "; ".join([f"{told}, and {need}", *_failed(settings)])
+
+
+def under(best: pd.Series, rival: pd.Series | None, fits: pd.DataFrame, settings: pd.DataFrame, limit: float) -> str:
+    """Why ``best`` of what stays under an error."""
+    parts = [
+        f"fastest of {_settings(fits)} with a mean error that stays below {_percent(limit)} "
+        f"in {_share(RANGE[1])} of draws of the contacts",
+        next_best(rival, best, "online_median_s"),
+    ]
+    return "; ".join([*parts, *_truth(best, settings), *_failed(settings)])
+
+
+def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame) -> str:
+    """Why nothing stays under an error; highest : what each of ``able`` stays below in 95 % of draws."""
+    if able.empty:
+        return "; ".join(["no setting has answered every sample", *_failed(settings)])
+    least = able.loc[highest.idxmin()]
+    told = f"the least wrong setting, {name(least)}, has a mean error of {_percent(least['rmse_of_peak'])}"
+    sure = f"stays below {_percent(highest.min())} in {_share(RANGE[1])} of draws of the contacts"
+    return "; ".join([f"{told} and {sure}", *_failed(settings)])
+
+
+def name(setting: pd.Series) -> str:
+    """Model and knob as the tables name them."""
+    return setting["model"] if setting["knob"] == "default" else f"{setting['model']} {setting['knob']}"
+
+
+def ratio(rival: pd.Series, best: pd.Series, column: str) -> float:
+    """How many times as much the rival has; errors below EXACT count as that."""
+    least = EXACT if column == "rmse_of_peak" else 0
+    return max(rival[column], least) / max(best[column], least)
+
+
+def behind(factor: float, tie: float, what: str) -> str:
+    """How far a rival is behind: "4 times as wrong", or "on a par" within the factor ``tie``."""
+    if 1 / tie <= factor <= tie:
+        return "on a par"
+    return f"{factor:.3g} times as {what}" if factor < 1000 else f"over 1000 times as {what}"
+
+
+def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
+    """What were to take without this model, and how far it is behind in ``column``, an error or a time."""
+    if rival is None:
+        return "no other model would do"
+    tie, what = (EQUAL, "wrong") if column == "rmse_of_peak" else (CLOSE, "slow")
+    return f"the next best model, {name(rival)}, is {behind(ratio(rival, best, column), tie, what)}"
+
+
+def _truth(best: pd.Series, settings: pd.DataFrame) -> list[str]:
+    """That more accuracy would be none, if so."""
+    own = mesh_error(settings)
+    return [f"less than the error of the fine mesh itself, {_percent(own)}"] if best["rmse_of_peak"] < own else []
+
+
+def _failed(settings: pd.DataFrame) -> list[str]:
+    count = int((settings["failures"] > 0).sum())
+    return [f"settings left out as they failed on some samples: {count}"] if count else []
+
+
+def _settings(rows: pd.DataFrame) -> str:
+    return "one setting" if len(rows) == 1 else f"{len(rows)} settings"
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.0f} %"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def _ms(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms"

@@ -1,0 +1,36 @@
+"""What a CT's values are taken for in a volume rendering: gap, skin, muscle, bone or organ (paper 3, chapter 2)."""
+
+import numpy as np
+
+from palpate.bodies.ct.image import Image
+
+_SKIN, _MUSCLE, _BONE, _ORGAN = (0.98, 0.85, 0.76), (0.66, 0.32, 0.26), (0.96, 0.95, 0.92), (0.70, 0.20, 0.15)
+_ORGAN_HU = -3000
+
+CLASSES = [
+    (_ORGAN_HU, _ORGAN, 0.70),
+    (-1600, _ORGAN, 0.70),
+    (-1300, _SKIN, 0.0),
+    (-400, _SKIN, 0.0),
+    (-250, _SKIN, 0.006),
+    (-60, _SKIN, 0.004),
+    (0, _MUSCLE, 0.012),
+    (130, _MUSCLE, 0.016),
+    (220, _BONE, 0.06),
+    (500, _BONE, 0.60),
+]
+"""Corners of the classification: value, colour, opacity a millimetre. Gaps and lungs are transparent, skin and fat
+light and nearly so, muscle is darker, bone grey-white."""
+
+
+def values(image: Image, mask: np.ndarray) -> np.ndarray:
+    """What CLASSES classifies, (nz, ny, nx) int16: CT numbers [HU], and far below all of them in the organ.
+
+    The mask's steps from slice to slice are smoothed, as shading would show them. Trap: the organ must lie on the far
+    side of the gaps, so that what is interpolated between it and its neighbours is taken for nothing else.
+    """
+    from scipy import ndimage
+
+    blur = 0.5 * max(image.spacing_m) / np.array(image.spacing_m[::-1])
+    share = ndimage.gaussian_filter(mask.astype(np.float32), blur)
+    return np.rint(share * _ORGAN_HU + (1 - share) * np.minimum(image.hu, CLASSES[-1][0])).astype(np.int16)

@@ -1,0 +1,96 @@
+"""What became of each model in each hard case: a matrix of outcomes."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.errors import InputError
+from palpate.figures import style
+
+LOOKS = {
+    "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
+    "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
+    "not_converged": style.Look("not converged, and said so", "#f0c94a", "n"),
+    "wrong": style.Look("wrong", "#d55e00", "w"),
+    "nan": style.Look("not a number", "#111111", "∞"),
+}
+"""Each outcome: its colour, and the letter that tells it without colour."""
+COLUMNS = ((("fem", "dynamics"),), (("kernel",), ("contact",)))
+"""Families by matrix, and matrices from left to right and from above."""
+TITLES = {"fem": "bodies in balance", "dynamics": "bodies in motion", "kernel": "enrichment", "contact": "contact"}
+CELL = 0.165  # [inch]
+LEFT, TOP, BELOW = 2.2, 1.55, 0.75  # [inch] for names of cases, of models, and the legend
+
+
+@style.styled
+def draw(table) -> Figure:
+    """Cases (rows) and models (columns), a matrix for families that share models; a cross where an outcome was not
+    declared.
+
+    table : the table hard_cases
+    """
+    parts = [[table[table["family"].isin(families)] for families in column] for column in COLUMNS]
+    parts = [[part for part in column if len(part)] for column in parts]
+    wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]
+    tall = [sum(TOP + CELL * part["case"].nunique() for part in column) for column in parts]
+    width, height = sum(LEFT + CELL * count + 0.2 for count in wide if count), max(tall) + BELOW
+    figure, left = Figure(figsize=(max(width, 6.5), height)), 0.0
+    for column, count in zip(parts, wide, strict=True):
+        top = height
+        for part in column:
+            rows, columns = CELL * part["case"].nunique(), CELL * part["model"].nunique()
+            top -= TOP + rows
+            place = ((left + LEFT) / max(width, 6.5), top / height, columns / max(width, 6.5), rows / height)
+            _matrix(figure.add_axes(place), part)
+        left += LEFT + CELL * count + 0.2 if count else 0.0
+    figure.legend(handles=_handles(), loc="lower left", ncols=3, bbox_to_anchor=(0.01, 0.0))
+    return figure
+
+
+def _handles() -> list[Line2D]:
+    handles = [
+        Line2D([], [], ls="", marker="s", ms=8, color=shown.colour, label=_named(shown)) for shown in LOOKS.values()
+    ]
+    return [*handles, Line2D([], [], ls="", marker="x", ms=7, mew=1.6, color=style.INK, label="not as declared")]
+
+
+def _named(shown: style.Look) -> str:
+    return f"{shown.marker}: {shown.label}" if shown.marker else shown.label
+
+
+def _matrix(axis, table) -> None:
+    """The cells of some families, with a line between them."""
+    cases, models = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model"]))
+    for row in table.itertuples():
+        x, y = models.index(row.model), cases.index(row.case)
+        shown = _look(row.outcome)
+        axis.fill([x, x + 1, x + 1, x], [y, y, y + 1, y + 1], color=shown.colour, ec="white", lw=1.0)
+        white = "white" if row.outcome in ("wrong", "nan") else style.INK
+        axis.text(x + 0.5, y + 0.54, shown.marker, ha="center", va="center", fontsize=6.5, color=white)
+        if not row.passed:
+            axis.plot(x + 0.5, y + 0.5, "x", color=white, ms=8, mew=1.6)
+    families = table.drop_duplicates("case")["family"].to_numpy()
+    for edge in np.flatnonzero(families[1:] != families[:-1]) + 1:
+        axis.axhline(edge, color=style.INK, lw=0.8)
+    for family in dict.fromkeys(families):
+        first = int(np.argmax(families == family))
+        axis.annotate(
+            TITLES[family], (0, first), (-150, 0), textcoords="offset points", va="top", ha="left", fontsize=8,
+            fontweight="bold", rotation=90, annotation_clip=False, rotation_mode="default",
+        )  # fmt: skip
+    axis.set(xlim=(0, len(models)), ylim=(len(cases), 0))
+    axis.set_xticks(np.arange(len(models)) + 0.5, [_words(m) for m in models], rotation=90)
+    axis.set_yticks(np.arange(len(cases)) + 0.5, [_words(c) for c in cases])
+    axis.tick_params(length=0, labelsize=7, labeltop=True, labelbottom=False)
+    axis.grid(False)
+    axis.spines[:].set_visible(False)
+
+
+def _look(outcome: str) -> style.Look:
+    if outcome not in LOOKS:
+        raise InputError(f"outcome {outcome} has no colour: give it one in palpate/figures/hard_cases/hard_cases.py")
+    return LOOKS[outcome]
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

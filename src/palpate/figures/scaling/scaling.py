@@ -1,0 +1,79 @@
+"""How cost and memory of each kernel grow with its size."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from palpate.evaluation.scaling.scaling_growth import LEAST_MB
+from palpate.figures import style, tables
+
+KERNELS = {
+    "fem": ("finite elements", "#111111", "8"),
+    "fine_nodes": ("enrichment, fine nodes", "#d55e00", "o"),
+    "samples": ("enrichment, samples", "#ee8742", "s"),
+    "triangles": ("composite trees", "#0072b2", "^"),
+    "particles": ("shape matching", "#009e73", "D"),
+    "cores": ("genetic algorithm", "#b8578f", "v"),
+}
+"""Each kernel's title, colour and marker."""
+_STAGES = ("#111111", "#d55e00", "#0072b2", "#009e73")
+
+
+@style.styled
+def draw(scaling) -> Figure:
+    """A panel a kernel, with a curve and its exponent a stage; the last panel has the memory of all.
+
+    scaling : the table of this name
+    """
+    kernels = [kernel for kernel in KERNELS if (scaling["kernel"] == kernel).any()]
+    figure = Figure(figsize=(12, 6.6), layout="constrained")
+    panels = figure.subplots(2, 4).ravel()
+    for axis, kernel in zip(panels, kernels, strict=False):
+        _times(axis, kernel, tables.where(scaling, kernel=kernel))
+    _memory(panels[len(KERNELS)], scaling, [kernel for kernel in kernels if kernel != "cores"])
+    for axis in panels:
+        axis.set_axis_on() if axis.lines else axis.set_axis_off()  # of a kernel that is not in the table
+    for axis in panels[::4]:
+        axis.set_ylabel("time [s]")
+    return figure
+
+
+def _times(axis, kernel: str, rows) -> None:
+    """The stages of one kernel; dotted: in proportion to the size, or what so many cores could reach at best."""
+    for (stage, found), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
+        label = _with_power(stage, found["seconds_exponent"].iloc[0])
+        axis.loglog(found["size"], found["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
+    ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
+    first, last = (rows[rows["size"] == end]["seconds"].max() for end in ends)
+    axis.loglog(
+        ends, first / ends if kernel == "cores" else last * ends / ends[-1], color=style.FAINT, lw=0.9, ls=":", zorder=1
+    )
+    axis.set(title=KERNELS[kernel][0], xlabel=f"{rows['unit'].iloc[0]}, n")
+    _finish(axis)
+
+
+def _memory(axis, scaling, kernels: list[str]) -> None:
+    """The most that each kernel needs at each size."""
+    for kernel in kernels:
+        rows = tables.where(scaling, kernel=kernel)
+        power = rows.loc[rows["memory_mb"].idxmax(), "memory_exponent"]
+        most = rows.groupby("size")["memory_mb"].max()
+        most = most[most >= LEAST_MB]
+        title, colour, marker = KERNELS[kernel]
+        if len(most):
+            label = _with_power(title, power)
+            axis.loglog(most.index, most, marker=marker, ms=4, lw=1.2, color=colour, label=label)
+    axis.set(title="memory", xlabel="size, n", ylabel="[MB]")
+    if axis.lines:
+        _finish(axis)
+
+
+def _with_power(name: str, power: float) -> str:
+    return f"{name}: n$^{{{power:.2f}}}$" if np.isfinite(power) else name
+
+
+def _finish(axis) -> None:
+    axis.legend(loc="upper left", fontsize=7.5)
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
+    style.plain_log(axis.xaxis)
+    style.plain_log(axis.yaxis)

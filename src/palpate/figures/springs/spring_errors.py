@@ -1,0 +1,38 @@
+"""How the error along x, y and z grows over the steps, for the fitted press and the two others (paper 2's figure 3)."""
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.figures import style, tables
+from palpate.figures.springs.spring_looks import DASHES, FITS, FORCES, look
+
+SHOWN = ["uniform", "genetic", "gradient", "gradient_smooth", "gradient_all"]
+"""The simplest way, the paper's and ours; the table has the others."""
+
+
+@style.styled
+def draw(errors) -> Figure:
+    """A row a press, a column an axis; the largest error of a key point, of the median of the seeds.
+
+    errors : the table spring_errors
+    """
+    # one way is fitted to all of them, which says nothing about the others
+    presses = errors.groupby("press", sort=False)["used_in_fit"].mean() > 0.5
+    figure = Figure(figsize=(9.5, 2.1 * len(presses) + 1.1), layout="constrained")
+    grid = figure.subplots(len(presses), 3, sharex=True, sharey="row", squeeze=False)
+    shown = errors[errors["method"].isin(SHOWN)]
+    for axes, (press, fitted) in zip(grid, presses.items(), strict=True):
+        for axis, name in zip(axes, "xyz", strict=True):
+            for (method, force), rows in tables.where(shown, press=press).groupby(["method", "volume_force"]):
+                curve = (1e3 * rows.groupby("step")[f"error_{name}_m"].median()).sort_index()
+                axis.plot(curve.index, curve, color=look(method).colour, ls=DASHES[force], lw=1.2)
+            axis.set_title(f"{press} press, {name}{' (fitted)' if fitted else ''}")
+        axes[0].set_ylabel("error [mm]")
+    for axis in grid[-1]:
+        axis.set_xlabel("step")
+    for axes in grid:
+        axes[0].set_ylim(bottom=0)  # last, as a row shares it and it stops growing here
+    ways = [Line2D([], [], color=FITS[m].colour, label=FITS[m].label) for m in SHOWN if m in set(shown["method"])]
+    forces = [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in FORCES]
+    figure.legend(handles=[*ways, *forces], loc="outside upper center", ncols=3)
+    return figure

@@ -1,0 +1,50 @@
+"""After how many answers preparing a model has paid."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, pick
+from palpate.evaluation.tradeoff.resampling import TRUTH
+from palpate.figures import style, tables
+from palpate.figures.model_looks import label, look
+from palpate.figures.number_format import percent
+
+ANSWERS = np.geomspace(1, 1e6, 61)
+DASHES = ("-", "--", ":", "-.")
+"""One for each setting of a model."""
+
+
+@style.styled
+def draw(accuracy_vs_time, advice) -> Figure:
+    """A panel a scene: preparation and all answers together, of what is advised for any limit and of fine FEM.
+
+    accuracy_vs_time, advice : the tables of these names
+    """
+    names = tables.scenes(accuracy_vs_time)
+    columns = min(2, len(names))
+    figure = Figure(figsize=(5 * columns, 3.4 * -(-len(names) // columns)), layout="constrained")
+    panels = figure.subplots(-(-len(names) // columns), columns, squeeze=False).ravel()
+    for axis, scene in zip(panels, names, strict=False):
+        drawn = []
+        for row in advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene)).itertuples():
+            shown, told = look(row.model), f"{label(row.model, row.knob)}, {percent(row.rmse_of_peak)}"
+            total = row.offline_s + ANSWERS * row.online_median_s
+            axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=told, zorder=2)
+            drawn.append(row.model)
+            if ANSWERS[0] <= row.break_even_queries <= ANSWERS[-1]:
+                paid = row.offline_s + row.break_even_queries * row.online_median_s
+                axis.plot(row.break_even_queries, paid, "o", color=shown.colour, mec="white", ms=6, zorder=3)
+        axis.set(title=scene.replace("_", " "), xlabel="answers", ylabel="preparation and answers [s]")
+        axis.legend(fontsize=7, loc="upper left")
+        style.plain_log(axis.xaxis)
+        style.plain_log(axis.yaxis)
+    for axis in panels[len(names) :]:
+        axis.set_visible(False)
+    return figure
+
+
+def advised(settings, advice):
+    """The settings of one scene that are advised for anything, and the most accurate of all, most accurate first."""
+    able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(["model", "knob"], drop=False)
+    taken = {*zip(advice["model"], advice["knob"], strict=True), pick(able, BY_ERROR).name}
+    return able[able.index.isin(taken)].sort_values("rmse_of_peak")

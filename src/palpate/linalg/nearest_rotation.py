@@ -1,0 +1,180 @@
+"""The rotation nearest to a 3 × 3 matrix: fast where it is unique, safe everywhere.
+
+R maximises tr(RᵀA). Newton's method on the unit quaternion of R converges cubically, and tells where it has arrived:
+S = RᵀA is symmetric there, and tr(S) I − S is positive definite at the maximum only, where its eigenvalues are the
+sums of two of A's signed singular values. What is not certified so is left to a Jacobi decomposition.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.linalg.signed_svd import signed_svd
+
+CLEAR = 1e-6
+"""Newton's answer is taken where (s₁ + s₂)(s₂ + s₃)(s₃ + s₁) exceeds this part of (2 tr S)³: then s₂ + s₃, the least
+eigenvalue, is above 8e-6 tr S, and a last turn of 1e-6 rad cannot have changed its sign."""
+
+
+def rotations(matrices: np.ndarray) -> np.ndarray:
+    """The proper rotations (n, 3, 3) nearest to ``matrices`` (n, 3, 3), of any unit: U diag(1, 1, det U det V) Vᵀ.
+
+    Müller, Heidelberger, Teschner, Gross 2005, section 3.3. Trap: where s₂ + s₃ = 0, with s₃ < 0 if det A < 0,
+    several are equally near, and one of them is given; the error grows like 1/(s₂ + s₃).
+
+    Raises InputError for another shape, and for NaN or infinite entries.
+    """
+    matrices = np.ascontiguousarray(matrices, dtype=np.float64)
+    if matrices.ndim != 3 or matrices.shape[1:] != (3, 3):
+        raise InputError(f"matrices has shape {matrices.shape}: give an array of shape (n, 3, 3)")
+    if not np.isfinite(matrices).all():
+        raise InputError("matrices holds NaN or infinite entries: nothing is nearest to those, so leave them out")
+    out = np.empty_like(matrices)
+    _rotations(matrices, out)
+    return out
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _rotations(matrices, out):
+    turn, work = np.empty(4), np.empty((4, 3, 3))
+    for n in range(len(matrices)):
+        turn[0] = 0.0  # no guess
+        nearest(matrices[n], turn, work, out[n])
+
+
+@numba.njit(cache=True, error_model="numpy")
+def nearest(a, turn, work, out):
+    """Write the rotation nearest to ``a`` (3, 3) into ``out`` (3, 3), starting from the quaternion ``turn`` (4,).
+
+    ``turn`` is left at the answer, for the next call with a matrix nearby; a first entry of 0 is no guess.
+    work : (4, 3, 3), scratch
+    """
+    largest = 0.0
+    for i in range(3):
+        for j in range(3):
+            largest = max(largest, abs(a[i, j]))
+    if not 1e-50 < largest < 1e50:  # by a power of two, which rounds nothing; in halves, as 2^1073 overflows
+        exponent = -math.frexp(largest)[1]
+        first, second = math.ldexp(1.0, exponent // 2), math.ldexp(1.0, exponent - exponent // 2)
+        for i in range(3):
+            for j in range(3):
+                work[3, i, j] = a[i, j] * first * second
+        a = work[3]
+    if turn[0] != 0.0 and _newton(a, turn, out):
+        return
+    if _guess(a, turn, out) and _newton(a, turn, out):
+        return
+    u, v, s = work[0], work[1], work[2, 0]
+    signed_svd(a, u, s, v)
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = u[i, 0] * v[j, 0] + u[i, 1] * v[j, 1] + u[i, 2] * v[j, 2]
+    _quaternion(out, turn)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _newton(a, turn, r):
+    """Improve ``turn`` until R maximises tr(RᵀA), and write R into ``r``; False where that is not certain."""
+    for _ in range(6):
+        _matrix(turn, r)
+        s00 = r[0, 0] * a[0, 0] + r[1, 0] * a[1, 0] + r[2, 0] * a[2, 0]
+        s11 = r[0, 1] * a[0, 1] + r[1, 1] * a[1, 1] + r[2, 1] * a[2, 1]
+        s22 = r[0, 2] * a[0, 2] + r[1, 2] * a[1, 2] + r[2, 2] * a[2, 2]
+        s01 = r[0, 0] * a[0, 1] + r[1, 0] * a[1, 1] + r[2, 0] * a[2, 1]
+        s10 = r[0, 1] * a[0, 0] + r[1, 1] * a[1, 0] + r[2, 1] * a[2, 0]
+        s02 = r[0, 0] * a[0, 2] + r[1, 0] * a[1, 2] + r[2, 0] * a[2, 2]
+        s20 = r[0, 2] * a[0, 0] + r[1, 2] * a[1, 0] + r[2, 2] * a[2, 0]
+        s12 = r[0, 1] * a[0, 2] + r[1, 1] * a[1, 2] + r[2, 1] * a[2, 2]
+        s21 = r[0, 2] * a[0, 1] + r[1, 2] * a[1, 1] + r[2, 2] * a[2, 1]
+        m00, m11, m22 = s11 + s22, s00 + s22, s00 + s11
+        m01, m02, m12 = -0.5 * (s01 + s10), -0.5 * (s02 + s20), -0.5 * (s12 + s21)
+        c00, c11, c22 = m11 * m22 - m12 * m12, m00 * m22 - m02 * m02, m00 * m11 - m01 * m01
+        c01, c02, c12 = m02 * m12 - m01 * m22, m01 * m12 - m02 * m11, m01 * m02 - m00 * m12
+        det, trace = m00 * c00 + m01 * c01 + m02 * c02, m00 + m11 + m22
+        if not (m00 > 0.0 and c22 > 0.0 and det > CLEAR * trace * trace * trace):
+            return False
+        x, y, z = 0.5 / det * (s21 - s12), 0.5 / det * (s02 - s20), 0.5 / det * (s10 - s01)
+        x, y, z = c00 * x + c01 * y + c02 * z, c01 * x + c11 * y + c12 * z, c02 * x + c12 * y + c22 * z
+        square = x * x + y * y + z * z  # of half the angle left
+        w, i, j, k = turn[0], turn[1], turn[2], turn[3]
+        turn[0], turn[1] = w - i * x - j * y - k * z, i + w * x + j * z - k * y
+        turn[2], turn[3] = j + w * y + k * x - i * z, k + w * z + i * y - j * x
+        norm = 1.0 / math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
+        for n in range(4):
+            turn[n] *= norm
+        if square < 2.5e-13:  # a turn of 1e-6 rad, of which the cube is left
+            _matrix(turn, r)
+            return True
+    return False
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _guess(a, turn, r):
+    """R = ((κ + ‖A‖²) A + λ cof A − A Aᵀ A)/ζ with λ = s₁ + s₂ + s₃ (Markley 1993, eq. 15), as a quaternion.
+
+    λ is the largest root of (λ² − ‖A‖²)² − 8 λ det A − 4 ‖cof A‖². False where ζ says that R is not clear.
+    """
+    c00, c01 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1], a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
+    c02, c10 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0], a[0, 2] * a[2, 1] - a[0, 1] * a[2, 2]
+    c11, c12 = a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0], a[0, 1] * a[2, 0] - a[0, 0] * a[2, 1]
+    c20, c21 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1], a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2]
+    c22 = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
+    det = a[0, 0] * c00 + a[0, 1] * c01 + a[0, 2] * c02
+    minors = c00**2 + c01**2 + c02**2 + c10**2 + c11**2 + c12**2 + c20**2 + c21**2 + c22**2
+    g00, g11 = a[0, 0] ** 2 + a[0, 1] ** 2 + a[0, 2] ** 2, a[1, 0] ** 2 + a[1, 1] ** 2 + a[1, 2] ** 2
+    g22 = a[2, 0] ** 2 + a[2, 1] ** 2 + a[2, 2] ** 2
+    square = g00 + g11 + g22
+    # from above, where Newton's method for a polynomial of real roots never overshoots
+    root = math.sqrt(min(3.0 * square, square + math.sqrt(12.0 * minors)))
+    for _ in range(12):
+        excess = root * root - square
+        change = (excess * excess - 8.0 * root * det - 4.0 * minors) / (4.0 * root * excess - 8.0 * det)
+        root -= change
+        if not abs(change) > 1e-4 * root:
+            break
+    kappa = 0.5 * (root * root - square)
+    zeta = kappa * root - det
+    if not zeta > CLEAR * root**3:
+        return False
+    kappa += square
+    g01 = a[0, 0] * a[1, 0] + a[0, 1] * a[1, 1] + a[0, 2] * a[1, 2]
+    g02 = a[0, 0] * a[2, 0] + a[0, 1] * a[2, 1] + a[0, 2] * a[2, 2]
+    g12 = a[1, 0] * a[2, 0] + a[1, 1] * a[2, 1] + a[1, 2] * a[2, 2]
+    for j, x, y, z in ((0, c00, c10, c20), (1, c01, c11, c21), (2, c02, c12, c22)):
+        r[0, j] = ((kappa - g00) * a[0, j] + root * x - g01 * a[1, j] - g02 * a[2, j]) / zeta
+        r[1, j] = ((kappa - g11) * a[1, j] + root * y - g01 * a[0, j] - g12 * a[2, j]) / zeta
+        r[2, j] = ((kappa - g22) * a[2, j] + root * z - g02 * a[0, j] - g12 * a[1, j]) / zeta
+    _quaternion(r, turn)
+    return True
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _matrix(turn, r):
+    w, x, y, z = turn[0], turn[1], turn[2], turn[3]
+    r[0, 0], r[1, 1], r[2, 2] = 1 - 2 * (y * y + z * z), 1 - 2 * (x * x + z * z), 1 - 2 * (x * x + y * y)
+    r[0, 1], r[1, 0] = 2 * (x * y - w * z), 2 * (x * y + w * z)
+    r[0, 2], r[2, 0] = 2 * (x * z + w * y), 2 * (x * z - w * y)
+    r[1, 2], r[2, 1] = 2 * (y * z - w * x), 2 * (y * z + w * x)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _quaternion(r, turn):
+    """Unit quaternion of a rotation, or nearly one; from its largest entry, so that none is lost near a half turn."""
+    trace = r[0, 0] + r[1, 1] + r[2, 2]
+    if trace > 0.0:
+        turn[0] = 1.0 + trace
+        turn[1], turn[2], turn[3] = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
+    else:
+        i = 0
+        if r[1, 1] > r[0, 0]:
+            i = 1
+        if r[2, 2] > r[i, i]:
+            i = 2
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turn[0], turn[1 + i] = r[k, j] - r[j, k], 1.0 + r[i, i] - r[j, j] - r[k, k]
+        turn[1 + j], turn[1 + k] = r[j, i] + r[i, j], r[k, i] + r[i, k]
+    norm = 1.0 / math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
+    for n in range(4):
+        turn[n] *= norm

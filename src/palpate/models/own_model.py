@@ -1,0 +1,50 @@
+"""Models of the user's own: loaded from their files, and blamed by name for what goes wrong in them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import InputError, NotConverged
+from palpate.models.model import Case, Knob, Model, Solver, checked
+from palpate.scenes.own_effect import opened
+
+GUIDE = "see docs/add-a-model.md"
+
+
+def load(name: str, path: Path) -> Model:
+    """The model in the file ``path``, which raises InputError naming it for whatever is wrong with it."""
+    module = opened(path, f"tradeoff.own_models.{name}")
+    for function in ("knobs(case)", "prepare(case, knob)"):
+        if not callable(getattr(module, function.partition("(")[0], None)):
+            raise InputError(f"{path}: has no function {function}; {GUIDE}.")
+
+    def knobs(case: Case) -> list[Knob]:
+        found = _told(path, module.knobs, case)
+        if not (isinstance(found, list) and all(isinstance(knob, dict) for knob in found)):
+            raise InputError(f"{path}: knobs returns no list of dictionaries; {GUIDE}.")
+        return found
+
+    def prepare(case: Case, knob: Knob) -> Solver:
+        solver = _told(path, module.prepare, case, knob)
+        if not (hasattr(solver, "respond") and hasattr(solver, "memory_mb")):
+            raise InputError(f"{path}: what prepare returns lacks respond or memory_mb; {GUIDE}.")
+
+        def respond(contact: int, force: np.ndarray) -> np.ndarray:
+            answer = _told(path, solver.respond, contact, force)
+            return _told(path, checked, answer, case.n_surface)
+
+        return SimpleNamespace(respond=respond, memory_mb=solver.memory_mb)
+
+    return Model(knobs, prepare)
+
+
+def _told(path: Path, call: Callable, *arguments: Any) -> Any:
+    try:
+        return call(*arguments)
+    except NotConverged:
+        raise
+    except Exception as error:
+        raise InputError(f"{path}: does not work ({type(error).__name__}: {error}); mend it, {GUIDE}.") from error

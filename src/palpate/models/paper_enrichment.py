@@ -1,0 +1,34 @@
+"""Paper 1's enrichment in all its forms: a kind of feature and a kind of weights, on top of the coarse simulation."""
+
+from palpate.enrichment.blend import Blend, Known
+from palpate.enrichment.feature_vectors import kinds
+from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from, sample_counts
+from palpate.models.model import Case, Knob
+
+NEIGHBOURS = (1, 4, 20, 40)
+"""Lengths of the contact-ordered feature that are tried beside the configured one."""
+
+
+def knobs(case: Case, features: str, weights: str) -> list[Knob]:
+    """Training samples k; and of paper 1's contact-ordered feature its neighbours l, with all samples."""
+    counts = [{"samples": count} for count in sample_counts(case)]
+    if features == "unordered":
+        return counts
+    usual = {"neighbours": case.settings.neighbours}
+    found = [count | usual for count in counts]
+    if features == "ordered":
+        most = len(case.meshes.coarse_surface)
+        lengths = [n for n in NEIGHBOURS if n < most and n != case.settings.neighbours]
+        found += [{"samples": case.n_training, "neighbours": n} for n in lengths]
+    return found
+
+
+def prepare(case: Case, knob: Knob, features: str, weights: str) -> Enriched:
+    """σ by cross-validation on the training samples; the views of all contacts beforehand."""
+    fewer = case.first(knob["samples"])
+    db, training = learnt_from(fewer)
+    seen = kinds(db, knob.get("neighbours", case.settings.neighbours))[features]
+    for contact in db.coarse_surface:
+        seen.view(int(contact))
+    known = Known(seen, training, case.settings)
+    return Enriched(case, Blend(known, weights, known.choose_sigma(weights)), coarse_simulation(case))

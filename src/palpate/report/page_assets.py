@@ -1,0 +1,21 @@
+"""What every page carries with it: its style sheet and its script."""
+
+from importlib.resources import files
+
+_SCRIPTS = ("unpack", "sort", "surface", "turn", "play")
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+"""What a browser lets the page do: nothing over the network."""
+
+
+def style() -> str:
+    """The style sheet: plain, readable, light and dark."""
+    return _read("page.css")
+
+
+def script() -> str:
+    """The script, in a scope of its own: tables that sort, and views that turn."""
+    return '(() => {\n"use strict";\n' + "\n".join(_read(f"{name}.js") for name in _SCRIPTS) + "})();\n"
+
+
+def _read(name: str) -> str:
+    return (files("palpate.report") / "assets" / name).read_text(encoding="utf-8")

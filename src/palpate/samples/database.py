@@ -1,0 +1,129 @@
+"""The database of paper 1: corresponding coarse and fine deformations of one body, and its rest meshes."""
+
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Material
+from palpate.errors import InputError
+from palpate.files import write_whole
+from palpate.samples.database_fields import FIELDS, check, refuse
+
+FORMAT = 1
+_PARTS = ("data", "indices", "indptr")
+
+
+@dataclass(frozen=True, eq=False)
+class Database:
+    """k samples of one body in one regime of loads.
+
+    nodes_fine_surface : (n, 3) [m], rest positions of the fine surface nodes
+    triangles : the fine surface, node numbers 0 … n−1
+    coarse_nodes, coarse_tetrahedra : the whole coarse mesh, (N, 3) [m] and (·, 4)
+    coarse_surface : (m,) increasing numbers of the coarse surface nodes
+    prolongation : (n, N) sparse, linear interpolation from all coarse nodes to the fine surface nodes
+    contact_normals : (m, 3) outward unit normals of the coarse surface nodes at rest
+    contact : (k,) coarse node number of each sample's contact; force : (k, 3) [N]
+    fine : (k, n, 3) [m]; coarse_paper, coarse_live : (k, N, 3) [m], displacements of the two protocols
+    residual : (k,) relative residual of the fine solutions
+    config_digest : identifies the settings the samples were made with
+    """
+
+    nodes_fine_surface: np.ndarray
+    triangles: np.ndarray
+    coarse_nodes: np.ndarray
+    coarse_tetrahedra: np.ndarray
+    coarse_surface: np.ndarray
+    prolongation: sparse.csr_array
+    contact_normals: np.ndarray
+    contact: np.ndarray
+    force: np.ndarray
+    fine: np.ndarray
+    coarse_paper: np.ndarray
+    coarse_live: np.ndarray
+    residual: np.ndarray
+    material: Material
+    config_digest: str
+
+    def coarse(self, protocol: str) -> np.ndarray:
+        """Coarse displacements of the protocol "paper" or "live", (k, N, 3) [m]."""
+        return {"paper": self.coarse_paper, "live": self.coarse_live}[protocol]
+
+    @cached_property
+    def peaks(self) -> np.ndarray:
+        """Largest fine displacement of each sample, (k,) [m]: what errors are relative to."""
+        return np.linalg.norm(self.fine, axis=2).max(axis=1)
+
+    @cached_property
+    def size(self) -> float:
+        """The longest side of the body's bounding box [m]."""
+        return float(np.ptp(self.coarse_nodes, axis=0).max())
+
+
+def write(db: Database, path: Path | str) -> None:
+    """Write ``db`` with checksums under a temporary name and rename it; InputError if a field is wrong."""
+    import h5py
+
+    check(vars(db), str(path))
+    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(asdict(db.material))
+        file.attrs["format"] = FORMAT
+        file.attrs["config_digest"] = db.config_digest
+        file.attrs["package_version"] = version("palpate")
+        for name, field in FIELDS.items():
+            _store(file.require_group(field.group), name, getattr(db, name), field.unit)
+
+
+def read(path: Path | str) -> Database:
+    """Read a database; InputError naming the file and the field that is missing, damaged or wrong."""
+    import h5py
+
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be opened as HDF5; delete the file and run again.") from error
+    with file:
+        if (found := _attribute(path, file, "format")) != FORMAT:
+            refuse(str(path), "format", f"is {found} but this version reads {FORMAT}")
+        values = {name: _load(path, file, name) for name in FIELDS}
+        material = Material(*(float(_attribute(path, file, field.name)) for field in fields(Material)))
+        digest = str(_attribute(path, file, "config_digest"))
+    check(values, str(path))
+    return Database(**values, material=material, config_digest=digest)
+
+
+def _store(group, name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
+    if sparse.issparse(value):
+        inner = group.create_group(name)
+        inner.attrs.update({"shape": value.shape, "unit": unit})
+        for part in _PARTS:
+            inner.create_dataset(part, data=getattr(value, part), compression="gzip", fletcher32=True)
+    else:
+        group.create_dataset(name, data=value, compression="gzip", fletcher32=True).attrs["unit"] = unit
+
+
+def _attribute(path: Path | str, file, name: str):
+    if name not in file.attrs:
+        refuse(str(path), name, "is missing")
+    return file.attrs[name]
+
+
+def _load(path: Path | str, file, name: str) -> np.ndarray | sparse.csr_array:
+    field = FIELDS[name]
+    place = file.get(f"{field.group}/{name}")
+    if place is None:
+        refuse(str(path), name, "is missing")
+    if (found := place.attrs.get("unit")) != field.unit:
+        refuse(str(path), name, f"has unit {found} instead of {field.unit}")
+    try:
+        if name != "prolongation":
+            return place[()]
+        matrix = sparse.csr_array(tuple(place[part][()] for part in _PARTS), shape=tuple(place.attrs["shape"]))
+        matrix.check_format(full_check=True)
+        return matrix
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: field {name} is damaged; delete the file and run again.") from error

@@ -1,0 +1,88 @@
+"""Which contacts are pressed, and how hard: the load cases of a regime."""
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError
+from palpate.solvers.compliance import Compliance
+from palpate.solvers.equilibrium import Equilibrium
+
+COLUMNS = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
+
+
+def choose_loads(
+    body: Body,
+    compliance: Compliance,
+    magnitudes: list[float],
+    peak_of_size: float,
+    radius_m: float,
+    count: int,
+    seed: int,
+) -> pd.DataFrame:
+    """``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
+
+    A press of magnitude 1 is meant to move the body by ``peak_of_size`` times its size at most: the force is
+    found with the nonlinear coarse body, corrected by how much softer the fine one is for small loads.
+    Contacts in an element with a held node are left out: there the anchor is pressed and not the body.
+
+    Raises InputError where ``count`` is no multiple of the magnitudes or asks for more contacts than there are.
+    """
+    if count % len(magnitudes):
+        raise InputError(
+            f"bodies.{body.name}: train + test is {count}, which {len(magnitudes)} magnitudes do not divide; "
+            "change train, test or magnitudes."
+        )
+    able = np.setdiff1d(compliance.contacts, _beside_anchors(body))
+    n_contacts = count // len(magnitudes)
+    if n_contacts > len(able):
+        raise InputError(
+            f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
+            "lower train and test, or give more magnitudes."
+        )
+    contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
+    solver = Equilibrium(body, 0)
+    rows = []
+    for contact in contacts:
+        direction = -body.fine.normals[contact]
+        row = compliance.row(contact)
+        softer = _peak(np.tensordot(direction, compliance.fine[row], 1)) / _peak(
+            np.tensordot(direction, compliance.coarse[row], 1)
+        )
+        unit = nodal_load(body, 0, contact, direction, radius_m)
+        start = 1.0 / _peak(np.tensordot(direction, compliance.fine[row], 1))
+        for magnitude in magnitudes:
+            peak = magnitude * peak_of_size * body.fine.size
+            newtons = _force_for(solver, unit, peak / softer, start * peak)
+            rows.append([len(rows), contact, *(newtons * direction), radius_m])
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def force_of(load: pd.Series) -> np.ndarray:
+    """The force (3,) [N] of one row."""
+    return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
+
+
+def nodal_forces(body: Body, level: int, load: pd.Series) -> np.ndarray:
+    """The nodal forces (n_nodes, 3) [N] of one row on one level of ``body``."""
+    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
+
+
+def _beside_anchors(body: Body) -> np.ndarray:
+    elements = body.coarse.tetrahedra
+    return np.unique(elements[np.isin(elements, body.anchors[0]).any(axis=1)])
+
+
+def _peak(displacement: np.ndarray) -> float:
+    return float(np.linalg.norm(displacement, axis=-1).max())
+
+
+def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> float:
+    """The factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within 2 %."""
+    for _ in range(12):
+        reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
+        if abs(reached / peak - 1.0) < 0.02:
+            break
+        newtons *= np.clip(peak / reached, 0.5, 2.0)
+    return newtons

@@ -1,0 +1,148 @@
+"""DICOM folders: three traps in real ones, and what is refused in synthetic ones."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.ct.image import AIR_HU, read
+from palpate.errors import InputError
+
+SHARED = Path(__file__).parents[2].parent / "shared" / "ct"
+real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write 8 x 6 slices of -1000 + 10 z HU at heights z [mm]; returns their folder."""
+    import SimpleITK
+
+    def slices(heights, modality="CT", series="1.2.3", shift=0.0, size=(8, 6), prefix=""):
+        writer = SimpleITK.ImageFileWriter()
+        writer.KeepOriginalImageUIDOn()
+        for number, z in enumerate(heights):
+            image = SimpleITK.GetImageFromArray(np.full(size[::-1], -1000 + 10 * round(z), dtype=np.int16))
+            image.SetSpacing((0.5, 0.75))
+            tags = {
+                "0008|0060": modality,
+                "0020|000e": series,
+                "0008|0018": f"{series}.{number + 1}",
+                "0020|0032": f"{shift * number}\\0\\{z}",
+                "0020|0037": "1\\0\\0\\0\\1\\0",
+                "0018|0050": "9",
+                "0020|0013": str(number),
+                "0028|1052": "-1024",
+                "0028|1053": "1",
+            }
+            for tag, value in tags.items():
+                image.SetMetaData(tag, value)
+            writer.SetFileName(str(tmp_path / f"{prefix}{number}.dcm"))
+            writer.Execute(image)
+        return tmp_path
+
+    return slices
+
+
+def test_slices_are_ordered_by_position_and_spaced_by_it(write):
+    folder = write([4, 0, 6, 2, 8])
+    (folder / "README.txt").write_text("not a slice")
+    image = read(folder)
+    assert image.hu[:, 0, 0].tolist() == [-1000, -980, -960, -940, -920]
+    assert np.allclose(image.spacing_m, [0.0005, 0.00075, 0.002])
+    assert np.allclose(image.origin_m, 0)
+
+
+@pytest.mark.parametrize(
+    ("heights", "changes", "said"),
+    [
+        ([0, 2, 6, 8, 10], {}, ": a slice is missing or out of place, since 1.dcm and 2.dcm are 4 mm apart and most"),
+        ([0, 2, 2, 4], {}, ": 1.dcm and 2.dcm lie at the same place; keep one of them."),
+        ([0, 2, 4], {"modality": "MR"}, "/0.dcm: its modality is MR; give a folder with CT slices only."),
+        ([0], {}, ": it holds a single slice; give the whole series."),
+        ([0, 2, 4], {"shift": 0.5}, ": its slices are sheared (a tilted gantry)"),
+    ],
+    ids=["missing", "twice", "no CT", "single", "tilted"],
+)
+def test_what_is_no_whole_series_is_said(write, heights, changes, said):
+    folder = write(heights, **changes)
+    with pytest.raises(InputError) as caught:
+        read(folder)
+    assert str(caught.value).startswith(f"{folder}{said}")
+    assert str(caught.value).count(". ") == 0
+
+
+def test_mixed_series_and_foreign_slices_are_said(write, tmp_path):
+    write([0, 2, 4])
+    write([6], size=(9, 6), prefix="other")
+    with pytest.raises(InputError, match=r"other0\.dcm: its pixels or orientation differ from 0\.dcm's; remove it\."):
+        read(tmp_path)
+    write([6], series="1.2.4", prefix="other")
+    with pytest.raises(InputError, match="it holds 2 series; put the one to use in a folder of its own"):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize("kept", [0, 100, 300])
+@pytest.mark.parametrize("number", [1, 3])
+def test_a_broken_slice_is_named_and_not_called_missing(write, kept, number):
+    folder = write([0, 2, 4, 6])
+    broken = folder / f"{number}.dcm"
+    broken.write_bytes(broken.read_bytes()[:kept])
+    with pytest.raises(
+        InputError, match=rf"{number}\.dcm: it cannot be read as a DICOM image, and seems to be damaged;"
+    ):
+        read(folder)
+
+
+def test_a_slice_without_its_pixels_is_named(write):
+    folder = write([0, 2, 4, 6], size=(80, 60))
+    broken = folder / "2.dcm"
+    broken.write_bytes(broken.read_bytes()[:-2000])
+    with pytest.raises(InputError, match=r"2\.dcm: it cannot be read as a DICOM image"):
+        read(folder)
+
+
+def test_a_position_that_is_no_number_is_said(write):
+    folder = write([0, 2.5, 5])
+    damaged = (folder / "1.dcm").read_bytes()
+    assert b"\\0\\2.5" in damaged
+    (folder / "1.dcm").write_bytes(damaged.replace(b"\\0\\2.5", b"\\0\\2x5"))
+    with pytest.raises(
+        InputError, match=r"1\.dcm: it is not one slice with a position, orientation and pixel spacing;"
+    ):
+        read(folder)
+
+
+def test_a_folder_without_slices_is_said(tmp_path):
+    (tmp_path / "README.txt").write_text("nothing here")
+    with pytest.raises(InputError, match="no file in it is a DICOM image"):
+        read(tmp_path)
+
+
+@real
+def test_the_distance_of_jpeg2000_slices_is_2_mm_whatever_the_thickness_says():
+    image = read(SHARED / "dicom-jpeg2000")
+    assert image.hu.shape == (20, 512, 512)
+    assert np.allclose(image.spacing_m, [0.0009765625, 0.0009765625, 0.002])
+    # the last file is the lowest slice
+    assert np.allclose(image.origin_m, [-0.24951171875, -0.43751171875, -0.8045])
+
+
+@real
+def test_padding_outside_the_scanners_circle_is_air():
+    image = read(SHARED / "dicom-3slice")
+    assert np.allclose(image.spacing_m, [0.000810547, 0.000810547, 0.001])
+    assert image.hu.min() == AIR_HU
+    assert (image.hu[:, :20, :20] == AIR_HU).all()
+    assert image.origin_m[2] == pytest.approx(-0.12869, abs=1e-6)
+
+
+@real
+def test_names_do_not_matter_and_a_gap_does(tmp_path):
+    files = sorted((SHARED / "dicom-jpeg2000").iterdir())[:6]
+    for number, file in enumerate(files):
+        shutil.copyfile(file, tmp_path / f"{(5 * number + 2) % 7}.dcm")
+    assert np.array_equal(read(tmp_path).hu, read(SHARED / "dicom-jpeg2000").hu[-6:])
+    (tmp_path / f"{(5 * 2 + 2) % 7}.dcm").unlink()
+    with pytest.raises(InputError, match=r"a slice is missing .* are 4 mm apart and most others 2 mm"):
+        read(tmp_path)

@@ -1,0 +1,176 @@
+"""Volumes from files: HU, one right-handed frame, and what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.ct.image import AIR_HU, Image, read, read_mask
+from palpate.errors import InputError
+
+SHARED = Path(__file__).parents[2].parent / "shared" / "ct"
+
+
+@pytest.fixture
+def scan():
+    """40 x 30 x 20 voxels of water in air with one bright voxel, at (7, 5, 3)."""
+    hu = np.full((20, 30, 40), -1000, dtype=np.int16)
+    hu[5:15, 5:25, 5:35] = 0
+    hu[3, 5, 7] = 900
+    return hu
+
+
+def write(path, values, spacing=(1.0, 2.0, 3.0), origin=(10.0, -20.0, 30.0), direction=None):
+    import SimpleITK
+
+    image = SimpleITK.GetImageFromArray(values)
+    image.SetSpacing(spacing)
+    image.SetOrigin(origin)
+    if direction is not None:
+        image.SetDirection(np.ravel(direction).tolist())
+    SimpleITK.WriteImage(image, str(path))
+    return path
+
+
+def brightest(image):
+    return image.to_world(np.unravel_index(np.argmax(image.hu), image.hu.shape))
+
+
+@pytest.mark.parametrize("suffix", [".nii.gz", ".nii", ".nrrd", ".mhd"])
+def test_formats_agree_in_metres(tmp_path, scan, suffix):
+    image = read(write(tmp_path / f"scan{suffix}", scan))
+    assert np.array_equal(image.hu, scan)
+    assert image.hu.dtype == np.int16
+    assert np.allclose(image.spacing_m, [0.001, 0.002, 0.003], rtol=1e-6)
+    assert np.allclose(brightest(image), [0.017, -0.010, 0.039], atol=1e-8)
+    assert image.voxel_m3 == pytest.approx(6e-9, rel=1e-6)
+    assert np.allclose(image.to_index(brightest(image)), [3, 5, 7])
+
+
+@pytest.mark.parametrize(
+    "direction",
+    [np.diag([1, -1, 1]), np.diag([-1, -1, 1]), [[0, 1, 0], [1, 0, 0], [0, 0, -1]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]]],
+    ids=["left-handed", "turned", "swapped", "coronal"],
+)
+def test_any_order_and_sign_of_axes_gives_one_right_handed_frame(tmp_path, scan, direction):
+    image = read(write(tmp_path / "scan.nii.gz", scan, direction=direction))
+    assert np.array_equal(image.axes, np.eye(3))
+    place = np.array([10, -20, 30]) + np.array(direction) @ (np.array([7, 5, 3]) * [1.0, 2.0, 3.0])
+    assert np.allclose(brightest(image), place / 1e3, atol=1e-8)
+
+
+def test_an_oblique_scan_keeps_its_own_axes(tmp_path, scan):
+    c, s = np.cos(0.2), np.sin(0.2)
+    direction = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    image = read(write(tmp_path / "scan.nii.gz", scan, direction=direction))
+    place = np.array([10, -20, 30]) + direction @ (np.array([7, 5, 3]) * [1.0, 2.0, 3.0])
+    assert np.allclose(image.axes @ brightest(image), place / 1e3, atol=1e-7)
+    assert np.linalg.det(image.axes) == pytest.approx(1)
+
+
+def test_padding_is_air(tmp_path, scan):
+    scan[:, :3] = -3024
+    assert read(write(tmp_path / "scan.nii.gz", scan)).hu.min() == AIR_HU
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (np.zeros((4, 4, 4), dtype=np.int16), "every voxel is 0; give a CT in Hounsfield units."),
+        (np.arange(64, dtype=np.int16).reshape(4, 4, 4), "no voxel is below 0 HU, so this is no CT"),
+        (np.full((4, 4, 4), np.nan, dtype=np.float32), "it has voxels that are not finite numbers; fill"),
+        (np.zeros((4, 4), dtype=np.int16), "it is not a single volume of scalars"),
+    ],
+    ids=["zeros", "magnetic resonance", "nan", "flat"],
+)
+def test_what_is_no_ct_is_said(tmp_path, values, said):
+    import SimpleITK
+
+    path = tmp_path / "scan.nrrd"
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(path))
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert str(caught.value).startswith(f"{path}: {said}")
+
+
+def test_missing_and_damaged_files_are_said(tmp_path):
+    with pytest.raises(InputError, match="there is no such file"):
+        read(tmp_path / "none.nii.gz")
+    (tmp_path / "broken.nrrd").write_text("NRRD0004\ntype: short\n")
+    with pytest.raises(InputError, match="SimpleITK cannot read it"):
+        read(tmp_path / "broken.nrrd")
+    (tmp_path / "slice.dcm").write_text("")
+    with pytest.raises(InputError, match="for DICOM give the folder"):
+        read(tmp_path / "slice.dcm")
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+def test_a_file_that_ends_too_early_is_not_filled_with_zeros(tmp_path, scan, suffix):
+    path = write(tmp_path / f"scan{suffix}", scan + np.random.default_rng(0).integers(0, 9, scan.shape, dtype=np.int16))
+    whole = path.read_bytes()
+    for damaged in (whole[: len(whole) * 6 // 10], whole[:-1], whole[:300]):
+        path.write_bytes(damaged)
+        with pytest.raises(
+            InputError, match=r"scan\.nii.*: the file is cut off or damaged; write or download it again"
+        ):
+            read(path)
+        with pytest.raises(InputError, match="the file is cut off or damaged"):
+            read_mask(path, Image(scan, np.zeros(3), np.ones(3)))
+
+
+def test_a_changed_byte_of_a_packed_file_is_noticed(tmp_path, scan):
+    path = write(tmp_path / "scan.nii.gz", scan + np.random.default_rng(0).integers(0, 9, scan.shape, dtype=np.int16))
+    damaged = bytearray(path.read_bytes())
+    damaged[len(damaged) // 2] ^= 255
+    path.write_bytes(damaged)
+    with pytest.raises(InputError, match="the file is cut off or damaged"):
+        read(path)
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_voxel_that_is_no_number_is_not_taken_for_water(tmp_path, scan, suffix, value):
+    hu = scan.astype(np.float64 if suffix == ".nii" else np.float32)
+    hu[3, 3, 3] = value
+    with pytest.raises(InputError, match="it has voxels that are not finite numbers; fill them with air, -1024 HU"):
+        read(write(tmp_path / f"scan{suffix}", hu))
+
+
+def test_a_mask_follows_its_image(tmp_path, scan):
+    mask = (scan > 500).astype(np.uint8)
+    image = read(write(tmp_path / "scan.nii.gz", scan, direction=np.diag([-1, -1, 1])))
+    found = read_mask(write(tmp_path / "mask.nrrd", mask, direction=np.diag([-1, -1, 1])), image)
+    assert np.array_equal(found, image.hu > 500)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"spacing": (1.0, 2.0, 3.1)}, {"origin": (10.0, -19.0, 30.0)}, {"direction": np.diag([1, -1, 1])}],
+    ids=["spacing", "origin", "direction"],
+)
+def test_a_mask_on_another_grid_is_said(tmp_path, scan, change):
+    image = read(write(tmp_path / "scan.nii.gz", scan))
+    path = write(tmp_path / "mask.nii.gz", (scan > -500).astype(np.uint8), **change)
+    with pytest.raises(InputError, match=r"mask\.nii\.gz: the mask \(40×30×20 voxels of .* is on another grid than"):
+        read_mask(path, image)
+    path = write(tmp_path / "mask.nii.gz", (scan[1:] > -500).astype(np.uint8))
+    with pytest.raises(InputError, match=r"40×30×19 .* resample it to the image's grid\.$"):
+        read_mask(path, image)
+
+
+def test_masks_without_or_with_many_labels_are_said(tmp_path, scan):
+    image = Image(scan, np.array([0.01, -0.02, 0.03]), np.array([0.001, 0.002, 0.003]))
+    with pytest.raises(InputError, match="the mask is empty"):
+        read_mask(write(tmp_path / "mask.nii.gz", np.zeros(scan.shape, dtype=np.uint8)), image)
+    with pytest.raises(InputError, match="has the values 0, 2, 5; give one with 0 outside and one label"):
+        read_mask(write(tmp_path / "mask.nii.gz", (2 * (scan > -500) + 3 * (scan > 500)).astype(np.uint8)), image)
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
+def test_a_real_ct_and_its_mask():
+    image = read(SHARED / "ct_liver_crop.nii.gz")
+    mask = read_mask(SHARED / "liver_mask_crop.nii.gz", image)
+    assert mask.sum() * image.voxel_m3 == pytest.approx(1022.6e-6, rel=1e-4)
+    assert np.percentile(image.hu[mask], [1, 5, 50, 95, 99]) == pytest.approx([-25, 34, 73, 105, 130], abs=1)
+    # the file has y the other way round; in our frame it grows to the back, where the liver is held
+    assert np.allclose(image.origin_m, [-0.11748, 0.06877 - 243 * 0.000703125, -0.3375], atol=1e-5)

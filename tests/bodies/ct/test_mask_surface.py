@@ -1,0 +1,90 @@
+"""Surfaces of masks: volume, node count, manifold, shape."""
+
+import numpy as np
+import pytest
+
+from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.mask_surface import coarse_surface, dense_surface, inflate, surface, volume
+from palpate.bodies.mesh_checks import check_closed
+from palpate.errors import InputError
+
+
+def masked(inside, spacing=(0.002, 0.002, 0.002), half=0.06):
+    spacing = np.array(spacing)
+    counts = np.round(2 * half / spacing).astype(int)
+    origin = -(counts - 1) / 2 * spacing
+    x, y, z = (o + s * np.arange(n) for o, s, n in zip(origin, spacing, counts, strict=True))
+    mask = inside(x, y[:, None], z[:, None, None])
+    return mask, Image(mask.astype(np.int16), origin, spacing)
+
+
+def ellipsoid(x, y, z):
+    return (x / 0.05) ** 2 + (y / 0.03) ** 2 + (z / 0.04) ** 2 < 1
+
+
+def ring(x, y, z):
+    return (np.hypot(x, y) - 0.035) ** 2 + z**2 < 0.014**2
+
+
+@pytest.mark.parametrize("spacing", [(0.002, 0.002, 0.002), (0.0008, 0.0008, 0.008)], ids=["even", "ten to one"])
+def test_the_dense_surface_is_that_of_the_ellipsoid(spacing):
+    mask, image = masked(ellipsoid, spacing)
+    points, triangles = dense_surface(mask, image)
+    check_closed("surface", points, triangles)
+    assert volume(points, triangles) == pytest.approx(mask.sum() * image.voxel_m3, rel=2e-4)
+    off = np.sqrt((points[:, 0] / 0.05) ** 2 + (points[:, 1] / 0.03) ** 2 + (points[:, 2] / 0.04) ** 2) - 1
+    # in units of half an axis; half of the coarsest spacing is all that a mask can tell
+    assert np.abs(off).max() < 0.5 * max(spacing) / 0.03
+
+
+@pytest.mark.parametrize("nodes", [60, 140])
+@pytest.mark.parametrize(("inside", "handles"), [(ellipsoid, 0), (ring, 1)], ids=["ellipsoid", "ring"])
+def test_a_wanted_number_of_nodes_with_the_volume_of_the_mask(inside, handles, nodes):
+    mask, image = masked(inside)
+    points, triangles = surface(mask, image, nodes)
+    check_closed("surface", points, triangles)
+    assert len(points) == nodes
+    assert len(triangles) == 2 * nodes - 4 + 4 * handles
+    assert volume(points, triangles) == pytest.approx(mask.sum() * image.voxel_m3, rel=1e-9)
+    lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
+    assert lengths.min() > 0.3 * lengths.mean()
+    assert lengths.max() < 2 * lengths.mean()
+
+
+def test_coarse_nodes_lie_on_the_surface_until_inflated():
+    mask, image = masked(ellipsoid)
+    points, triangles = coarse_surface(mask, image, 140)
+    off = np.sqrt((points[:, 0] / 0.05) ** 2 + (points[:, 1] / 0.03) ** 2 + (points[:, 2] / 0.04) ** 2) - 1
+    assert np.abs(off).max() < 0.001 / 0.03
+    wanted = mask.sum() * image.voxel_m3
+    assert volume(points, triangles) < 0.98 * wanted
+    moved = np.linalg.norm(inflate(points, triangles, wanted) - points, axis=1)
+    assert np.ptp(moved) < 1e-3 * moved.mean() + 1e-5
+
+
+def test_a_cut_organ_ends_in_a_flat_face():
+    mask, image = masked(lambda x, y, z: ellipsoid(x, y, z - 0.04))
+    points, triangles = dense_surface(mask, image)
+    check_closed("surface", points, triangles)
+    assert volume(points, triangles) == pytest.approx(mask.sum() * image.voxel_m3, rel=0.01)
+
+
+def test_two_balls_on_a_thread_of_a_voxel_are_said_to_fall_apart():
+    def thread(x, y, z):
+        one = (np.abs(x - 0.001) < 0.0005) & (np.abs(y - 0.001) < 0.0005)
+        return (x**2 + y**2 + (np.abs(z) - 0.035) ** 2 < 0.015**2) | (one & (np.abs(z) < 0.03))
+
+    with pytest.raises(InputError, match="the organ is too thin for its slices, and falls apart"):
+        dense_surface(*masked(thread))
+
+
+def test_parts_that_a_coarse_mesh_cannot_reach_are_said():
+    def dumbbell(x, y, z):
+        return (x**2 + y**2 + (np.abs(z) - 0.035) ** 2 < 0.02**2) | ((x**2 + y**2 < 0.0045**2) & (np.abs(z) < 0.03))
+
+    mask, image = masked(dumbbell)
+    with pytest.raises(InputError, match=r"^image: 30 surface nodes are too few for this organ, parts of which"):
+        surface(mask, image, 30)
+    points, triangles = surface(mask, image, 140)
+    check_closed("surface", points, triangles)
+    assert np.ptp(points[:, 2]) > 0.1

@@ -1,0 +1,167 @@
+"""The whole way from a CT to a body."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.ct import mesh_from_ct
+from palpate.bodies.ct.image import read_mask
+from palpate.bodies.ct.mask_surface import surface
+from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_checks import check_boundary, check_closed
+from palpate.bodies.mesh_quality import quality
+from palpate.bodies.surfaces.tetrahedralize import fill
+from palpate.errors import InputError
+
+SHARED = Path(__file__).parents[2].parent / "shared" / "ct"
+real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
+ABDOMEN = {"kind": "ct", "image": None, "mask": None, "threshold_hu": [30, 120], "surface_nodes": 140, "snap": False}
+REAL = {"image": SHARED / "ct_liver_crop.nii.gz", "mask": SHARED / "liver_mask_crop.nii.gz"}
+BACK = {"anchors": {"plane": {"axis": "y", "side": "max", "depth_m": 0.03}}, "refinements": 1}
+
+
+def check_whole(mesh: TetMesh):
+    """Watertight, a manifold, of one piece without handles."""
+    check_boundary("body", mesh)
+    check_closed("body", mesh.nodes, mesh.triangles)
+    assert len(mesh.triangles) == 2 * len(mesh.surface) - 4
+
+
+def write(path, values, image):
+    import SimpleITK
+
+    found = SimpleITK.GetImageFromArray(values)
+    found.SetSpacing((1e3 * image.spacing_m).tolist())
+    found.SetOrigin((1e3 * image.origin_m).tolist())
+    SimpleITK.WriteImage(found, str(path))
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The synthetic abdomen as an image and a mask on disk, with its truth."""
+    folder = tmp_path_factory.mktemp("ct")
+    image, truth = abdomen(spacing_m=(0.004, 0.004, 0.004))
+    mask = write(folder / "mask.nii.gz", truth["liver"].astype(np.uint8), image)
+    return {"image": write(folder / "scan.nii.gz", image.hu, image), "mask": mask}, truth
+
+
+def test_the_synthetic_abdomen_is_the_default(entry):
+    body = make_body("liver", entry | ABDOMEN | BACK)
+    truth = abdomen()[1]
+    assert len(body.coarse.surface) == 140
+    check_whole(body.coarse)
+    for mesh in body.levels:
+        assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.01)
+        assert quality(mesh)["min_dihedral_deg"] >= 5
+
+
+@real
+def test_a_real_liver_from_its_mask():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mesh = mesh_from_ct.mesh(ABDOMEN | REAL)
+    check_whole(mesh)
+    assert len(mesh.surface) == 140
+    assert mesh.volumes.sum() == pytest.approx(1022.6e-6, rel=0.01)
+    assert quality(mesh)["min_dihedral_deg"] >= 5
+
+
+@real
+def test_a_real_liver_snapped(entry):
+    body = make_body("liver", entry | ABDOMEN | BACK | REAL | {"snap": True, "refinements": 2})
+    check_whole(body.fine)
+    missing = [1022.6e-6 - mesh.volumes.sum() for mesh in body.levels]
+    assert missing[0] > 2 * missing[1] > 3 * missing[2] > 0
+    assert missing[2] < 0.03 * 1022.6e-6
+    assert quality(body.fine)["min_dihedral_deg"] >= 5
+
+
+@real
+def test_a_real_liver_from_its_grey_values():
+    image, mask = mesh_from_ct.segmented(ABDOMEN | {"image": REAL["image"]})
+    truth = read_mask(REAL["mask"], image)
+    assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) >= 0.90
+    # rougher than a mask that was drawn, and yet to be meshed
+    mesh = fill(*surface(mask, image, 140))
+    check_whole(mesh)
+    assert mesh.volumes.sum() == pytest.approx(mask.sum() * image.voxel_m3, rel=1e-6)
+    assert quality(mesh)["min_dihedral_deg"] >= 5
+
+
+def test_is_the_same_every_time(files):
+    first, second = (mesh_from_ct.mesh(ABDOMEN | files[0]) for _ in range(2))
+    assert np.array_equal(first.nodes, second.nodes)
+    assert np.array_equal(first.tetrahedra, second.tetrahedra)
+
+
+def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
+    paths, truth = files
+    around = {"crop_m": [[-0.14, -0.09, -0.05], [0.05, 0.06, 0.09]]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        image, mask = mesh_from_ct.segmented(ABDOMEN | paths | around)
+    whole, liver = mesh_from_ct.segmented(ABDOMEN | paths)
+    assert image.hu.size < whole.hu.size / 4
+    middle, same = (i.to_world(np.argwhere(m)).mean(axis=0) for i, m in ((image, mask), (whole, liver)))
+    assert np.allclose(middle, same, atol=1e-6)
+    half = {"crop_m": [[-0.14, -0.09, 0.02], [0.05, 0.06, 0.09]]}
+    with pytest.warns(UserWarning, match=r"scan\.nii\.gz: the organ reaches the border of the image, which has prob"):
+        mesh = mesh_from_ct.mesh(ABDOMEN | paths | half)
+    check_whole(mesh)
+    assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"] / 2, rel=0.05)
+
+
+def test_pieces_of_a_mask_that_are_left_out_are_told(files, tmp_path):
+    paths, truth = files
+    image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
+    two = truth["liver"].astype(np.uint8)
+    two[5:10, 5:10, 5:10] = 1
+    mask = write(tmp_path / "two.nii.gz", two, image)
+    with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
+        kept = mesh_from_ct.segmented(ABDOMEN | paths | {"mask": mask})[1]
+    assert np.array_equal(kept, truth["liver"])
+
+
+@pytest.mark.parametrize("radius_m", [0.002, 0.005])
+def test_an_organ_too_thin_for_its_slices_is_said(files, tmp_path, radius_m):
+    paths, _ = files
+    image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
+    places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
+    tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
+    mask = write(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
+    with pytest.raises(InputError, match=r"the organ is too thin for its slices, and falls apart when they are smooth"):
+        mesh_from_ct.mesh(ABDOMEN | paths | {"mask": mask})
+
+
+def test_more_nodes_than_voxels_can_tell_apart_are_said(files):
+    with pytest.raises(InputError, match=r"surface_nodes is 1000000, which are too many for this organ: .* are 4 mm;"):
+        mesh_from_ct.mesh(ABDOMEN | files[0] | {"surface_nodes": 1_000_000})
+
+
+def test_an_empty_name_is_not_the_synthetic_abdomen():
+    with pytest.raises(InputError, match="give"):
+        mesh_from_ct.segmented(ABDOMEN | {"image": ""})
+
+
+def test_crops_that_leave_nothing_are_said(files):
+    paths, _ = files
+    with pytest.raises(InputError, match=r"crop_m has no voxel inside; the image reaches from \(-0\.16.* m\.$"):
+        mesh_from_ct.segmented(ABDOMEN | paths | {"crop_m": [[1, 1, 1], [2, 2, 2]]})
+    with pytest.raises(InputError, match="crop_m leaves nothing of the mask; give a box"):
+        mesh_from_ct.segmented(ABDOMEN | paths | {"crop_m": [[0.1, 0.05, -0.1], [0.15, 0.1, 0]]})
+
+
+def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
+    image, truth = abdomen(spacing_m=(0.0012, 0.0012, 0.012))
+    mesh = mesh_from_ct.mesh(ABDOMEN | {"image": write(tmp_path / "thick.nii.gz", image.hu, image)})
+    check_whole(mesh)
+    assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
+    assert quality(mesh)["min_dihedral_deg"] >= 5
+    # 0.085 along the longest half axis, turned by 0.35
+    length = 2 * np.hypot(0.085 * np.cos(0.35), 0.05 * np.sin(0.35))
+    assert np.ptp(mesh.nodes[:, 0]) == pytest.approx(length, rel=0.05)

@@ -1,0 +1,38 @@
+"""The synthetic abdomen against its own truth."""
+
+import numpy as np
+import pytest
+
+from palpate.bodies.ct.masses import voxel_mass
+from palpate.bodies.ct.segmentation import on_border, segment
+from palpate.bodies.ct.synthetic_abdomen import SPACING_M, abdomen, share_of
+
+
+def test_voxels_have_the_volume_and_mass_of_the_ellipsoid():
+    image, truth = abdomen()
+    assert truth["liver"].sum() * image.voxel_m3 == pytest.approx(truth["volume_m3"], rel=1e-3)
+    assert voxel_mass(image, truth["liver"]) == pytest.approx(truth["mass_kg"], rel=0.01)
+    assert not on_border(truth["liver"])
+
+
+@pytest.mark.parametrize("turn", [0, 0.35])
+def test_shares_of_voxels_add_up_to_the_volume_of_an_ellipsoid(turn):
+    spacing, axes = np.array([0.008, 0.006, 0.012]), (0.05, 0.03, 0.04)
+    share = share_of(np.full(3, -0.07), spacing, np.array([19, 24, 12]), (0.002, 0.001, 0), axes, turn)
+    assert share.min() == 0
+    assert share.max() == 1
+    assert share.sum() * np.prod(spacing) == pytest.approx(4 / 3 * np.pi * np.prod(axes), rel=3e-3)
+
+
+def test_is_the_same_for_the_same_seed_only():
+    first, second, other = (abdomen(seed, (0.006, 0.006, 0.006))[0].hu for seed in (1, 1, 2))
+    assert np.array_equal(first, second)
+    assert not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize("spacing", [SPACING_M, (0.0015, 0.0015, 0.005)])
+def test_the_default_pipeline_finds_the_liver(spacing):
+    image, truth = abdomen(spacing_m=spacing)
+    mask = segment(image, {"threshold_hu": [30, 120]})
+    assert mask.sum() * image.voxel_m3 == pytest.approx(truth["volume_m3"], rel=0.01)
+    assert voxel_mass(image, mask) == pytest.approx(truth["mass_kg"], rel=0.01)

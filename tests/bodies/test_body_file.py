@@ -1,0 +1,75 @@
+import h5py
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.body_file import load, save
+from palpate.bodies.sheet import sheet
+from palpate.errors import InputError
+
+
+@pytest.fixture
+def stored(cube, material, tmp_path):
+    body = nest("cube", cube, 2, np.arange(4), material)
+    save(body, tmp_path / "body.h5")
+    return body, tmp_path / "body.h5"
+
+
+def test_round_trip(stored):
+    body, path = stored
+    found = load(path)
+    assert (found.name, found.material, len(found.levels)) == ("cube", body.material, 3)
+    for mine, theirs in zip(body.levels, found.levels, strict=True):
+        assert np.array_equal(mine.nodes, theirs.nodes)
+        assert np.array_equal(mine.tetrahedra, theirs.tetrahedra)
+    assert all(map(np.array_equal, body.anchors, found.anchors))
+    assert abs(body.prolongation - found.prolongation).max() == 0
+
+
+def test_a_sheet_comes_back(material, tmp_path):
+    cloth = sheet([0.3, 0.2], [2, 2], 0.001)
+    save(nest("cloth", cloth, 0, np.array([0]), material), tmp_path / "cloth.h5")
+    body = load(tmp_path / "cloth.h5")
+    assert np.array_equal(body.coarse.nodes, cloth.nodes)
+    assert np.array_equal(body.coarse.triangles, cloth.triangles)
+    assert body.coarse.thickness_m == 0.001
+    assert (body.anchors[0].tolist(), body.prolongations) == ([0], [])
+
+
+def test_same_body_gives_the_same_bytes(stored, tmp_path):
+    body, path = stored
+    save(body, tmp_path / "again.h5")
+    assert (tmp_path / "again.h5").read_bytes() == path.read_bytes()
+
+
+def test_a_failed_write_leaves_nothing(stored, tmp_path):
+    body, path = stored
+    body.levels.append(None)
+    with pytest.raises(ValueError, match="zip"):
+        save(body, tmp_path / "half.h5")
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_another_version_is_refused(stored):
+    _, path = stored
+    with h5py.File(path, "a") as file:
+        file.attrs["version"] = 0
+    with pytest.raises(InputError, match="version is not 2"):
+        load(path)
+
+
+def test_nan_is_refused_by_name(stored):
+    _, path = stored
+    with h5py.File(path, "a") as file:
+        file["level_1/nodes"][3, 0] = np.nan
+    with pytest.raises(InputError, match="/level_1/nodes"):
+        load(path)
+
+
+def test_a_cut_file_is_refused(stored):
+    _, path = stored
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(InputError, match="not a whole body file"):
+        load(path)
+    with pytest.raises(InputError, match=r"body\.h5: not a whole body file"):
+        load(path.parent / "missing" / "body.h5")

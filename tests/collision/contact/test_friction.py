@@ -1,0 +1,150 @@
+"""Lagged friction: its derivatives, its limit, and a block on a slope."""
+
+import numpy as np
+import pytest
+
+from palpate.collision.contact import barrier, friction
+from palpate.collision.contact.mollifier import thresholds
+
+SLIP = 0.02
+
+
+@pytest.fixture(scope="module")
+def contacts():
+    """Thirty stencils of both kinds at x, of which some are too far apart to act."""
+    x = np.random.default_rng(1).normal(size=(120, 3))
+    kinds, nodes = np.arange(30) % 2, np.arange(120).reshape(-1, 4)
+    arguments = kinds, nodes, np.zeros(30), np.linspace(1.0, 2.0, 30), thresholds(kinds, nodes, x), 1.2
+    return arguments, x
+
+
+def lagged(contacts, coefficient=0.4):
+    arguments, x = contacts
+    return friction.lag(*arguments, x, coefficient, SLIP, x)
+
+
+@pytest.mark.parametrize("amount", [0.1, 0.5, 1.0, 30.0])
+def test_force_and_blocks_are_derivatives(contacts, amount):
+    state, x = lagged(contacts), contacts[1]
+    assert 10 < len(state.rows) < 30
+    y = x + amount * SLIP * np.random.default_rng(2).normal(size=x.shape)
+    force = np.zeros_like(x)
+    state.add_force(y, force)
+    nodes, blocks = state.blocks(y, False)
+    step = 1e-4 * SLIP
+    for k, row in enumerate(nodes):
+        hessian = blocks[k].transpose(0, 2, 1, 3).reshape(12, 12)
+        assert np.linalg.eigvalsh(hessian).min() > -1e-12 * np.abs(hessian).max()
+        for i, (node, axis) in enumerate(zip(np.repeat(row, 3), 4 * [0, 1, 2], strict=True)):
+            delta = np.zeros_like(x)
+            delta[node, axis] = step
+            slope = (state.energy(y + delta) - state.energy(y - delta)) / (2.0 * step)
+            assert abs(force[node, axis] + slope) < 1e-6 * np.abs(force).max()
+            change = np.zeros_like(x), np.zeros_like(x)
+            state.add_force(y - delta, change[0])
+            state.add_force(y + delta, change[1])
+            slope = (change[0] - change[1])[row].ravel() / (2.0 * step)
+            assert np.abs(hessian[i] - slope).max() < 1e-5 * np.abs(hessian).max()
+
+
+def test_definite_blocks_are_of_a_parabola_that_is_nowhere_below_the_energy(contacts):
+    state, x, rng = lagged(contacts), contacts[1], np.random.default_rng(5)
+    for amount, reach in ((0.1, 5.0), (1.0, 1.0), (30.0, 30.0), (30.0, 1.0)):
+        y = x + amount * SLIP * rng.normal(size=x.shape)
+        step, force = reach * SLIP * rng.normal(size=x.shape), np.zeros_like(x)
+        state.add_force(y, force)
+        nodes, blocks = state.blocks(y, True)
+        bent = 0.5 * np.einsum("kai,kabij,kbj->", step[nodes], blocks, step[nodes])
+        assert bent >= 0.5 * np.einsum("kai,kabij,kbj->", step[nodes], state.blocks(y, False)[1], step[nodes]) >= 0.0
+        assert state.energy(y + step) <= state.energy(y) - np.vdot(force, step) + bent
+
+
+def test_normal_forces_are_the_barriers(contacts):
+    arguments, x = contacts
+    kinds, nodes, offsets, scales, _, gap = arguments
+    unmollified = kinds, nodes, offsets, scales, np.zeros(30), gap
+    state, force = friction.lag(*unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
+    barrier.add_force(*unmollified, x, force)
+    for row, weights, normal, push in zip(state.nodes, state.weights, state.normals, state.forces, strict=True):
+        assert np.abs(force[row] - push * np.outer(weights, normal)).max() < 1e-12 * push
+    assert np.array_equal(state.limits, 0.4 * state.forces)
+
+
+def test_nothing_at_rest_and_along_the_normal_and_the_limit_beyond_slip(contacts):
+    state, x = lagged(contacts), contacts[1]
+    assert state.energy(x) == 0.0
+    for way, expected in ((1.0, 0.0), (0.0, 1.0)):
+        for k, row in enumerate(state.nodes):
+            aside = np.cross(state.normals[k], [0.3, -0.5, 0.8])
+            moved, force = x.copy(), np.zeros_like(x)
+            moved[row] += (
+                3.0
+                * SLIP
+                * np.outer(
+                    state.weights[k] / (state.weights[k] @ state.weights[k]),
+                    way * state.normals[k] + (1.0 - way) * aside / np.linalg.norm(aside),
+                )
+            )
+            state.add_force(moved, force)
+            size = np.linalg.norm(force[row]) / np.linalg.norm(state.weights[k])
+            assert abs(size - expected * state.limits[k]) < 1e-9 * state.limits[k]
+
+
+def test_friction_takes_energy_out_and_is_symmetric_in_the_two_parts(contacts):
+    state, x = lagged(contacts), contacts[1]
+    y, force = x + SLIP * np.random.default_rng(4).normal(size=x.shape), np.zeros_like(x)
+    state.add_force(y, force)
+    assert np.vdot(force, y - x) < 0.0
+    assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
+
+
+def test_coefficients_a_contact(contacts):
+    arguments, x = contacts
+    one = friction.lag(*arguments, x, 0.3, SLIP, x)
+    each = friction.lag(*arguments, x, np.linspace(0.0, 0.9, 30), SLIP, x)
+    assert np.allclose(each.limits, np.linspace(0.0, 0.9, 30)[one.rows] * one.forces, rtol=1e-15)
+
+
+@pytest.mark.parametrize("slope", [0.2, 0.29, 0.31, 0.5])
+def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(slope):
+    """Implicit Euler of one mass with μ = 0.3: creep within slip a step, or the acceleration g (sin − μ cos)."""
+    angle, h, mass, mu, slip = np.arctan(slope), 0.01, 2.0, 0.3, 1e-7
+    x = np.array([[0.0, 0.0, 0.0], [-5.0, -5.0, 0.0], [15.0, -5.0, 0.0], [-5.0, 15.0, 0.0]])
+    weight = mass * 9.81 * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+    arguments = np.zeros(1, int), np.arange(4)[None], np.zeros(1), np.full(1, 50.0), np.zeros(1), 1e-3
+    x[0, 2] = resting_height(arguments, x, -weight[2])
+    speed, start = 0.0, x[0].copy()
+    for _ in range(20):
+        state, begin = friction.lag(*arguments, x, mu, slip, x), x.copy()
+        x[0, 0] = bisect(lambda u, s=state, b=begin: step_force(u, s, b, mass, speed, h, weight), x[0, 0], 1.0)  # noqa: B023
+        speed = (x[0, 0] - begin[0, 0]) / h
+    if slope < mu:
+        assert 0.0 < x[0, 0] - start[0] < 20 * slip
+    else:
+        sliding = 9.81 * (np.sin(angle) - mu * np.cos(angle))
+        assert np.isclose(x[0, 0] - start[0], sliding * h * h * 210, rtol=1e-6)
+
+
+def step_force(u, state, begin, mass, speed, h, weight):
+    x, force = begin.copy(), np.zeros_like(begin)
+    x[0, 0] = u
+    state.add_force(x, force)
+    return weight[0] + force[0, 0] - mass * (u - begin[0, 0] - h * speed) / h**2
+
+
+def resting_height(arguments, x, load):
+    def force(height):
+        y, out = x.copy(), np.zeros_like(x)
+        y[0, 2] = height
+        barrier.add_force(*arguments, y, out)
+        return out[0, 2] - load
+
+    return bisect(force, 1e-9, 1e-3)
+
+
+def bisect(function, low, high):
+    """Where ``function``, positive at ``low``, becomes zero."""
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if function(middle) > 0.0 else (low, middle)
+    return low

@@ -1,0 +1,91 @@
+"""Motions against a reference whose step suffices: what is compared, what is fitted, and what counts as failure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Material, nest
+from palpate.errors import InputError, NotConverged
+from palpate.evaluation.dynamic import dynamic_accuracy, dynamic_reference
+from palpate.evaluation.dynamic.dynamic_reference import SHARE, Reference, load, reference, save
+from palpate.evaluation.dynamic.dynamic_trial import Trial, trial
+
+PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -0.2], "radius_m": 0.03}
+PUSH |= {"start_s": 0.0, "press_s": 0.1, "hold_s": 1.0, "release_s": 0.1}
+ENTRY = {"effects": ["corotational", "held", "push", "rayleigh"], "push": {"loads": [PUSH]}}
+ENTRY |= {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02}}
+
+
+@pytest.fixture(scope="module")
+def pressed(box) -> Trial:
+    mesh = box([4, 2, 2], [0.1, 0.04, 0.04])
+    body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(20000.0, 0.3, 1000.0))
+    return trial("poke", ENTRY, body, 0.2, 5)
+
+
+@pytest.fixture(scope="module")
+def truth(pressed) -> Reference:
+    return reference(pressed, 0.02)
+
+
+def test_a_body_of_one_level_is_refined_once(pressed):
+    assert [len(level.tetrahedra) for level in pressed.body.levels] == [96, 768]
+
+
+def test_halving_ends_when_it_changes_little(pressed, truth):
+    assert truth.change <= 0.02
+    assert truth.tried_s == pytest.approx(0.04 / 2.0 ** np.arange(len(truth.tried)))
+    assert truth.truth.shape == (5, len(pressed.body.fine.surface), 3)
+    off = [np.linalg.norm(tried - truth.truth) for tried in truth.tried]
+    assert (np.diff(off) < 0.0).all()
+    finer = pressed.move(pressed.fem(5 * 2 ** (len(truth.tried) + 1)), 1)[0]
+    better = 2.0 * finer - pressed.move(pressed.fem(5 * 2 ** len(truth.tried)), 1)[0]
+    assert np.linalg.norm(better - truth.truth, axis=2).max() < 2 * truth.change * truth.peak
+
+
+def test_half_the_load_moves_about_half_as_far(pressed, truth):
+    ratio = np.linalg.norm(truth.training[-1]) / np.linalg.norm(truth.truth[-1])
+    assert 0.9 * SHARE < ratio < 1.2 * SHARE
+    assert pressed.louder(2.0).loads["push"]["loads"][0]["force_n"] == [0.0, 0.0, -0.4]
+
+
+def test_what_cannot_be_converged_is_told(pressed, monkeypatch):
+    monkeypatch.setattr(dynamic_reference, "HALVINGS", 2)
+    with pytest.raises(NotConverged, match="poke"):
+        reference(pressed, 1e-12)
+
+
+def test_a_reference_is_kept(truth, tmp_path):
+    save(truth, tmp_path / "r.npz")
+    again = load(tmp_path / "r.npz")
+    assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
+
+
+def test_every_model_is_measured_and_fits_are_of_use(pressed, truth, monkeypatch):
+    monkeypatch.setattr(dynamic_accuracy, "SHAPE_STEPS", (8,))
+    monkeypatch.setattr(dynamic_accuracy, "SHORTER", (1, 2))
+    table = dynamic_accuracy.measure(pressed, truth)
+    wrong = table.groupby("model")["rmse_of_peak"].min()
+    assert list(wrong.sort_index().index) == ["fem_coarse", "fem_fine", "shape_matching", "springs", "springs_volume"]
+    assert not table["failures"].any() and np.isfinite(table["rmse_of_peak"]).all()
+    assert wrong["fem_fine"] < 0.02 < wrong["fem_coarse"]
+    assert wrong["springs"] < 0.1 and wrong["springs_volume"] < 0.1 and wrong["shape_matching"] < 0.2
+    assert (table["ms_per_step"] > 0.0).all()
+
+
+def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
+    def unstable(trial, steps):
+        return replace(trial.springs(steps, 0.1, 0.0), allow_unstable=True)
+
+    fitted = dynamic_accuracy.Fitted(unstable, 1e12, 0.0)
+    row = dynamic_accuracy._row(pressed, truth, pressed.frames * 20, fitted)
+    assert row["failures"] == 1 and "rmse_m" not in row
+
+
+def test_only_loads_that_are_known_are_taken_over(pressed):
+    for entry, what in (({"effects": []}, "none of gravity and push"), (ENTRY | {"effects": ["contact"]}, "contact")):
+        with pytest.raises(InputError, match=what):
+            trial("poke", entry, pressed.body, 0.2, 5)
+    with pytest.raises(InputError, match="no multiple"):
+        pressed.fem(7)

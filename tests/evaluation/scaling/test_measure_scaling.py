@@ -1,0 +1,91 @@
+"""What grows is measured at the sizes asked for, and its powers are found."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.evaluation.scaling import scaling_kernels
+from palpate.evaluation.scaling.measure_scaling import KERNELS, Meter, doubling, measure
+from palpate.evaluation.scaling.scaling_growth import LARGEST, exponents
+
+SIZES = {
+    "fem": [1, 2],
+    "fine_nodes": [200, 400],
+    "samples": [20, 40],
+    "triangles": [400, 1600],
+    "particles": [200, 800],
+}
+STAGES = {
+    "fem": ["mesh", "set up", "linearise", "respond"],
+    "fine_nodes": ["paper 1: prepare", "paper 1: query", "ours: prepare", "ours: query"],
+    "samples": ["paper 1: prepare", "paper 1: query"],
+    "triangles": ["build", "refit", "query"],
+    "particles": ["set up", "step"],
+    "cores": ["generation"],
+}
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_every_kernel_runs_at_its_sizes(kernel):
+    table = measure(kernel, SIZES.get(kernel, [1]))
+    assert list(dict.fromkeys(table["stage"])) == STAGES[kernel]
+    assert len(table) == len(STAGES[kernel]) * len(SIZES.get(kernel, [1]))
+    assert (table["seconds"] > 0).all() and (table["memory_mb"] >= 0).all()
+    if kernel == "fem":
+        assert list(table["size"].unique()) == [628 * 8, 628 * 64]
+    elif kernel in SIZES:
+        assert np.allclose(table["size"].unique(), SIZES[kernel], rtol=0.1)
+
+
+def test_the_largest_body_has_more_than_2_4_million_tetrahedra():
+    import yaml
+
+    config = yaml.safe_load((Path(__file__).parents[3] / "config.yaml").read_text())
+    assert 628 * 8 ** max(config["scaling"]["fem"]) > 2.4e6
+
+
+def test_the_press_is_solved():
+    found = {}
+
+    class Keep:
+        def once(self, stage, call, *given):
+            found[stage] = call(*given)
+            return found[stage]
+
+        often = once
+
+    scaling_kernels.fem(1, Keep())
+    body, solution = found["mesh"], found["respond"]
+    assert solution.history[-1] <= scaling_kernels.TOLERANCE
+    peak = np.linalg.norm(solution.x - body.fine.nodes, axis=1).max()
+    wanted = scaling_kernels.PEAK_OF_SIZE * body.fine.size
+    assert 0.7 * wanted < peak < 2.0 * wanted  # a finer mesh is softer
+
+
+def test_a_meter_sees_what_a_call_takes():
+    if not Path("/proc/self/clear_refs").exists():
+        pytest.skip("this system does not tell the peak of resident memory")
+    meter = Meter()
+    meter.once("large", lambda: np.ones(25_000_000).sum())
+    meter.once("small", lambda: np.ones(10).sum())
+    large, small = (stage["memory_mb"] for stage in meter.stages)
+    assert 190 < large < 260
+    assert small < 60
+
+
+def test_exponents_are_those_of_the_largest_sizes():
+    sizes = np.array([10, 100, 1000, 10_000, 100_000])
+    seconds = 1e-6 * sizes**1.5
+    seconds[0] = 1.0  # an overhead that only the smallest sizes show
+    table = pd.DataFrame({"kernel": "k", "stage": "s", "size": sizes, "seconds": seconds, "memory_mb": 1e-2 * sizes})
+    found = exponents(table).iloc[0]
+    assert LARGEST == 4
+    assert found["seconds_exponent"] == pytest.approx(1.5)
+    assert found["memory_exponent"] == pytest.approx(1.0)  # of 10 MB on
+    assert np.isnan(exponents(table[:1])["seconds_exponent"].iloc[0])
+
+
+def test_cores_double_up_to_all():
+    assert [doubling(n) for n in (1, 2, 3, 4, 6)] == [[1], [1, 2], [1, 2, 3], [1, 2, 4], [1, 2, 4, 6]]

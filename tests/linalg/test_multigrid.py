@@ -1,0 +1,125 @@
+"""The multigrid preconditioner: symmetric, Galerkin, and as good on fine meshes as on coarse ones."""
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.cylinder import cylinder
+from palpate.effects.corotational import Corotational
+from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.krylov import conjugate_gradients
+from palpate.linalg.multigrid import Multigrid
+
+
+def indicator(body, level):
+    return np.isin(np.arange(len(body.levels[level].nodes)), body.anchors[level])
+
+
+def prepare(body, x=None, definite=False):
+    """Multigrid for the finest level at ``x``, default rest; and its matrix, held and not."""
+    patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels]
+    held = [indicator(body, level) for level in range(len(body.levels))]
+    stiffness = Corotational(body.fine, body.material, patterns[-1]).stiffness(
+        body.fine.nodes if x is None else x, definite
+    )
+    free = stiffness.copy()
+    hold(stiffness.indptr, stiffness.indices, stiffness.data, held[-1])
+    multigrid = Multigrid(patterns, body.prolongations, held)
+    multigrid.update(stiffness)
+    return multigrid, stiffness, free
+
+
+@pytest.fixture(scope="module")
+def three_levels(box, soft):
+    mesh = box([3, 2, 2], [0.15, 0.1, 0.1], jitter=0.2)
+    return nest("box", mesh, 2, np.flatnonzero(mesh.nodes[:, 0] == 0.0), soft)
+
+
+def bent(mesh):
+    return mesh.nodes + np.outer(mesh.nodes[:, 0] ** 2, [-1.0, 2.0, 3.0])
+
+
+def test_a_cycle_is_symmetric_and_positive(three_levels):
+    for x in (None, bent(three_levels.fine)):
+        multigrid, _, _ = prepare(three_levels, x, definite=True)
+        random = np.random.default_rng(0)
+        for _ in range(5):
+            a, b = random.normal(size=(2, len(three_levels.fine.nodes), 3))
+            one, other = np.vdot(a, multigrid.solve(b)), np.vdot(b, multigrid.solve(a))
+            assert one == pytest.approx(other, abs=1e-11 * np.linalg.norm(a) * np.linalg.norm(multigrid.solve(b)))
+            assert np.vdot(a, multigrid.solve(a)) > 0.0
+
+
+def test_coarse_matrices_are_galerkin_products(three_levels):
+    multigrid, stiffness, free = prepare(three_levels, bent(three_levels.fine))
+    expected = free.toarray()
+    assert np.array_equal(multigrid.patterns[-1].matrix(multigrid._values[-1]).toarray(), stiffness.toarray())
+    for level in (1, 0):
+        interpolation = np.kron(three_levels.prolongations[level].toarray(), np.eye(3))
+        expected = interpolation.T @ expected @ interpolation
+        held = np.repeat(indicator(three_levels, level), 3)
+        fixed = np.where(held[:, None] | held, np.eye(len(held)), expected)
+        found = multigrid.patterns[level].matrix(multigrid._values[level]).toarray()
+        assert np.abs(found - fixed).max() < 1e-12 * np.abs(fixed).max()
+
+
+def test_a_cycle_is_smoothing_correcting_and_smoothing_back(slab):
+    """Against the same with dense matrices: L, U are the lower and upper block triangles, diagonal included."""
+    multigrid, stiffness, free = prepare(slab, bent(slab.fine), definite=True)
+    dense, interpolation = stiffness.toarray(), np.kron(slab.prolongations[0].toarray(), np.eye(3))
+    node = np.arange(len(dense)) // 3
+    lower, upper = np.where(node[:, None] >= node, dense, 0.0), np.where(node[:, None] <= node, dense, 0.0)
+    held = np.repeat(indicator(slab, 0), 3)
+    coarse = np.where(held[:, None] | held, np.eye(len(held)), interpolation.T @ free.toarray() @ interpolation)
+    right = np.random.default_rng(0).normal(size=slab.fine.nodes.shape)
+    right[indicator(slab, 1)] = 0.0
+    b = right.ravel()
+    x = np.linalg.solve(lower, b)
+    restricted = np.where(held, 0.0, interpolation.T @ (b - dense @ x))
+    x = x + interpolation @ np.linalg.solve(coarse, restricted)
+    x = x + np.linalg.solve(upper, b - dense @ x)
+    assert np.abs(multigrid.solve(right).ravel() - x).max() < 1e-10 * np.abs(x).max()
+
+
+def test_the_galerkin_matrix_at_rest_is_the_coarse_meshs_own(three_levels):
+    """Linear elements on nested meshes: what refinement interpolates costs the coarse energy."""
+    multigrid, _, _ = prepare(three_levels)
+    own = Corotational(three_levels.coarse, three_levels.material).stiffness(three_levels.coarse.nodes)
+    hold(own.indptr, own.indices, own.data, indicator(three_levels, 0))
+    found = multigrid.patterns[0].matrix(multigrid._values[0]).toarray()
+    assert np.abs(found - own.toarray()).max() < 1e-12 * np.abs(own.data).max()
+
+
+def test_held_nodes_stay_where_they_are(three_levels):
+    multigrid, _, _ = prepare(three_levels)
+    right = np.random.default_rng(0).normal(size=three_levels.fine.nodes.shape)
+    held = indicator(three_levels, 2)
+    right[held] = 0.0
+    assert np.abs(multigrid.solve(right)[held]).max() == 0.0
+
+
+def iterations(body):
+    multigrid, stiffness, _ = prepare(body)
+    right = np.random.default_rng(0).normal(size=body.fine.nodes.shape)
+    right[indicator(body, len(body.levels) - 1)] = 0.0
+
+    def multiply(p):
+        return (stiffness @ p.ravel()).reshape(p.shape)
+
+    x, products, positive = conjugate_gradients(multiply, multigrid.solve, right, 1e-8, 500)
+    assert positive
+    assert np.linalg.norm(right - multiply(x)) < 1.1e-8 * np.linalg.norm(right)
+    return products
+
+
+def test_iterations_stay_bounded_as_levels_are_added(box, soft):
+    mesh = box([6, 2, 2], [0.3, 0.1, 0.1])
+    held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
+    counts = [iterations(nest("bar", mesh, levels, held, soft)) for levels in (1, 2, 3)]
+    assert max(counts) <= 40
+    assert counts[2] <= counts[1] + 5
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_iterations_of_the_papers_cylinder(soft, levels):
+    assert iterations(nest("cylinder", cylinder(0.2, 0.03), levels, np.arange(19), soft)) <= 45

@@ -1,0 +1,84 @@
+"""Rotations of good and bad matrices, against LAPACK where there is only one answer."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from palpate.effects.shape_matching.goal_shapes import rotations
+from palpate.errors import InputError
+from palpate.linalg.nearest_rotation import nearest
+
+COUNT = 20_000
+FAMILIES = ["normal", "inverted", "conditioned", "flat", "straight", "zero", "denormal", "huge", "half turn", "equal"]
+
+
+def with_values(random, values):
+    left, right = (Rotation.random(len(values), rng=random).as_matrix() for _ in range(2))
+    return np.einsum("nij,nj,nkj->nik", left, values, right)
+
+
+def family(name):
+    random = np.random.default_rng(FAMILIES.index(name))
+    normal = random.normal(size=(COUNT, 3, 3))
+    if name == "inverted":
+        return normal * -np.sign(np.linalg.det(normal))[:, None, None]
+    if name == "conditioned":  # up to 1e12, half of them inverted
+        return with_values(random, 10.0 ** random.uniform(-12, 0, (COUNT, 3)) * random.choice([-1, 1], (COUNT, 1)))
+    if name in ("flat", "straight"):
+        return with_values(random, random.uniform(0.1, 3, (COUNT, 3)) * ([1, 1, 0] if name == "flat" else [1, 0, 0]))
+    if name == "half turn":  # by π or almost, hardly stretched
+        axis = random.normal(size=(COUNT, 3))
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+        stretch = (10.0 ** random.uniform(-17, -1, COUNT))[:, None, None] * normal
+        return 2 * axis[:, :, None] * axis[:, None, :] - np.eye(3) + stretch
+    if name == "equal":  # rotations, scaled, and turned inside out
+        return with_values(random, random.uniform(0.5, 2, (COUNT, 1)) * random.choice([-1, 1], (COUNT, 3)))
+    return normal * {"normal": 1.0, "zero": 0.0, "denormal": 1e-310, "huge": 1e300}[name]
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_every_matrix_has_a_rotation_and_it_is_the_nearest(name):
+    matrices = family(name)
+    found = rotations(matrices)
+    assert np.abs(np.swapaxes(found, 1, 2) @ found - np.eye(3)).max() < 1e-12
+    assert np.abs(np.linalg.det(found) - 1.0).max() < 1e-12
+    largest = np.abs(matrices).max(axis=(1, 2), keepdims=True)
+    scaled = np.divide(matrices, largest, out=np.zeros_like(matrices), where=largest > 0)
+    u, s, vt = np.linalg.svd(scaled)
+    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    u[:, :, 2] *= sign[:, None]
+    gap = s[:, 1] + sign * s[:, 2]
+    best = s[:, 0] + gap  # the most that tr(RᵀA) can be
+    # a denormal has few digits, but both sides see the same ones
+    assert (np.einsum("nij,nij->n", found, scaled) >= best - 1e-13).all()
+    unique = gap > 1e-9
+    wrong = np.abs(found - u @ vt).max(axis=(1, 2))[unique]
+    assert (wrong < 1e-13 * s[unique, 0] / gap[unique]).all()
+
+
+def test_each_is_found_by_itself():
+    matrices = np.concatenate([family(name)[:50] for name in FAMILIES])
+    alone = np.concatenate([rotations(matrix[None]) for matrix in matrices])
+    assert np.array_equal(rotations(matrices), alone)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_guess_however_bad_changes_nothing_but_rounding(name):
+    matrices, random = family(name)[:500], np.random.default_rng(0)
+    work, found = np.empty((4, 3, 3)), np.empty((3, 3))
+    for matrix, cold in zip(matrices, rotations(matrices), strict=True):
+        turn = Rotation.random(rng=random).as_quat()
+        nearest(matrix, turn, work, found)
+        largest = np.abs(matrix).max() or 1.0
+        assert np.abs(found.T @ found - np.eye(3)).max() < 1e-12
+        assert np.vdot(found, matrix / largest) >= np.vdot(cold, matrix / largest) - 1e-13
+
+
+def test_what_is_no_matrix_is_refused():
+    with pytest.raises(InputError, match="NaN or infinite"):
+        rotations(np.full((2, 3, 3), np.nan))
+    with pytest.raises(InputError, match="NaN or infinite"):
+        rotations(np.full((2, 3, 3), np.inf))
+    with pytest.raises(InputError, match="shape"):
+        rotations(np.eye(3))
+    assert rotations(np.empty((0, 3, 3))).shape == (0, 3, 3)

@@ -1,0 +1,3 @@
+"""Result folders that stand in for those of a finished run."""
+
+from fixtures.results import *  # noqa: F403

@@ -1,0 +1,54 @@
+"""The snapshot of a run says what its tables say."""
+
+import pandas as pd
+import pytest
+
+from palpate.errors import InputError
+from palpate.evaluation.tradeoff.advice import advise
+from palpate.report import snapshot
+
+
+@pytest.fixture
+def results(trade_off, tmp_path):
+    settings, samples = trade_off
+    advice = [advise(settings[settings["scene"] == s], errors, [0.001, 16.7]) for s, errors in samples.items()]
+    hard = {"family": ["fem", "fem", "kernel"], "outcome": ["stable", "refused", "stable"]}
+    rows = [
+        {"kernel": "fem", "stage": "respond", "size": size, "seconds": 1e-5 * size, "memory_mb": 1e-3 * size}
+        for size in (5000, 40_000)
+    ]
+    tables = {
+        "accuracy_vs_time": settings,
+        "advice": pd.concat(advice),
+        "hard_cases": pd.DataFrame(hard).assign(
+            case="c", source="", scene="", model="m", measure="", value=1, bound=1, declared="", passed=True, message=""
+        ),
+        "scaling": pd.DataFrame(rows).assign(unit="", threads=1, seconds_exponent=1.0, memory_exponent=1.0),
+    }
+    for folder in ("tables", "figures"):
+        (tmp_path / folder).mkdir()
+    for name, table in tables.items():
+        table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
+    for name in ["work_precision_liver_small", "work_precision_own_large", *snapshot.PICTURES]:
+        (tmp_path / "figures" / f"{name}.png").write_bytes(name.encode())
+    return tmp_path
+
+
+def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    snapshot.write(results, docs)
+    page = (docs / "results.md").read_text(encoding="utf-8").replace("\u00a0", " ")
+    assert "| liver_small | within 0.001 ms | none |" in page
+    assert "| liver_small | within 16.7 ms | ours (samples=60) | 0.4 % (" in page
+    assert "| family | refused | stable |\n| --- | --- | --- |\n| fem | 1 | 1 |\n| kernel | 0 | 1 |" in page
+    assert "| 40000 | 400 ms | 0.04 GB |" in page
+    for line in (line for line in page.splitlines() if line.startswith("![")):
+        assert (docs / line.split("(")[1].rstrip(")")).is_file()
+
+
+def test_a_missing_picture_is_named(results, tmp_path):
+    (results / "figures/scaling.png").unlink()
+    with pytest.raises(InputError, match=r"scaling\.png is missing"):
+        snapshot.write(results, tmp_path)
+    assert not (tmp_path / "results.md").exists()

@@ -1,0 +1,3 @@
+"""A small database of known deformations."""
+
+from fixtures.known_deformations import *  # noqa: F403

@@ -1,0 +1,84 @@
+"""Each decision of ``effects: auto`` turns when the scene changes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Material
+from palpate.bodies.particles import Particles
+from palpate.errors import InputError
+from palpate.scenes.choose_effects import decide
+from palpate.scenes.effect_registry import ELASTIC
+from palpate.scenes.scene import Scene
+
+NODES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+SOLID = Particles("tet", NODES, np.ones(4), np.array([0]), FACES, np.array([[0, 1, 2, 3]]), Material(1e3, 0.4, 1e3))
+SURFACE = replace(SOLID, tetrahedra=np.empty((0, 4), dtype=int))
+SHEET = replace(SURFACE, thickness_m=0.001)
+SCENE = Scene("s", "auto", "backward_euler", 0.01, 1.0, settings={"gravity": {"acceleration_m_s2": [0, 0, -9.81]}})
+
+
+def called(scene: Scene, particles: Particles) -> set[str]:
+    return {decision.effect for decision in decide(scene, particles) if decision.called}
+
+
+def having(**blocks) -> Scene:
+    return replace(SCENE, settings=SCENE.settings | blocks)
+
+
+PUSH = {"loads": [{"force_n": [0, 0, -1]}]}
+IDLE = {"loads": [{"force_n": [0, 0, 0]}]}
+BALL = {"stiffness_n_m": 1, "instruments": [{"kind": "sphere"}]}
+YIELD = {"yield_strain": 0.1, "max_strain": 0.5}
+SOFT = replace(SOLID, material=Material(1e3, 0.2, 1e3))
+
+
+@pytest.mark.parametrize(
+    ("effect", "yes", "no"),
+    [
+        ("corotational", (SCENE, SOLID), (SCENE, SHEET)),
+        ("triangles", (SCENE, SHEET), (SCENE, SOLID)),
+        ("springs", (having(springs={}), SOLID), (SCENE, SOLID)),
+        ("springs", (SCENE, SURFACE), (SCENE, SHEET)),
+        ("shape_matching", (having(shape_matching={}), SOLID), (SCENE, SOLID)),
+        ("gravity", (SCENE, SOLID), (having(gravity={"acceleration_m_s2": [0, 0, 0]}), SOLID)),
+        ("gravity", (SCENE, SOLID), (replace(SCENE, settings={}), SOLID)),
+        ("gravity", (SCENE, SOLID), (SCENE, replace(SOLID, masses=np.zeros(4)))),
+        ("held", (SCENE, SOLID), (replace(SCENE, held=False), SOLID)),
+        ("held", (SCENE, SOLID), (SCENE, replace(SOLID, held=np.empty(0, dtype=int)))),
+        ("push", (having(push=PUSH), SOLID), (having(push=IDLE), SOLID)),
+        ("bending", (SCENE, SHEET), (having(springs={}), SHEET)),
+        ("volume", (having(springs={}), SOLID), (having(springs={}), SOFT)),
+        ("volume", (having(springs={}), SOLID), (SCENE, SOLID)),
+        ("body_springs", (SCENE, SURFACE), (having(springs={}), SOLID)),
+        ("contact", (having(contact=BALL), SOLID), (SCENE, SOLID)),
+        ("plasticity", (having(plasticity=YIELD), SOLID), (having(plasticity=YIELD | {"max_strain": 0}), SOLID)),
+        ("rayleigh", (SCENE, SOLID), (replace(SCENE, settings={}), SOLID)),
+        ("rayleigh", (replace(SCENE, settings={}, start="random"), SOLID), (replace(SCENE, settings={}), SOLID)),
+        ("kelvin", (having(springs={}), SOLID), (SCENE, SOLID)),
+        ("maxwell", (having(springs={}, maxwell={}), SOLID), (having(springs={}), SOLID)),
+        ("velocity_damping", (having(shape_matching={}), SOLID), (SCENE, SOLID)),
+    ],
+)
+def test_each_decision_flips(effect, yes, no):
+    assert effect in called(*yes)
+    assert effect not in called(*no)
+
+
+@pytest.mark.parametrize("particles", [SOLID, SURFACE, SHEET])
+def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
+    decisions = decide(SCENE, particles)
+    assert sum(d.called for d in decisions if d.effect in ELASTIC) == 1
+    assert all(d.reason for d in decisions)
+    assert len({d.effect for d in decisions}) == len(decisions)
+
+
+def test_two_elastic_descriptions_are_one_too_many():
+    with pytest.raises(InputError, match="both springs and shape_matching"):
+        decide(having(springs={}, shape_matching={}), SOLID)
+
+
+def test_own_effects_are_called():
+    assert "wind" in called(replace(SCENE, own={"wind": "wind.py"}), SOLID)

@@ -1,0 +1,182 @@
+"""Composing and running scenes."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Material, nest
+from palpate.bodies.cylinder import cylinder
+from palpate.bodies.particles import particles_of
+from palpate.errors import InputError, NotConverged
+from palpate.scenes import motion
+from palpate.scenes.compose import compose, decisions, named
+from palpate.scenes.initial_states import STARTS, start_of
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import Scene, scene_of
+
+GUIDE = Path(__file__).parents[2] / "docs/add-an-effect.md"
+GRAVITY = {"gravity": {"acceleration_m_s2": [0.5, 0, 0]}, "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
+SCENE = Scene("sag", "auto", "backward_euler", 0.05, 0.5, frames=5, settings=GRAVITY)
+
+
+@pytest.fixture(scope="module")
+def bar():
+    mesh = cylinder(0.2, 0.03)
+    return nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] < 1e-6), Material(3000.0, 0.3, 1000.0))
+
+
+@pytest.fixture(scope="module")
+def particles(bar):
+    return particles_of(bar, 0, surface=False)
+
+
+def test_masses_are_the_bodys(bar, particles):
+    mass = 1000.0 * bar.coarse.volumes.sum()
+    assert particles.masses.sum() == pytest.approx(mass, rel=1e-12)
+    skin = particles_of(bar, 0, surface=True)
+    assert skin.masses.sum() == pytest.approx(mass, rel=1e-12)
+    np.testing.assert_array_equal(skin.nodes, bar.coarse.nodes[bar.coarse.surface])
+    np.testing.assert_array_equal(skin.nodes[skin.triangles], bar.coarse.nodes[bar.coarse.triangles])
+    np.testing.assert_array_equal(skin.nodes[skin.held][:, 2], 0.0)
+    with pytest.raises(InputError, match="level is 3"):
+        particles_of(bar, 3, surface=False)
+
+
+def test_a_run_is_reproducible_to_the_bit_and_costs_are_recorded(particles, tmp_path):
+    first, second = run(SCENE, particles), run(SCENE, particles)
+    for name in motion.ARRAYS:
+        assert np.array_equal(getattr(first.motion, name), getattr(second.motion, name))
+    assert first.motion.energy.equals(second.motion.energy)
+    assert set(first.effect_seconds) == {"corotational", "gravity", "held", "rayleigh"}
+    assert sum(first.effect_seconds.values()) <= first.seconds
+    assert first.effect_kb["gravity"] == pytest.approx(particles.nodes.nbytes / 1024, rel=0.1)
+    motion.save(first.motion, tmp_path / "motion.h5")
+    back = motion.load(tmp_path / "motion.h5")
+    assert np.array_equal(back.positions, first.motion.positions)
+    assert back.energy.equals(first.motion.energy)
+    (tmp_path / "motion.h5").write_bytes(b"half")
+    with pytest.raises(InputError, match="delete it"):
+        motion.load(tmp_path / "motion.h5")
+
+
+def test_what_is_not_named_is_not_there(particles):
+    system = compose(replace(SCENE, effects=["corotational", "held"]), particles)
+    assert list(system.effects) == ["corotational", "held"]
+    whole = run(SCENE, particles).motion
+    without = run(SCENE, particles, without="gravity").motion
+    assert np.abs(whole.positions - particles.nodes).max() > 1e-3
+    assert np.abs(without.positions - particles.nodes).max() < 1e-9
+
+
+def test_outer_work_balances_energy(particles):
+    load = {"at_m": [0.03, 0, 0.2], "force_n": [0.002, 0, 0], "radius_m": 0.02, "start_s": 0.0}
+    load |= {"press_s": 0.5, "hold_s": 20.0, "release_s": 0.5}
+    settings = {"push": {"loads": [load]}}
+    pushed = replace(SCENE, effects=["corotational", "held", "push"], settings=settings, step_s=0.002)
+    energy = run(pushed, particles).motion.energy
+    balance = energy["total_j"] - energy["outer_work_j"]
+    assert energy["outer_work_j"].iloc[-1] > 0
+    assert (np.diff(balance) <= 1e-12).all()
+    assert abs(balance.iloc[-1]) < 0.05 * energy["outer_work_j"].iloc[-1]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"effects": ["gravity"]}, "exactly one of"),
+        ({"effects": ["corotational", "springs"]}, "corotational and springs"),
+        ({"effects": ["corotational", "gravty"]}, "did you mean gravity"),
+        ({"effects": ["corotational", "plasticity"]}, "add a block plasticity"),
+        ({"own": {"wind": "nowhere.py"}}, "no Python file"),
+        ({"own": {"gravity": "mine.py"}}, "palpate uses itself"),
+        ({"own": {"kinetic": "mine.py"}}, "palpate uses itself"),
+        ({"effects": ["corotational", "held"], "held": False}, "says held: false"),
+        ({"effects": ["springs"], "settings": {"springs": {"shear_n_m": 1.0}}}, "has no use"),
+    ],
+)
+def test_bad_lists_are_refused(particles, change, message):
+    with pytest.raises(InputError, match=message):
+        compose(replace(SCENE, **change), particles)
+
+
+def test_an_unstable_step_is_refused_with_its_limit_unless_asked_for(particles):
+    hasty = replace(SCENE, effects=["corotational", "held", "gravity"], integrator="symplectic_euler")
+    with pytest.raises(InputError, match=r"step_s is 0.05 s, and symplectic_euler is stable up to 0.00\d+ s"):
+        run(hasty, particles)
+    with pytest.raises(NotConverged, match="blown up"):
+        run(replace(hasty, allow_unstable=True, duration_s=100.0), particles)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "elastic", "more"),
+    [
+        ("goal_position", "shape_matching", "body_springs"),
+        ("goal_position", "shape_matching", "rayleigh"),
+        ("symplectic_euler", "springs", "body_springs"),
+    ],
+)
+def test_explicit_steps_are_limited_by_what_is_not_elastic(particles, integrator, elastic, more):
+    """Beyond the stated limit the step is refused; below it a body gains nothing."""
+    matching = {"mode": "rigid", "alpha": 0.5, "beta": 0.0, "clusters": {"kind": "one"}}
+    blocks = {
+        "shape_matching": matching,
+        "gravity": {"acceleration_m_s2": [0, 0, -9.81]},
+        "body_springs": {"stiffness_n_m": 2e4, "damping_ratio": 0.1},
+        "rayleigh": {"mass_1_s": 5e3, "stiffness_s": 0.0},
+    }
+    listed = [elastic, "gravity", more]
+    loose = replace(SCENE, effects=listed, integrator=integrator, settings=blocks, held=False, step_s=0.01)
+    with pytest.raises(InputError, match="is stable up to") as caught:
+        run(loose, particles)
+    limit = float(re.search(r"up to (\S+) s", str(caught.value))[1])
+    moved = run(replace(loose, step_s=0.99 * limit, duration_s=0.3), particles).motion.positions - particles.nodes
+    assert np.abs(moved).max() < 0.5 * 9.81 * 0.3**2 + 0.02
+
+
+def test_an_own_effect_acts(particles, tmp_path):
+    wind = tmp_path / "wind.py"
+    wind.write_text(re.search(r"```python\n(.*?)```", GUIDE.read_text(), re.S)[1])
+    entry = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 0.2, "body": "bar"}
+    entry |= {"own": {"wind": wind}, "own_settings": {"wind": {"speed_m_s": 3.0}}}
+    scene = scene_of("windy", entry)
+    assert named(scene, particles) == ["corotational", "held", "rayleigh", "wind"]
+    blown = run(scene, particles).motion
+    assert (blown.positions[-1] - particles.nodes)[:, 0].max() > 1e-4
+    wind.write_text(wind.read_text().replace("outer = True", ""))
+    with pytest.raises(InputError, match="wind has a force"):
+        run(scene, particles)
+    wind.write_text(wind.read_text().replace("add_force", "energy"))
+    with pytest.raises(InputError, match="has energy and no add_force"):
+        run(scene, particles)
+    wind.write_text("nothing = here is wrong")
+    with pytest.raises(InputError, match="cannot be imported"):
+        run(scene, particles)
+
+
+def test_decisions_tell_what_is_called_and_what_auto_would(particles):
+    table = decisions(replace(SCENE, effects=["corotational", "held"]), particles).set_index("effect")
+    assert not table.loc["gravity", "called"] and table.loc["gravity", "auto"]
+    assert table.loc["held", "called"] and "anchored" in table.loc["held", "reason"]
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_starts(particles, kind):
+    free = np.ones(len(particles.nodes), dtype=bool)
+    free[particles.held] = False
+    x = start_of(particles, free, kind, seed=1)
+    np.testing.assert_array_equal(x[~free], particles.nodes[~free])
+    rank = {"plane": 2, "line": 1, "point": 0}.get(kind, 3)
+    spread = np.linalg.svd(x[free] - x[free].mean(axis=0), compute_uv=False)
+    assert (spread > 1e-9).sum() == rank
+
+
+def test_up_is_where_weight_comes_from_or_else_a_floors_axis_or_z(particles):
+    floor = {"contact": {"instruments": [{"kind": "floor", "axis": "y", "height_m": -1.0}]}}
+    short = replace(SCENE, duration_s=0.05)
+    fallen = run(replace(short, settings=GRAVITY | floor), particles).motion
+    still = replace(short, effects=["corotational", "contact"], held=False, settings=floor)
+    bare = replace(short, effects=["corotational"], held=False, settings={})
+    assert [fallen.up, run(still, particles).motion.up, run(bare, particles).motion.up] == [0, 1, 2]

@@ -4,4 +4,4 @@ from palpate.job import job, stem
 
 with job(snakemake.log[0]):
     felt = tables.read(snakemake.input.force, rows=False)
-    style.save(contact_force.draw(felt, snakemake.wildcards.scene), stem(snakemake.output))
+    style.save(contact_force.draw(felt, scene=snakemake.wildcards.scene), stem(snakemake.output))

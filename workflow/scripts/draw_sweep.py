@@ -6,4 +6,4 @@ from palpate.job import job, stem
 with job(snakemake.log[0]):
     paper = read_yaml(snakemake.input.paper)
     sweep, accuracy = tables.read(snakemake.input.sweep), tables.read(snakemake.input.accuracy)
-    style.save(sigma_sweep.draw(sweep, accuracy, paper), stem(snakemake.output))
+    style.save(sigma_sweep.draw(sweep, accuracy, published=paper), stem(snakemake.output))

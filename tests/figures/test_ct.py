@@ -6,7 +6,8 @@ import pytest
 
 from palpate.bodies.body import Material, nest
 from palpate.bodies.ct.image import Image
-from palpate.figures import render, style, tables
+from palpate.evaluation.table import columns
+from palpate.figures import render, style
 from palpate.figures.ct import ct_classes, ct_slices, ct_volume, node_mass
 
 
@@ -72,7 +73,7 @@ def test_pictures_are_saved(scan, box, tmp_path):
 
 def test_masses_are_drawn_with_and_without_the_rim(tmp_path):
     rows = [["ball", 600, 180, 1.15, 1065.0, 0.02, -0.09], ["ball", 9000, 2000, 1.13, 1072.0, 0.001, -0.01]]
-    table = pd.DataFrame(rows, columns=tables.COLUMNS["node_mass"].split())
+    table = pd.DataFrame(rows, columns=columns("node_mass"))
     deviation = node_mass.draw(table).axes[0]
     dashed, plain = deviation.lines[:2]
     assert plain.get_ydata().tolist() == [2.0, 0.1] and dashed.get_ydata().tolist() == [-9.0, -1.0]

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.figures import style, tables
+from palpate.evaluation.table import columns
+from palpate.figures import style
 from palpate.figures.dynamic import dynamic_accuracy
 from palpate.report import page as report
 from palpate.report.parts import dynamic_numbers
@@ -25,7 +26,7 @@ def table():
         ("springs", "step_s=0.0005", 0.4, np.nan, 1),
     ]
     rows = [
-        dict.fromkeys(tables.COLUMNS["dynamic_accuracy"].split(), 1.0)
+        dict.fromkeys(columns("dynamic_accuracy"), 1.0)
         | {"scene": scene, "model": model, "knob": knob, "slower_than_life": slower, "rmse_of_peak": error}
         | {"failures": failures, "reference_change": 0.005}
         for scene in ("liver_press", "bar_sag")

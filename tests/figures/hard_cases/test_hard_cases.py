@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_hex
 
 from palpate.errors import InputError
-from palpate.figures import tables
+from palpate.evaluation.table import columns
 from palpate.figures.hard_cases import hard_cases
 from palpate.report.parts import hard_cases_numbers
 
@@ -20,9 +20,7 @@ def table():
         ["kernel", "one_sample", "ours", "wrong", 2.0, False, ""],
     ]
     table = pd.DataFrame(rows, columns=["family", "case", "model", "outcome", "value", "passed", "message"])
-    return table.assign(source="", scene="", measure="", bound=1.0, declared="stable")[
-        tables.COLUMNS["hard_cases"].split()
-    ]
+    return table.assign(source="", scene="", measure="", bound=1.0, declared="stable")[columns("hard_cases")]
 
 
 def test_a_cell_for_each_run_in_its_outcomes_colour(table):

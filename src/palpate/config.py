@@ -35,9 +35,7 @@ def asked_for(config: dict, schema: dict) -> list[str]:
 def check_samples(file: Path, study: str, config: dict) -> None:
     """Raise InputError unless there is a body with samples, and a regime of loads, for ``study``."""
     if not config.get("regimes"):
-        raise InputError(
-            f"{file}: {study} is there and there are no regimes; add one that gives their peak."
-        )
+        raise InputError(f"{file}: {study} is there and there are no regimes; add one that gives their peak.")
     if not any("train" in body for body in config["bodies"].values()):
         raise InputError(f"{file}: {study} is there and no body has train and test; give a body both.")
 

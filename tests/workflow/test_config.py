@@ -163,9 +163,7 @@ def test_a_study_is_checked_for_who_asks_for_it(smoke):
 
 def test_masses_from_ct_need_a_body_from_ct(smoke):
     del smoke["bodies"]["abdomen"]
-    with pytest.raises(
-        InputError, match=r"my\.yaml: ct is there and no body is of kind ct; add such a body"
-    ):
+    with pytest.raises(InputError, match=r"my\.yaml: ct is there and no body is of kind ct; add such a body"):
         complete(smoke, SCHEMA, Path("my.yaml"))
 
 

@@ -1,5 +1,6 @@
 """Run the real workflow from the command line, in a folder of the test's own."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -12,16 +13,15 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).parents[2]
-STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")
+COMPARISONS = ("tradeoff", "dynamic", "hard_cases", "scaling")
+"""The studies that need most of the others."""
 STUB = """
-import json
 from pathlib import Path
-said = {"rule": snakemake.rule, "code": list(snakemake.input.get("code", []))}
 for path in map(Path, snakemake.output):
     if not path.suffix:  # a folder
         path.mkdir()
-        path /= "said.json"
-    path.write_text(json.dumps(said))
+        path /= "made.txt"
+    path.write_text(snakemake.rule)
 """
 
 
@@ -39,11 +39,14 @@ def command() -> Callable[..., list[str]]:
 
 @pytest.fixture(scope="session")
 def run(command) -> Callable[..., subprocess.CompletedProcess]:
-    """Run that command to its end; what it printed is in ``stdout``."""
+    """Run that command to its end, with the modules in ``root``; what it printed is in ``stdout``."""
 
-    def finish(*arguments, **options) -> subprocess.CompletedProcess:
-        words = command(*arguments, **options)
-        return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    def finish(*arguments, root: Path = ROOT, **options) -> subprocess.CompletedProcess:
+        words = command(*arguments, root=root, **options)
+        environment = os.environ | {"PYTHONPATH": str(root / "src")}
+        return subprocess.run(
+            words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, env=environment
+        )
 
     return finish
 
@@ -81,7 +84,7 @@ def finished(tmp_path_factory, run, whole) -> Path:
 
 @pytest.fixture(scope="session")
 def whole() -> dict:
-    """The settings of the smoke run but for the model of one's own, whose place depends on the config file's."""
+    """Return the smoke run's settings but for the model of one's own, whose place depends on the config file's."""
     settings = yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
     del settings["tradeoff"]["own_models"]
     return settings
@@ -89,8 +92,8 @@ def whole() -> dict:
 
 @pytest.fixture
 def smoke(whole) -> dict:
-    """These settings, to be changed; without the studies that need most of the others."""
-    return deepcopy({key: value for key, value in whole.items() if key not in STUDIES})
+    """Return these settings, to be changed, without COMPARISONS."""
+    return deepcopy({key: value for key, value in whole.items() if key not in COMPARISONS})
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.collision.collision_looks import depths_of, look, ranked
 
+TABLES = ("collision",)
+
 
 @style.styled
 def draw(collision) -> Figure:

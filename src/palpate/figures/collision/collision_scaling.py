@@ -7,6 +7,7 @@ from palpate.evaluation.collision.collision_growth import STAGES, exponents
 from palpate.figures import style
 from palpate.figures.collision.collision_looks import depths_of, look, ranked
 
+TABLES = ("collision_scaling",)
 _TITLES = {"build_ms": "build", "refit_ms": "refit", "query_ms": "query"}
 
 

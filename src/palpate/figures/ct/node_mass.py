@@ -4,6 +4,7 @@ from matplotlib.figure import Figure
 
 from palpate.figures import style, tables
 
+TABLES = ("node_mass",)
 _COLOURS = ("#009e73", "#d55e00", "#0072b2", "#cc79a7", "#e69f00")
 _ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
 

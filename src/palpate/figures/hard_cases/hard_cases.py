@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 from palpate.errors import InputError
 from palpate.figures import style
 
+TABLES = ("hard_cases",)
 LOOKS = {
     "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
     "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
@@ -23,12 +24,13 @@ LEFT, TOP, BELOW = 2.2, 1.55, 0.75  # [inch] for names of cases, of models, and 
 
 
 @style.styled
-def draw(table) -> Figure:
+def draw(hard_cases) -> Figure:
     """Cases (rows) and models (columns), a matrix for families that share models; a cross where an outcome was not
     declared.
 
-    table : the table hard_cases
+    hard_cases : the table of this name
     """
+    table = hard_cases
     parts = [[table[table["family"].isin(families)] for families in column] for column in COLUMNS]
     parts = [[part for part in column if len(part)] for column in parts]
     wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from palpate.evaluation.scaling.scaling_growth import LEAST_MB
 from palpate.figures import style, tables
 
+TABLES = ("scaling",)
 KERNELS = {
     "fem": ("finite elements", "#111111", "8"),
     "fine_nodes": ("enrichment, fine nodes", "#d55e00", "o"),

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 from palpate.figures import style, tables
 
+TABLES = ("contact_force",)
 _PARTS = (
     ("force_x_n", "x", "#56b4e9"),
     ("force_y_n", "y", "#e69f00"),
@@ -15,13 +16,13 @@ _ROW = 4.2
 
 
 @style.styled
-def draw(felt: pd.DataFrame, scene: str) -> Figure:
+def draw(contact_force: pd.DataFrame, *, scene: str) -> Figure:
     """Of each instrument, left: the force on it over time, over its depth below the surface at rest; right: force by
     depth. What has no depth has its force only; a scene in which nothing moves, an empty panel that says so.
 
-    felt : the table ``contact_force``
+    contact_force : the table of this name, which may have no rows
     """
-    felt = tables.where(felt, scene=scene)
+    felt = tables.where(contact_force, scene=scene)
     names = list(dict.fromkeys(felt["instrument"]))
     if not names:
         return _nothing(scene)

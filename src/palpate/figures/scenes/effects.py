@@ -8,6 +8,7 @@ from matplotlib.ticker import LogLocator
 from palpate.figures import style, tables
 from palpate.figures.number_format import percent, seconds
 
+TABLES = ("effects",)
 _INCHES, _ROW = 9.0, 0.27
 _LEAST = 1e-4  # errors below are drawn here, so that one of nothing does not stretch the axis
 

@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.scenes.effect_registry import ELASTIC
 
+TABLES = ("energy",)
 _COLUMNS, _INCHES = 3, (3.7, 2.4)
 _UNITS = (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9))
 _FREE = "gravity_j"  # potential without a natural zero: counted from its first value

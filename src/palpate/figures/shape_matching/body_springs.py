@@ -5,6 +5,7 @@ from matplotlib.lines import Line2D
 
 from palpate.figures import style
 
+TABLES = ("body_springs",)
 _SHADES = ("#c5e29f", "#8cc63f", "#3f6b12")  # the hue of body springs in style.EFFECTS, darker the stiffer
 
 

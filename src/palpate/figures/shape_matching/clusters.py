@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from palpate.figures import style
 
+TABLES = ("clusters",)
 _COLOURS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e6b400")
 
 

@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 
 from palpate.figures import style
 
+TABLES = ("integrator_stability",)
 _NAMES = {"symplectic_euler": "symplectic Euler", "goal_position": "goal positions", "backward_euler": "backward Euler"}
 _LOOKS = {
     "symplectic_euler": (("#d55e00", "o"),),
@@ -16,11 +17,12 @@ _LOOKS = {
 
 
 @style.styled
-def draw(stability) -> Figure:
+def draw(integrator_stability) -> Figure:
     """Growth a step over the step, by the formulas (lines) and in runs (markers), and how far runs are off.
 
-    stability : the table integrator_stability
+    integrator_stability : the table of this name
     """
+    stability = integrator_stability
     figure = Figure(figsize=(7.5, 5.2), layout="constrained")
     growth, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     handles = []

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from palpate.evaluation.shape_matching.shape_matching_growth import HEADLINE, exponents, headline
 from palpate.figures import style
 
+TABLES = ("shape_matching_timing",)
 _MODES = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}
 """Colour, marker and its size; rigid and linear cost the same, so one must show around the other."""
 

@@ -6,16 +6,18 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.springs.spring_looks import DASHES, FITS, FORCES, look
 
+TABLES = ("spring_errors",)
 SHOWN = ["uniform", "genetic", "gradient", "gradient_smooth", "gradient_all"]
 """The simplest way, the paper's and ours; the table has the others."""
 
 
 @style.styled
-def draw(errors) -> Figure:
+def draw(spring_errors) -> Figure:
     """A row a press, a column an axis; the largest error of a key point, of the median of the seeds.
 
-    errors : the table spring_errors
+    spring_errors : the table of this name
     """
+    errors = spring_errors
     # one way is fitted to all of them, which says nothing about the others
     presses = errors.groupby("press", sort=False)["used_in_fit"].mean() > 0.5
     figure = Figure(figsize=(9.5, 2.1 * len(presses) + 1.1), layout="constrained")

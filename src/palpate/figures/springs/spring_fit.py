@@ -8,19 +8,20 @@ from matplotlib.patches import Patch
 from palpate.figures import style, tables
 from palpate.figures.springs.spring_looks import FITS, FORCES, look
 
+TABLES = ("spring_history",)
 _POINTS = 200
 """Over so many generations or times the seeds of a search are compared."""
 
 
 @style.styled
-def draw(history) -> Figure:
+def draw(spring_history) -> Figure:
     """A row without and one with the volume force: −fitness over generations on the left, over time on the right.
 
-    history : the table spring_history
+    spring_history : the table of this name
     A line is the median of the seeds and a band their range. What needs no search is a marker at its time and a line
     from there on, as it gets no better.
     """
-    history = history[history["method"] != "gradient_all"]  # its fitness is a sum of three presses
+    history = spring_history[spring_history["method"] != "gradient_all"]  # its fitness is a sum of three presses
     figure = Figure(figsize=(9.5, 6.2), layout="constrained")
     grid = figure.subplots(2, 2, sharey=True, sharex="col")
     last = 1.2 * history["seconds"].max()

@@ -6,17 +6,19 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.springs.spring_looks import DASHES, FITS, FORCES
 
+TABLES = ("spring_floor",)
 OWN = 0.25
 """The Poisson ratio of a spring network (Kot and Nagahashi)."""
 _MARKERS = {False: "o", True: "s"}
 
 
 @style.styled
-def draw(floor) -> Figure:
+def draw(spring_floor) -> Figure:
     """A panel a press: error over the reference's Poisson ratio, fitted by gradient to all, with and without volume.
 
-    floor : the table spring_floor
+    spring_floor : the table of this name
     """
+    floor = spring_floor
     presses = list(dict.fromkeys(floor["press"]))
     figure = Figure(figsize=(9.5, 3.6), layout="constrained")
     axes = figure.subplots(1, len(presses), sharey=True, squeeze=False)[0]

@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 
 import draw
-import numpy as np
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
@@ -24,7 +23,8 @@ def main(picture=None):
     motion = run(scene_of("banner", SCENE), cloth).motion
     if picture:
         looks = {0: "#dcdcdc", 4: "#ecd9c3", 6: "#e8bd8e", -1: "#d9822b"}  # some of the frames
-        banners = [(motion.positions[at], cloth.triangles, {"color": c, "show_edges": at < 0}) for at, c in looks.items()]
+        shown = [(motion.positions[at], {"color": colour, "show_edges": at < 0}) for at, colour in looks.items()]
+        banners = [(nodes, cloth.triangles, look) for nodes, look in shown]
         draw.surfaces(picture, banners, view=(0.5, -1.7, 0.5), zoom=1.1)
     x, _, z = motion.positions[-1][cloth.nodes[:, 0] == 0.3].mean(axis=0)  # of the lower edge
     return x / -z / (5.0 / (1000 * 0.001 * 9.81))

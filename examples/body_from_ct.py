@@ -6,7 +6,7 @@ import draw
 import matplotlib.pyplot as plt
 import pyvista
 
-from palpate.bodies.ct.mesh_from_ct import segmented
+from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import make_body
 
@@ -17,8 +17,9 @@ LIVER |= {"anchors": {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0
 
 def main(picture=None):
     """Return the body's volume over the true one, and the Dice coefficient of its voxels with the true ones."""
-    body, (_, truth) = make_body("liver", LIVER), abdomen()  # of your own: LIVER["image"] = "scan.nii.gz"
-    image, organ = segmented(LIVER)
+    body = make_body("liver", LIVER)  # of your own CT: LIVER["image"] = "scan.nii.gz"
+    image, truth = abdomen()
+    organ = segment(image, LIVER)
     if picture:
         at, (_, y, x) = len(organ) // 2, image.to_world([[0, 0, 0], [0, *organ.shape[1:]]])[:, ::-1].T
         surface = pyvista.PolyData.from_regular_faces(body.fine.nodes, body.fine.triangles)
@@ -26,9 +27,8 @@ def main(picture=None):
         figure, axis = plt.subplots(figsize=(4.6, 3.4), layout="constrained")
         axis.imshow(image.hu[at], cmap="gray", vmin=-200, vmax=200, extent=[*(1e3 * x), *(1e3 * y[::-1])])
         axis.contour(organ[at], levels=[0.5], colors="gold", extent=[*(1e3 * x), *(1e3 * y)])
-        axis.plot(*(1e3 * cut[:, :2].T), "r.", markersize=2, label="the body's surface")
-        axis.set(xlabel="x [mm]", ylabel="y [mm]")
-        axis.legend()
+        axis.plot(*(1e3 * cut[:, :2].T), "r.", markersize=2)
+        axis.set(xlabel="x [mm]", ylabel="y [mm]", title="red: the body's surface")
         figure.savefig(picture)
         plt.close(figure)
         draw.shrink(picture)

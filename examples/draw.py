@@ -1,6 +1,5 @@
-"""Draw surfaces and curves into small PNG files, for the other examples."""
+"""Draw surfaces into small PNG files, for the other examples."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pyvista
 from PIL import Image
@@ -31,19 +30,6 @@ def surfaces(picture, parts, view=(0.3, -1.5, 0.8), title="", lines=None, zoom=1
     plotter.camera.zoom(zoom)
     plotter.screenshot(picture)
     plotter.close()
-    shrink(picture)
-
-
-def curves(picture, panels) -> None:
-    """Plot ``panels`` side by side, each (label of x, label of y, curves (x, y) by name), to the file ``picture``."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(7.0, 2.8), layout="constrained", squeeze=False)
-    for axis, (across, upward, named) in zip(axes[0], panels, strict=True):
-        for (name, (x, y)), style in zip(named.items(), ("k--", "C0", "C1", "C2"), strict=False):
-            axis.plot(x, y, style, label=name)
-        axis.set(xlabel=across, ylabel=upward)
-        axis.legend()
-    figure.savefig(picture)
-    plt.close(figure)
     shrink(picture)
 
 

@@ -2,8 +2,8 @@
 
 import sys
 
-import draw
 import numpy as np
+import plot
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
@@ -29,7 +29,7 @@ def main(picture=None):
         heights = {"50 mm − ½ g t²": (motion.times, fall), "lowest node": (motion.times, height)}
         forces = {"weight": (time, np.full_like(time, weight)), "force on the floor": (time, force)}
         panels = ("time [s]", "height over the floor [mm]", heights), ("time [s]", "force [N]", forces)
-        draw.curves(picture, panels)
+        plot.curves(picture, panels)
     return time[force > 0][0], force[-1] / weight
 
 

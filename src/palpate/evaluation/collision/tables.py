@@ -6,7 +6,7 @@ TABLES = {
     "collision": Table(
         "scene structure depths rival triangles build_ms refit_ms query_ms frame_ms node_tests "
         "triangle_tests pairs missed_pairs extra_pairs rebuilds frames threads",
-        "The times, the tests and the wrong pairs of each bounding structure in each scene.",
+        "The times, the tests, and the missed and extra pairs of each bounding structure in each scene.",
     ),
     "collision_scaling": Table(
         "structure depths rival triangles build_ms refit_ms query_ms pairs threads",

@@ -14,6 +14,6 @@ TABLES = {
     ),
     "collision_claims": Table(
         "claim paper ours verdict",
-        "Each claim of paper 3 about its composite tree, what this run measured, and whether that confirms it.",
+        "Each claim of paper 3 about its composite tree, what this run measured, and whether it confirms the claim.",
     ),
 }

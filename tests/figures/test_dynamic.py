@@ -26,10 +26,10 @@ def table():
     ]
     rows = [
         dict.fromkeys(tables.COLUMNS["dynamic_accuracy"].split(), 1.0)
-        | {"scene": scene, "model": model, "knob": knob, "slower_than_life": slower, "rmse_of_peak": error}
+        | {"scene": scene, "model": model, "setting": setting, "real_time_factor": slower, "rmse_of_peak": error}
         | {"failures": failures, "reference_change": 0.005}
         for scene in ("liver_press", "bar_sag")
-        for model, knob, slower, error, failures in told
+        for model, setting, slower, error, failures in told
     ]
     return pd.DataFrame(rows)
 
@@ -47,7 +47,7 @@ def test_a_panel_a_scene_and_failures_counted(table, tmp_path):
 def test_the_headline_is_about_what_keeps_up_with_life(table):
     said = dynamic_numbers.numbers({"dynamic_accuracy": table})["headline_dynamic"].replace("\u00a0", " ")
     assert said.count("(4 % of the peak off)") == 2
-    slow = table.assign(slower_than_life=2.0)
+    slow = table.assign(real_time_factor=2.0)
     assert dynamic_numbers.numbers({"dynamic_accuracy": slow})["headline_dynamic"].endswith("press none; bar sag none.")
 
 

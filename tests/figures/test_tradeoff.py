@@ -33,7 +33,7 @@ def found(trade_off):
         advise(settings[settings["scene"] == scene], errors, [0.01, 1, 16.7, 1000], [0.05, 1e-12])
         for scene, errors in samples.items()
     ]
-    rows.append(rows[0].assign(scene="press", knob="step_s=0.01", error_low=np.nan, error_high=np.nan))  # it moves
+    rows.append(rows[0].assign(scene="press", setting="step_s=0.01", error_low=np.nan, error_high=np.nan))  # it moves
     again = (io.StringIO(table.to_csv(index=False)) for table in (settings, pd.concat(rows)))
     return tuple(pd.read_csv(text) for text in again)
 
@@ -46,17 +46,17 @@ def liver(found):
 def test_every_model_has_its_curve_and_the_front_its_numbers(liver, tmp_path):
     figure = work_precision.draw(*liver)
     written = texts(figure)
-    for model in ("springs", "shape_matching", "linear_fem", "ours", "pod_rbf", "fem_coarse", "fem_fine"):
+    for model in ("springs", "shape_matching", "linear_fem", "detail_correction", "pod_rbf", "fem_coarse", "fem_fine"):
         assert look(model).label in written
     assert {"0.01 ms:\nnone", "1 ms:\nlinear fine FEM", "16.7 ms:\nours", "1000 ms:\nfine FEM"} <= set(written)
     assert "failed: springs (iterations=1) on 2 of 12" in written
     assert any("fine mesh itself, 0.6" in text for text in written)
-    # coarse FEM is clearly slower than ours and clearly less wrong; ours and POD + RBF are tied
+    # coarse FEM is clearly slower than detail correction and clearly less wrong; that and POD + RBF are tied
     on_front = [re.match(r"\d  (.*)\n", text).group(1) for text in written if re.match(r"\d  ", text)]
     assert on_front == [
         "linear fine FEM",
         "POD + RBF (modes=8)",
-        "ours (samples=60)",
+        "detail correction (samples=60)",
         "coarse FEM (iterations=8)",
         "fine FEM (tolerance=1e-08)",
     ]
@@ -69,15 +69,11 @@ def test_what_failed_is_hollow_and_on_no_front(liver):
     hollow = [line for line in axis.lines if line.get_markerfacecolor() == "white"]
     assert [line.get_xdata()[0] for line in hollow] == [pytest.approx(0.1)]
     nothing = settings.assign(failures=0)
-    nothing.loc[nothing["model"] == "ours", ["failures", "rmse_of_peak", "online_median_s", "online_p95_s"]] = [
-        12,
-        np.nan,
-        np.nan,
-        np.nan,
-    ]
-    assert "ours" not in set(work_precision.front_rows(nothing)["model"])
+    columns = ["failures", "rmse_of_peak", "online_median_s", "online_p95_s"]
+    nothing.loc[nothing["model"] == "detail_correction", columns] = [12, np.nan, np.nan, np.nan]
+    assert "detail_correction" not in set(work_precision.front_rows(nothing)["model"])
     written = texts(work_precision.draw(nothing, advised))
-    assert "failed: ours (samples=10) on 12 of 12, ours (samples=60) on 12 of 12" in written
+    assert "failed: detail correction (samples=10) on 12 of 12, detail correction (samples=60) on 12 of 12" in written
 
 
 def test_all_but_exact_answers_are_drawn_at_the_edge(liver):
@@ -117,7 +113,7 @@ def test_sentences_tell_model_error_time_and_rival(liver):
     )
     assert "0.4 % of the peak off" in told[2] and "in 6 ms at the 95th percentile, 64 % of the budget" in told[2]
     assert "is 200 times as wrong" in told[3]
-    assert told[4].startswith("At most 5 % wrong: ours (samples=60)") and told[4].endswith(
+    assert told[4].startswith("At most 5 % wrong: detail correction (samples=60)") and told[4].endswith(
         "the next best model, is on a par."
     )
 
@@ -151,14 +147,13 @@ def test_the_report_shows_all_of_it(found, tmp_path):
     assert [name for name in names if f'<figure id="{name}">' in page] == names
     assert "<li>Within 1 ms: linear fine FEM, 5 % of the peak off" in page
     table = page[page.index("What to take for each limit") :]
-    assert "<td>none</td>" in table and "<td>ours (samples=60)</td>" in table
+    assert "<td>none</td>" in table and "<td>detail correction (samples=60)</td>" in table
     assert not re.search(r"\{[a-z_]+\}", page.split("</style>")[1].split("<script>")[0])
 
 
 def test_own_models_are_drawn_wherever_they_come(found):
-    settings, advised = (
-        table.replace({"ours": "mine", "shape_matching": "nearest", "linear_fem": "other"}) for table in found
-    )
+    renamed = {"detail_correction": "mine", "shape_matching": "nearest", "linear_fem": "other"}
+    settings, advised = (table.replace(renamed) for table in found)
     assert "nearest" in "".join(texts(advice.draw(advised, settings)))
     assert {"mine", "nearest", "other"} <= set(
         texts(work_precision.draw(*(tables.where(t, scene="liver_small") for t in (settings, advised))))

@@ -68,12 +68,12 @@ COLLISION = {
 }
 TRADEOFF = {
     "accuracy_vs_time": (
-        "scene body regime model knob protocol split samples failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
+        "scene body regime model setting protocol split samples failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
         "online_median_s online_p95_s offline_s memory_mb break_even_queries threads commit failure"
     ),
     "advice": (
-        "scene budget_ms max_error model knob rmse_of_peak error_low error_high p95_of_peak online_p95_s margin "
-        "confidence rival rival_knob factor why"
+        "scene budget_ms max_error model setting rmse_of_peak error_low error_high p95_of_peak online_p95_s margin "
+        "confidence rival rival_setting factor why"
     ),
 }
 SCALING = {
@@ -81,8 +81,8 @@ SCALING = {
 }
 DYNAMIC = {
     "dynamic_accuracy": (
-        "scene body model knob level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
-        "ms_per_step step_p95_ms slower_than_life offline_s "
+        "scene body model setting level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
+        "ms_per_step step_p95_ms real_time_factor offline_s "
         "reference_level reference_nodes reference_step_s reference_change"
     ),
 }

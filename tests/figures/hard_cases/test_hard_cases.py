@@ -17,7 +17,7 @@ def table():
         ["fem", "locking", "level_2_softer", "stable", 0.04, True, ""],
         ["fem", "no_anchor", "fem", "refused", None, True, "give it anchors."],
         ["contact", "drop", "fem", "nan", None, False, "not finite"],
-        ["kernel", "one_sample", "ours", "wrong", 2.0, False, ""],
+        ["kernel", "one_sample", "detail_correction", "wrong", 2.0, False, ""],
     ]
     table = pd.DataFrame(rows, columns=["family", "case", "model", "outcome", "value", "passed", "message"])
     return table.assign(source="", scene="", measure="", bound=1.0, declared="stable")[

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.body import Material, nest
 from palpate.bodies.box import box
-from palpate.bodies.particles import Particles, particles_of, together
+from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.sheet import sheet
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import Run, run
@@ -47,7 +47,7 @@ def play() -> Callable[..., Run]:
         settings = {name: block for name, block in effects.items() if block is not None}
         scene = Scene("played", list(effects), integrator, step_s, steps * step_s, frames=steps, settings=settings)
         scene = Scene(**(vars(scene) | {"held": "held" in effects} | more))
-        return run(scene, together(parts, shifts, "played"))
+        return run(scene, merge_particles(parts, shifts, "played"))
 
     return play
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.bodies.particles import together
+from palpate.bodies.particles import merge_particles
 from palpate.effects import corotational
 from palpate.errors import NotConverged
 from palpate.scenes import motion as motions
@@ -157,7 +157,7 @@ def test_bodies_that_collide_keep_momentum_and_gain_no_energy(cube, way, speed):
     effects, name, step = SOLID[way]
     settings = {n: block for n, block in effects.items() if block and n in ("shape_matching", "kelvin")}
     names = [n for n in effects if n not in ("rayleigh", "velocity_damping")]
-    particles = together([cube(2)] * 2, [[0.0, 0.0, 0.0], [0.02, 0.03, 0.15]], "meeting")
+    particles = merge_particles([cube(2)] * 2, [[0.0, 0.0, 0.0], [0.02, 0.03, 0.15]], "meeting")
     scene = Scene("meeting", [*names, "contact"], name, step, 1.0, settings=settings | {"contact": {"friction": MU}})
     system = compose(scene, particles)
     stepper = integrator(name).make(system, {"tolerance": 1e-8})

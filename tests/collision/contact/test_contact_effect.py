@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from palpate.bodies.particles import together
+from palpate.bodies.particles import merge_particles
 from palpate.collision.contact.barrier import barrier
 from palpate.collision.contact.contact_effect import make
 from palpate.errors import InputError
@@ -18,7 +18,7 @@ GAP = 0.01
 
 @pytest.fixture(scope="module")
 def pair(cube):
-    return together([cube(2), cube(1)], [[0, 0, 0], [0.105, 0.01, 0.02]], "pair")
+    return merge_particles([cube(2), cube(1)], [[0, 0, 0], [0.105, 0.01, 0.02]], "pair")
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +146,7 @@ def test_who_can_meet_whom(cube, pair):
 
 @pytest.mark.parametrize("apart", [0.11, 100.0])
 def test_the_gap_follows_the_smallest_piece_wherever_it_is(cube, apart):
-    pair = together([cube(2), cube(1, side=0.04)], [[0, 0, 0], [apart, 0, 0]], "pair")
+    pair = merge_particles([cube(2), cube(1, side=0.04)], [[0, 0, 0], [apart, 0, 0]], "pair")
     assert make(pair, {}, None).gap_m == pytest.approx(4e-5)
     assert make(pair, {"gap_m": 0.003}, None).gap_m == 0.003
     for gap in (0.0041, 3e-9):

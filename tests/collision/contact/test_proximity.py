@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.particles import together
+from palpate.bodies.particles import merge_particles
 from palpate.collision.contact.proximity import Proximity
 from palpate.collision.contact.stencils import Surface, stencils, touching_pairs
 from palpate.collision.triangles.closest_points import closest_points
@@ -14,7 +14,7 @@ GAP, RADIUS = 0.01, 0.004
 @pytest.fixture
 def things(cube, cloth):
     """Two cubes, a sheet that can meet itself, and a rod: points, surfaces, thicknesses, and who can meet whom."""
-    bodies = together([cube(1)] * 2, [[0, 0, 0], [0.02, 0.01, 0.108]], "two")
+    bodies = merge_particles([cube(1)] * 2, [[0, 0, 0], [0.02, 0.01, 0.108]], "two")
     sheet = cloth(2)
     rod = np.array([[0.15, 0.0, 0.0], [0.15, 0.1, 0.12]])
     points = np.vstack([bodies.nodes, sheet.nodes - [0.0, 0.0, 0.008], rod])

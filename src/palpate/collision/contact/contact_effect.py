@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.particles import Particles
-from palpate.bodies.surfaces.tetrahedralize import shells
+from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.collision.contact import barrier
 from palpate.collision.contact.contact_report import contacts, observed
 from palpate.collision.contact.friction import lag
@@ -217,7 +217,7 @@ def pieces_of(particles: Particles) -> list[np.ndarray]:
     The surfaces around a body and around what is hollow in it are of one piece, as its tetrahedra join them.
     """
     cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
-    labels = shells(cells, len(particles.nodes))[: len(particles.triangles)]
+    labels = label_shells(cells, len(particles.nodes))[: len(particles.triangles)]
     return [particles.triangles[labels == label] for label in dict.fromkeys(labels.tolist())]
 
 

@@ -9,7 +9,6 @@ class NotConverged(RuntimeError):
     """A solver that did not reach its tolerance.
 
     ``history`` : relative residual after each iteration, oldest first
-
     """
 
     def __init__(self, message: str, history: list[float]):

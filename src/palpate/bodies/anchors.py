@@ -17,7 +17,6 @@ def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
 
     Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
-
     """
     rules = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
     if len(rule) != 1 or not set(rule) <= set(rules):

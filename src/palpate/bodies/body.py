@@ -38,7 +38,6 @@ class Body:
     prolongations : sparse matrices (n_finer, n_coarser), one between each two neighbouring levels
     anchors : the held nodes of each level, increasing; a new node is held if both ends of its edge are,
         so that the coarse displacements are a subspace of the fine ones
-
     """
 
     name: str
@@ -69,7 +68,6 @@ def nest(
 
     ``snap``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements are
     still interpolated linearly; only the rest positions then are not.
-
     """
     levels, prolongations, held = [coarse], [], [np.unique(anchors)]
     for _ in range(refinements):

@@ -14,7 +14,6 @@ def box(sizes_m: list[float], divisions: list[int]) -> TetMesh:
     a symmetric load gives a symmetric response. Trap: the octahedra of these elements have two shortest diagonals, of
     which refinement takes the first; swapping the middle corners of the inverted elements only makes that the one
     with which finer levels keep the shape and the symmetry.
-
     """
     points, tetrahedra = cut_lattice(divisions)
     nodes = points / np.array(divisions) * np.array(sizes_m, dtype=float)

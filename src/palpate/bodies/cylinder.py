@@ -17,7 +17,6 @@ def cylinder(length_m: float, radius_m: float) -> TetMesh:
     neighbours and should not all lean the same way, or the cylinder twists when it is bent. The hexagonal
     lattice has a 3-colouring in which every triangle has all three colours; diagonals that climb from the
     lower colour to the higher agree by construction and lean to both sides equally.
-
     """
     disc, triangles, colours = _disc()
     heights = np.linspace(0.0, length_m, LAYERS)

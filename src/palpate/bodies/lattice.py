@@ -13,7 +13,6 @@ def cut_lattice(divisions: list[int]) -> tuple[np.ndarray, np.ndarray]:
     to points with only odd ones, so that they agree on shared faces. Trap: with one diagonal direction for all
     cells, a body twists when it is bent; mirrored cells lean to both sides equally, and the mesh is its own
     mirror image along each axis that has an even number of cells. Orientation of the simplices is mixed.
-
     """
     divisions = np.array(divisions)
     d = len(divisions)

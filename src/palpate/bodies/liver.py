@@ -15,7 +15,6 @@ def liver(length_m: float) -> TetMesh:
 
     Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the
     bounding box of the smooth shape.
-
     """
     sphere = fibonacci_sphere(SAMPLES)
     shape = liver_shape(sphere)
@@ -30,7 +29,6 @@ def liver_shape(sphere: np.ndarray) -> np.ndarray:
     """Map points of the unit sphere, (n, 3), smoothly and one to one onto a liver about 2 long, (n, 3).
 
     The coefficients are ours, set by eye: cross-sections along x shrink from the thick right lobe to the thin left one.
-
     """
     x, y, z = sphere.T
     right = _logistic(3.2 * (0.18 - x))

@@ -14,7 +14,6 @@ def make_body(name: str, entry: dict) -> Body:
     """Make the coarse mesh that ``entry["kind"]`` asks for, choose its anchors and refine it.
 
     Raises InputError if the entry cannot be used.
-
     """
     kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
     if entry["kind"] not in kinds:

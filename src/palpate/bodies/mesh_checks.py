@@ -27,7 +27,6 @@ def check_tetrahedra(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> 
     """Check that no element is flat, duplicate or inverted, and return them, (m, 4), positively oriented.
 
     Some programs number all elements the other way round: if every one is inverted, all are reversed.
-
     """
     check_indices(source, "tetrahedra", tetrahedra, len(nodes))
     _check_unique(source, "tetrahedra", tetrahedra)

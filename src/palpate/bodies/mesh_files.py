@@ -25,7 +25,6 @@ def load_file(path: str | Path, scale_m: float, spacing_m: float | None = None) 
     elements are an error, since the body would have gaps. A file with triangles or quadrilaterals only is a closed
     surface, welded and filled with an edge length of about ``spacing_m``.
     Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
-
     """
     path, raw = Path(path), _read(path, scale_m)
     others = sorted(set(raw.solids) - {"tetra"})
@@ -45,7 +44,6 @@ def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarr
     """Load points (n, 3) [m] and triangles (m, 3) of a surface file, welded; the surface may be open.
 
     Raises InputError if the file cannot be read or no triangle is left.
-
     """
     raw = _read(path, scale_m)
     points, triangles = weld(raw.points, _triangles(Path(path), raw))

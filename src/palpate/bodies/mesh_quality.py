@@ -44,7 +44,6 @@ def mesh_quality(body: Body) -> pd.DataFrame:
     """Tabulate each level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3.
 
     A sheet, which has no tetrahedra, has no row.
-
     """
     meshes = [mesh for mesh in body.levels if len(mesh.tetrahedra)]
     rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(meshes)]
@@ -55,7 +54,6 @@ def mesh_sizes(body: Body, entry: dict) -> pd.DataFrame:
     """Tabulate each level's counts, beside those of the paper's mesh table where the paper gives them.
 
     ``entry["paper_surface"]``, optional, has (nodes, triangles) or None for each level.
-
     """
     papers = entry.get("paper_surface") or [None] * len(body.levels)
     rows = []

@@ -19,7 +19,6 @@ class RawMesh:
     """Content of a file: points (n, 3) in its own unit, and elements by meshio's name for their type.
 
     solids, sheets : {type: (m, corners)}, three- and two-dimensional elements; points and lines are left out
-
     """
 
     points: np.ndarray

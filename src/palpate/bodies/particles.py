@@ -17,7 +17,6 @@ class Particles(Mesh):
     nodes : (n, 3) rest positions [m]; masses : (n,) [kg]; held : (k,) anchors
     triangles : (t, 3) of the surface, wound outward; tetrahedra : (m, 4), none for sheets and surface models
     thickness_m : of a sheet, else 0
-
     """
 
     name: str
@@ -35,7 +34,6 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
 
     A solid's mass goes in quarters to the corners of its tetrahedra (paper 2, eq. 4), a sheet's in thirds to those
     of its triangles, a surface model's by area. Raises InputError for a level that the body does not have.
-
     """
     if not -len(body.levels) <= level < len(body.levels):
         raise InputError(
@@ -68,7 +66,6 @@ def merge_particles(parts: list[Particles], shifts: list[Sequence[float]], place
 
     Densities may differ. Raises InputError, naming ``place``, unless all have the same stiffness, and all are sheets
     of the same thickness or none is a sheet.
-
     """
     first = parts[0]
     for part in parts[1:]:

@@ -17,7 +17,6 @@ def refine(mesh: TetMesh) -> tuple[TetMesh, sparse.csr_array]:
 
     Returns the finer mesh, whose first nodes are those of ``mesh`` and whose others are edge midpoints in
     lexicographic edge order, and the prolongation, (n_fine, n_coarse): linear interpolation of nodal values.
-
     """
     n = len(mesh.nodes)
     ends = mesh.edges

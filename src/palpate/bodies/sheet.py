@@ -16,7 +16,6 @@ class Sheet(Mesh):
     nodes : (n_nodes, 3) float64 [m]
     triangles : (n_triangles, 3) int64, consistently wound
     thickness_m : of the material, half of it on either side of the triangles [m]
-
     """
 
     nodes: np.ndarray
@@ -39,7 +38,6 @@ def sheet(sizes_m: list[float], divisions: list[int], thickness_m: float) -> She
 
     Each cell has two triangles, whose normal is +z; the diagonals alternate ("union jack"), because with diagonals of
     one direction a sheet drapes and shears askew.
-
     """
     points, triangles = cut_lattice(divisions)
     nodes = np.zeros((len(points), 3))

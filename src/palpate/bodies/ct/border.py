@@ -12,7 +12,6 @@ def move_to_half_level(organ: np.ndarray, smooth: np.ndarray, spacing: np.ndarra
     each voxel near the border goes to whichever is nearer in HU: the nearest voxel well inside, or the nearest
     one well outside. Where the latter is within the organ's range ``threshold_hu``, the grey values do not distinguish
     the two, and the border stays.
-
     """
     # width of the blurred border: one voxel from the scanner's averaging, and twice the deviation of the blur
     steps = spacing / (spacing + 2 * spacing.min())

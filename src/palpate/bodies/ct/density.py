@@ -20,7 +20,6 @@ def density(hu: np.ndarray) -> np.ndarray:
     simulations of clinical dose distributions", Phys. Med. Biol. 45 (2000) 459–478, equations 19, 21 and 23.
     Trap: contrast agent raises CT numbers but hardly the density, so that an enhanced liver comes out a few per cent
     too heavy; and the curve drops by 4 % at 100 HU, where soft tissue ends and bone begins.
-
     """
     hu = np.asarray(hu, dtype=np.float64)
     fat = _LINES[0][1] + _LINES[0][2] * _FAT_HU

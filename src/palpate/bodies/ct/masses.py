@@ -25,7 +25,6 @@ def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.nd
     the outermost ones contain in part the lung or fat beside the organ. Surface nodes, of which a coarse mesh mostly
     consists, would spread that deep into the organ (see ``raw_densities``).
     Raises InputError if the organ is empty, or if a point is outside of it by more than half its extent.
-
     """
     from scipy import ndimage
 

@@ -24,7 +24,6 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
 
     The organ is of one piece. Warns if it reaches the border of the image, which then probably truncates it, and if
     pieces of a mask are left out.
-
     """
     image = read(entry["image"]) if entry.get("image") is not None else abdomen()[0]
     mask = read_mask(entry["mask"], image) if entry.get("mask") is not None else None
@@ -55,7 +54,6 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
 
     Without ``snap`` every level has the volume of the mask's voxels. With it the coarse nodes stay on the CT's
     surface, so that the coarse body is some per cent too small and each finer one less so.
-
     """
     image, mask = segment_entry(entry)
     wanted = entry["surface_nodes"]

@@ -23,7 +23,6 @@ def check(path: Path) -> None:
 
     Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
     A file that is not NIfTI at all is left to the reader to refuse.
-
     """
     damaged = f"{path}: the file is cut off or damaged; write or download it again."
     try:

@@ -20,7 +20,6 @@ def segment(image: Image, settings: dict) -> np.ndarray:
     closing smooths the outline, and cavities are filled; all lengths are in metres, so that slices may be ten times as
     thick as the pixels. Then the border moves to the half level (border.py). Trap: the order matters; the largest
     piece is chosen while the bridges are cut.
-
     """
     low, high = settings["threshold_hu"]
     smooth = np.clip(image.hu, low - CLIP_HU, high + CLIP_HU).astype(np.float32)

@@ -19,7 +19,6 @@ def snapper(points: np.ndarray, triangles: np.ndarray) -> Callable[[TetMesh, int
     points, triangles : (n, 3) [m] and (m, 3), wound outward
     Trap: nodes whose move would invert or flatten an element move back, which may require that their neighbours do,
     too; this terminates, at the latest when all have moved back.
-
     """
     tree, normals = cKDTree(points), vertex_normals(points, triangles)
 

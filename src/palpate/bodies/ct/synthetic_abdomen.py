@@ -32,7 +32,6 @@ def abdomen(seed: int = SEED, spacing_m=SPACING_M) -> tuple[Image, dict]:
     spacing_m : (3,) [m] along x, y and z
     The truth: "liver", the voxels (nz, ny, nx) of which the liver fills at least half; "volume_m3" and "mass_kg", of
     the exact ellipsoid and its density.
-
     """
     spacing = np.asarray(spacing_m, dtype=float)
     counts = np.floor(2 * HALF_M / spacing).astype(int)

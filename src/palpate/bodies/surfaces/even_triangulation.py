@@ -34,7 +34,6 @@ def triangulate_evenly(points: np.ndarray, triangles: np.ndarray, sphere: np.nda
     Returns the chosen points' numbers, (count,), and 2 count - 4 triangles of 0 … count - 1, wound outward.
     Centroidal Voronoi cells by Lloyd's steps, starting from farthest points; Delaunay on the sphere gives a closed
     surface with the right counts; edge flips adapt it to the shape, which the map from the sphere may stretch.
-
     """
     weight, normals = _vertex_areas(points, triangles)
     spacing = np.sqrt(weight.sum() / count)

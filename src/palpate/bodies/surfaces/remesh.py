@@ -21,7 +21,6 @@ def remesh(start: np.ndarray, corners: np.ndarray, points: np.ndarray, triangles
     points, triangles : the same surface, dense enough to count as smooth, (n, 3) [m] and (m, 3)
     Returns points and triangles of the new surface, (count, 3) and, with a sphere's topology, (2 count − 4, 3).
     Collapses that would change the topology or fold the surface are skipped, so more vertices may remain.
-
     """
     tree = cKDTree(points)
     dense, normals = points, vertex_normals(points, triangles)
@@ -38,7 +37,6 @@ def project(points, facing, dense, normals, tree) -> np.ndarray:
     """Project points, (n, 3), to the nearest place of the dense surface that faces the same way.
 
     The dense surface is taken as flat around each of its vertices: a point moves along the normal of the nearest one.
-
     """
     near = tree.query(points, k=8)[1]
     alike = np.einsum("ni,nki->nk", facing, normals[near]) > 0
@@ -101,7 +99,6 @@ def _keeps_topology(fans, a: int, b: int) -> bool:
     """Test the link condition: an edge's ends share only two neighbours, the third corners of its two triangles.
 
     These lose a triangle each, and must keep four: a vertex of three is a spike.
-
     """
     shared = _one_ring(fans, a) & _one_ring(fans, b)
     return len(fans[a] & fans[b]) == 2 and len(shared) == 2 and min(len(fans[c]) for c in shared) > 4
@@ -148,7 +145,6 @@ def _smooth_tangentially(points: np.ndarray, triangles: np.ndarray) -> np.ndarra
     """Move each vertex in its tangent plane towards the mean of its neighbours, (n, 3).
 
     All neighbours have equal weight: with weights by area, triangles that become small would keep shrinking.
-
     """
     index, after = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     sums = np.stack([np.bincount(index, column[after], len(points)) for column in points.T], axis=1)

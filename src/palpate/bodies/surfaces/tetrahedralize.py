@@ -20,7 +20,6 @@ def gmsh_session():
     """Open the gmsh library in a fresh, quiet, single-threaded state (so that its meshes repeat bit for bit).
 
     Trap: by default gmsh catches Ctrl-C, which only the main thread may do.
-
     """
     import gmsh
 
@@ -42,7 +41,6 @@ def tetrahedralize(
     points, triangles : (n, 3) [m] and (m, 3), closed and wound outward, hence inward around a cavity
     spacing_m : desired edge length inside; by default the surface's mean edge length
     source : name of the surface in the InputError that is raised if it cannot be filled, as when it intersects itself
-
     """
     if spacing_m is None:
         edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]

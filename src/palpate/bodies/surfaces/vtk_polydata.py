@@ -20,7 +20,6 @@ def read_polydata(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
     Raises ValueError if it is malformed, KeyError if it uses a number type that such files never have.
     Coordinates are checked at once: where binary data are damaged, they show it first.
-
     """
     cursor = _Cursor(path.read_bytes())
     cursor.line(), cursor.line()

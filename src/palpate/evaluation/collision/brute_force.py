@@ -10,14 +10,14 @@ def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarra
     points : (n, 3) [m], triangles : (m, 3) int64, one or two of each
     One body's triangles that share a node are left out. Closed triangles as in ``collision.triangle_pairs``.
     """
-    from palpate.collision.triangles.triangle_pairs import crosses
+    from palpate.collision.triangles.triangle_pairs import pairs_intersect
 
     pairs = overlapping(points, triangles)
     if len(triangles) == 1:
         one, other = triangles[0][pairs[:, 0]], triangles[0][pairs[:, 1]]
         pairs = pairs[~(one[:, :, None] == other[:, None, :]).any(axis=(1, 2))]
     first, last = (points[0], triangles[0]), (points[-1], triangles[-1])
-    return pairs[crosses(*first, *last, np.ascontiguousarray(pairs))]
+    return pairs[pairs_intersect(*first, *last, np.ascontiguousarray(pairs))]
 
 
 def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:

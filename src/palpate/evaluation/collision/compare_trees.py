@@ -35,7 +35,7 @@ class Ours:
         """Follow the triangles to their new ``points``, (n, 3) [m] of each body."""
         for tree, moved in zip(self.trees, points, strict=True):
             tree.refit(moved)
-            if tree.worn:
+            if tree.needs_rebuild:
                 tree.rebuild(moved)
                 self.rebuilds += 1
 

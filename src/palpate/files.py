@@ -52,3 +52,11 @@ def read_table(path: str | Path, columns: Sequence[str]) -> "pd.DataFrame":
     if missing := [column for column in columns if column not in table]:
         raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
     return table
+
+
+def check_file(place: str, path: str, there: bool) -> None:
+    """Raise InputError, naming the key ``place`` of the settings, if a file that it names is not there."""
+    if not there:
+        raise InputError(
+            f"{place} is {path}, where there is no file; give a path relative to the folder of the config file."
+        )

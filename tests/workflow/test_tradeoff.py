@@ -6,18 +6,18 @@ import pytest
 
 from palpate.config import complete
 from palpate.errors import InputError
-from palpate.files import read_yaml
+from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_yaml(ROOT / "workflow/schemas/config.schema.yaml")
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 TRADEOFF = {"models": ["fem_fine", "fem_coarse", "ours"], "own_models": {}}
 
 
 @pytest.fixture
 def trading(smoke) -> dict:
-    """The liver pressed, every model asked, and nothing else."""
-    keys = ("seed", "bodies", "regimes", "solver", "enrichment", "timing")
-    return {key: smoke[key] for key in keys} | {"papers": [], "tradeoff": dict(TRADEOFF)}
+    """Return the settings of the liver pressed, some models asked, and nothing else."""
+    keys = ("seed", "bodies", "regimes", "solver", "timing")
+    return {key: smoke[key] for key in keys} | {"tradeoff": dict(TRADEOFF)}
 
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):

@@ -7,20 +7,21 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.pareto import front
 
+TABLES = ("enrichment_accuracy", "online_cost", "fem_cost")
 BUDGETS_S = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
 """Frame budgets: haptics, 60 pictures a second, what still feels immediate."""
 
 
 @style.styled
-def draw(accuracy, cost, fem_cost, split: str = "contacts") -> Figure:
+def draw(enrichment_accuracy, online_cost, fem_cost, *, split: str = "contacts") -> Figure:
     """A column a body, a row for each protocol and regime; held-out ``split`` only.
 
-    accuracy, cost, fem_cost : the tables enrichment_accuracy, online_cost and fem_cost
+    enrichment_accuracy, online_cost, fem_cost : the tables of these names
     The whisker reaches to the 95th percentile of the time. The stepped line is the Pareto front. A method
     without a finite error or a time is named in its panel as failed, never dropped.
     """
-    accuracy = tables.where(accuracy, split=split)
-    joined = accuracy.merge(cost, on=["body", "protocol", "method"], how="left")
+    accuracy = tables.where(enrichment_accuracy, split=split)
+    joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
     names = tables.bodies(joined)
     rows = list(dict.fromkeys(zip(joined["protocol"], joined["regime"], strict=True)))
     figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.35 * len(rows) + 0.6), layout="constrained")

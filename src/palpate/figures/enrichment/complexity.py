@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 
 from palpate.figures import style
 
+TABLES = ("complexity",)
 _COLOURS = {"r": "#0072b2", "k": "#d55e00"}
 
 

@@ -4,6 +4,7 @@ from matplotlib.figure import Figure
 
 from palpate.figures import style, tables
 
+TABLES = ("fem_cost", "sample_peaks")
 _REGIMES = (("#0072b2", "o"), ("#d55e00", "^"), ("#009e73", "s"), ("#7d7d7d", "D"))
 
 

@@ -6,25 +6,29 @@ from matplotlib.lines import Line2D
 
 from palpate.figures import style, tables
 
+TABLES = ("sigma_sweep", "enrichment_accuracy")
+
 
 @style.styled
-def draw(sweep, accuracy, paper: dict, protocol: str = "paper", split: str = "samples") -> Figure:
+def draw(
+    sigma_sweep, enrichment_accuracy, *, published: dict, protocol: str = "paper", split: str = "samples"
+) -> Figure:
     """A row for each body and regime, a column for each feature vector, a line for each kind of weights.
 
-    sweep, accuracy : the tables sigma_sweep and enrichment_accuracy
-    paper : the paper's numbers; ``sigma`` holds its σ and what a unit of its meshes measures here [m]
+    sigma_sweep, enrichment_accuracy : the tables of these names
+    published : the paper's numbers; ``sigma`` holds its σ and what a unit of its meshes measures here [m]
     Marked are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond) and what
     linear interpolation reaches without any σ (dashed).
     """
-    sweep = tables.where(sweep, protocol=protocol, split=split)
-    accuracy = tables.where(accuracy, protocol=protocol, split=split)
+    sweep = tables.where(sigma_sweep, protocol=protocol, split=split)
+    accuracy = tables.where(enrichment_accuracy, protocol=protocol, split=split)
     rows = list(dict.fromkeys(zip(sweep["body"], sweep["regime"], strict=True)))
     features = [f for f in style.FEATURES if f in set(sweep["features"])]
     figure = Figure(figsize=(3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2), layout="constrained")
     grid = figure.subplots(len(rows), len(features), sharex=True, sharey="row", squeeze=False)
     for axes, (body, regime) in zip(grid, rows, strict=True):
-        unit_m = paper["sigma"]["unit_m"].get(body)
-        sigma_m = None if unit_m is None else paper["sigma"]["value"] * unit_m
+        unit_m = published["sigma"]["unit_m"].get(body)
+        sigma_m = None if unit_m is None else published["sigma"]["value"] * unit_m
         here = tables.where(accuracy, body=body, regime=regime).set_index("method")
         for axis, name in zip(axes, features, strict=True):
             panel = tables.where(sweep, body=body, regime=regime, features=name)

@@ -6,13 +6,16 @@ from matplotlib.patches import Patch
 from palpate.figures import style, tables
 from palpate.figures.number_format import seconds as written
 
+TABLES = ("enrichment_timing",)
+
 
 @style.styled
-def draw(timing) -> Figure:
+def draw(enrichment_timing) -> Figure:
     """Two bars a method, logarithmic; dots are the five deformations.
 
-    timing : the table enrichment_timing
+    enrichment_timing : the table of this name
     """
+    timing = enrichment_timing
     names = tables.bodies(timing)
     figure = Figure(figsize=(10, 0.5 * len(set(timing["method"])) + 1.3), layout="constrained")
     for axis, body in zip(figure.subplots(1, len(names), sharex=True, squeeze=False)[0], names, strict=True):

@@ -8,6 +8,8 @@ from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.tradeoff.work_precision import LEAST
 
+TABLES = ("advice", "accuracy_vs_time")
+
 
 @style.styled
 def draw(advice, accuracy_vs_time) -> Figure:

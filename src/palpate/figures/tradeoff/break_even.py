@@ -9,6 +9,7 @@ from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent
 
+TABLES = ("accuracy_vs_time", "advice")
 ANSWERS = np.geomspace(1, 1e6, 61)
 DASHES = ("-", "--", ":", "-.")
 """One for each setting of a model."""

@@ -11,23 +11,25 @@ from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import mesh_error
 from palpate.evaluation.tradeoff.equal_settings import EXACT, alone, lasting
 from palpate.evaluation.tradeoff.resampling import TRUTH
-from palpate.figures import style
+from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look, minor
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.pareto import front
 
+TABLES = ("accuracy_vs_time", "advice")
 LEAST = 100 * EXACT
 """Errors [% of the peak] below this are drawn at it: the fine model is all but equal to what it is compared with."""
 
 
 @style.styled
-def draw(settings, advice) -> Figure:
-    """A curve a model with whiskers to the 95th percentile of the time.
+def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
+    """Draw a curve for each model on one ``scene``, with whiskers to the 95th percentile of the time.
 
-    settings, advice : the rows of one scene of the tables accuracy_vs_time and advice
+    accuracy_vs_time, advice : the tables of these names
     The stepped line is the front of this run; the numbered points are on it in other runs too. A setting that failed
     on some samples is hollow, and is named below with those that have no error at all.
     """
+    settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     own = mesh_error(settings)
     settings = settings[settings["model"] != TRUTH].reset_index(drop=True)
     figure = Figure(figsize=(10.5, 6.4), layout="constrained")

@@ -13,7 +13,7 @@ RADIUS_M = 0.045
 
 
 def balls(spacing_m, beside_hu, *others):
-    """Make a ball of 60 HU and 45 mm radius, and others (HU, centre, radius), by partial volume in a uniform background."""
+    """Make a ball of 60 HU and 45 mm radius and others (HU, centre, radius), with partial volume, in a background."""
     spacing = np.full(3, spacing_m)
     counts = np.full(3, round(0.12 / spacing_m))
     origin = -(counts - 1) / 2 * spacing

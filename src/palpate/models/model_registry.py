@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.errors import InputError, stranger
+from palpate.errors import InputError, describe_unknown
 
 if TYPE_CHECKING:
     from palpate.models.model import Model
@@ -77,4 +77,4 @@ def unknown(names: list[str], own: Mapping[str, object]) -> str:
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):
             return f"{name}, which palpate uses itself; call your own model something else"
-    return stranger(names, [*MODELS, *own])
+    return describe_unknown(names, [*MODELS, *own])

@@ -32,7 +32,7 @@ test: $(STAMP)  ## run the tests
 	@$(BIN)/python -m pytest
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
-	@$(SNAKEMAKE) --forceall --directory .smoke --configfile tests/smoke/config.yaml
+	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml
 	@echo "The report: .smoke/results/report.html"
 
 slurm-test: $(STAMP)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
@@ -77,8 +77,10 @@ help:  ## list what can be made
 
 # pip and setuptools come first: one package has no wheel and is built with them
 $(STAMP): environment.lock pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "palpate needs Python 3.11 or newer; name one: make PYTHON=python3.12")'
-	@echo "Building the environment in $(VENV), which takes a minute or two ..."
+	@command -v $(PYTHON) > /dev/null || { echo "palpate needs Python 3.11 or newer, and there is no $(PYTHON):" \
+	"on Debian: apt-get install python3-venv $$(sed -n 's/^ *"lib.*": "\(.*\)",$$/\1/p' workflow/prerequisites.py | xargs)"; exit 1; }
+	@$(PYTHON) workflow/prerequisites.py
+	@echo "Building the environment in $(VENV), which takes a minute or two and 2.5 GB ..."
 	@rm -rf $(VENV)
 	@$(PYTHON) -m venv $(VENV)
 	@sed -n '/considered to be unsafe/,$$p' environment.lock > $(VENV)/first.lock

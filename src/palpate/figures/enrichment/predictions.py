@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 from palpate.errors import InputError
-from palpate.files import made
+from palpate.files import require_file
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dic
 
     Raises InputError naming the file and the group if one is missing or of a wrong shape.
     """
-    with h5py.File(made(path)) as file:
+    with h5py.File(require_file(path)) as file:
         return {m: _one(file, f"{protocol}/{split}/{m}", path) for m in methods}
 
 

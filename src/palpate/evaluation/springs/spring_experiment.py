@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bodies.body import Material
-from palpate.bodies.particles import Particles, solid
+from palpate.bodies.particles import Particles, solid_particles
 from palpate.calibration.closed_forms import volume_stiffness
 from palpate.calibration.fem_motion import reference_motion
 from palpate.calibration.fitness import Fitness, Range
@@ -58,7 +58,7 @@ def experiment(calibration: dict, poisson: float) -> Experiment:
     """
     mesh = paper_cube(calibration["side_m"])
     material = Material(calibration["material"]["young_pa"], poisson, calibration["material"]["density_kg_m3"])
-    particles = solid(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), material, "paper 2's cube")
+    particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), material, "paper 2's cube")
     presses = {}
     for face in FACES:
         node, inward = middle(mesh, face)

@@ -62,7 +62,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str]) -> Iterator[str]:
     yield _markdown(pd.crosstab(found["hard_cases"]["family"], found["hard_cases"]["outcome"]).reset_index())
     yield _picture("hard_cases")
     yield f"## How far it scales\n\n{_picture('scaling')}"
-    every = tables.where(found["scaling"], kernel="fem")
+    every = tables.where(found["scaling"], component="fem")
     fem, most = tables.where(every, stage="respond"), every.groupby("size")["memory_mb"].max()
     fem = fem.assign(
         seconds=fem["seconds"].map(seconds), memory=[f"{1e-3 * most[size]:.2g} GB" for size in fem["size"]]

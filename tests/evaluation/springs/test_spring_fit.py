@@ -1,4 +1,4 @@
-"""Spring parameters in tables: each way, judged as it should be, and the floor below which none gets."""
+"""Tables of spring parameters: each method is evaluated correctly, and none is below the floor."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def references(found):
 
 def made(found, references, method, volume_force, runs=None):
     budget = spring_fit.budget(SMOKE["searches"], volume_force)
-    return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *told: None)
+    return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *reported: None)
 
 
 def test_one_modulus_is_found_where_one_was_used(found, own):
@@ -55,8 +55,8 @@ def test_errors_are_those_of_the_motions(found, references):
         x, v = simulate(found.model, young, found.presses[row.press], found.settings)
         assert row.rmse_m == pytest.approx(np.sqrt(np.mean(np.linalg.norm(x - positions, axis=2) ** 2)))
         assert row.max_z_m == pytest.approx(np.abs(x - positions)[:, :, 2].max())
-        off = np.linalg.norm(x - positions, axis=2).sum() + 0.0025 * np.linalg.norm(v - velocities, axis=2).sum()
-        assert row.fitness == pytest.approx(-off)
+        error = np.linalg.norm(x - positions, axis=2).sum() + 0.0025 * np.linalg.norm(v - velocities, axis=2).sum()
+        assert row.fitness == pytest.approx(-error)
         steps = tables["spring_errors"].query("press == @row.press")
         assert list(steps["step"]) == list(range(1, found.settings.steps + 1))
         assert steps["error_z_m"].max() == pytest.approx(row.max_z_m)

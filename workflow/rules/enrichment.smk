@@ -3,7 +3,7 @@
 # every method is fitted and tested in each of these: protocol and split
 COMPARISONS = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
 # methods whose predictions are kept for pictures
-SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "ours"]
+SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "detail_correction"]
 # what the methods choose their widths with
 REGRESSION = {key: config["enrichment"][key] for key in ("neighbours", "sigma_relative", "folds")}
 # the numbers that the paper published

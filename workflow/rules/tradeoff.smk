@@ -37,7 +37,7 @@ rule measure_models:
         own=lambda wildcards: [OWN_MODELS[wildcards.family]] if wildcards.family in OWN_MODELS else [],
     output:
         samples="results/data/{body}/{regime}/tradeoff/families/{family}_samples.csv",
-        knobs="results/data/{body}/{regime}/tradeoff/families/{family}_knobs.csv",
+        settings="results/data/{body}/{regime}/tradeoff/families/{family}_settings.csv",
     log:
         "results/logs/{body}/{regime}/measure_models_{family}.log",
     threads: HALF
@@ -57,34 +57,34 @@ rule measure_models:
         "../scripts/measure_models.py"
 
 
-rule measure_own_error:
+rule measure_reference_error:
     input:
         **MEASURED_ON,
         fine=lambda wildcards: fine_batches(wildcards.body, wildcards.regime),
     output:
         samples="results/data/{body}/{regime}/tradeoff/families/reference_samples.csv",
-        knobs="results/data/{body}/{regime}/tradeoff/families/reference_knobs.csv",
+        settings="results/data/{body}/{regime}/tradeoff/families/reference_settings.csv",
     log:
-        "results/logs/{body}/{regime}/measure_own_error.log",
+        "results/logs/{body}/{regime}/measure_reference_error.log",
     params:
         enrichment=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
         radius=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
         samples=config["tradeoff"]["reference_samples"],
-        code=code_of("measure_own_error"),
+        code=code_of("measure_reference_error"),
     message:
         "simulate one level finer: {wildcards.body}, {wildcards.regime}"
     script:
-        "../scripts/measure_own_error.py"
+        "../scripts/measure_reference_error.py"
 
 
-ruleorder: measure_own_error > measure_models
+ruleorder: measure_reference_error > measure_models
 
 
 rule tabulate_tradeoff:
     input:
-        knobs=expand(each("tradeoff/families/{{family}}_knobs.csv"), family=[*FAMILIES, "reference"]),
+        settings=expand(each("tradeoff/families/{{family}}_settings.csv"), family=[*FAMILIES, "reference"]),
         samples=expand(each("tradeoff/families/{{family}}_samples.csv"), family=[*FAMILIES, "reference"]),
     output:
         table="results/tables/accuracy_vs_time.csv",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from palpate.enrichment.methods import METHODS
-from palpate.errors import InputError, stranger
+from palpate.errors import InputError, describe_unknown
 
 if TYPE_CHECKING:
     from palpate.models.model import Model
@@ -77,7 +77,7 @@ def unknown(names: list[str], own: Mapping[str, object]) -> str:
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):
             return f"{name}, which palpate uses itself; call your own model something else"
-    return stranger(names, [*MODELS, *own])
+    return describe_unknown(names, [*MODELS, *own])
 
 
 def _recipe(name: str, own: Mapping[str, str]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ VERBS = set(
     Spread Start Step Stop Store Stretch Subdivide Subsample Subtract Sum Swap Sweep Symmetrise Tabulate Take Tally Test
     Tile Time Trace Transform Transpose Traverse Triangulate Trim Try Turn Unpack Update Use Validate View Visit Wait
     Walk Warn Weigh Weight Wrap Write Yield
+    Change Decide Import
     """.split()
 )
 """The verbs that docstrings begin with so far; add yours."""

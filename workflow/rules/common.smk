@@ -12,7 +12,7 @@ from palpate.files import read_yaml
 from palpate.errors import InputError
 from palpate.job import FAILED, kernel_cache
 from palpate.models.registry import MODELS, families
-from palpate.scenes.instruments import bodies_in, driven, touches
+from palpate.scenes.instruments import bodies_in, has_contact, has_moving_instrument
 
 ROOT = Path(workflow.basedir)
 CONFIG_FILE = Path(relpath([*workflow.overwrite_configfiles, *workflow.configfiles][0]))
@@ -33,8 +33,8 @@ CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
 MEASURED = list(dict.fromkeys((BODIES if "enrichment" in config["papers"] else []) + CTS))
 REGIMES, SCENES = list(config.get("regimes", {})), list(config["scenes"])
 # scenes in which contact acts, and those of them in which an instrument is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if touches(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if driven(scene)]
+TOUCHING = [name for name, scene in config["scenes"].items() if has_contact(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if has_moving_instrument(scene)]
 # every method is fitted and tested in each of these: protocol and split
 CASES = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
 # methods whose predictions are kept for pictures

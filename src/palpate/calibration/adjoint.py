@@ -15,7 +15,7 @@ import numpy as np
 from palpate.calibration import spring_motion
 from palpate.calibration.spring_model import Press, SpringModel
 from palpate.calibration.spring_motion import Settings
-from palpate.effects.volume import spread as spread_of
+from palpate.effects.volume import distance_sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ def _through_volume(x, w, tetrahedra, spread, volume, a, by_volume):
     """w·f of a tetrahedron is −κ (L − L₀) g·w with g = ∂L/∂x; its Hessian is symmetric, so its transpose is itself."""
     lengths, u, turned = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
-        stretch = spread_of(x, tetrahedra[e], lengths, u) - spread[e]
+        stretch = distance_sum(x, tetrahedra[e], lengths, u) - spread[e]
         along = 0.0
         for c in range(4):
             for i in range(3):

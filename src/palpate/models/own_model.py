@@ -9,14 +9,14 @@ import numpy as np
 
 from palpate.errors import InputError, NotConverged
 from palpate.models.model import Case, Knob, Model, Solver, checked
-from palpate.scenes.own_effect import opened
+from palpate.scenes.own_effect import import_file
 
 GUIDE = "see docs/add-a-model.md"
 
 
 def load(name: str, path: Path) -> Model:
     """The model in the file ``path``, which raises InputError naming it for whatever is wrong with it."""
-    module = opened(path, f"tradeoff.own_models.{name}")
+    module = import_file(path, f"tradeoff.own_models.{name}")
     for function in ("knobs(case)", "prepare(case, knob)"):
         if not callable(getattr(module, function.partition("(")[0], None)):
             raise InputError(f"{path}: has no function {function}; {GUIDE}.")

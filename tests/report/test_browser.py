@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 from palpate.figures.enrichment import error_over_body, predictions, turnable_errors
 from palpate.figures.scenes import turnable_motion
@@ -13,27 +14,39 @@ from palpate.report import page as report
 sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium
 
-pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason="there is no Chromium; apt-get install chromium")
+pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
 
 CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
 PAPERS = ["soft_bodies", "springs", "collision", "enrichment"]
 VIEW, ERRORS = "#turn_motion_sag", "#turn_error_over_body_liver_small"
 SWEEP = "#sigma details"
-LOOK = """(() => {
-  const shown = document.querySelector(%r + ' canvas');
+PATIENCE_MS = 60_000
+LOOK = """shown => {
   const canvas = Object.assign(document.createElement('canvas'), {width: shown.width, height: shown.height});
   const copy = canvas.getContext('2d', {willReadFrequently: true});
   copy.drawImage(shown, 0, 0);
   const data = copy.getImageData(0, 0, canvas.width, canvas.height).data;
   let sum = 0, full = 0;
-  for (let i = 0; i < data.length; i += 4) { full += data[i + 3] > 0; sum = (sum * 31 + data[i] + data[i + 3]) %% 1e9; }
+  for (let i = 0; i < data.length; i += 4) { full += data[i + 3] > 0; sum = (sum * 31 + data[i] + data[i + 3]) % 1e9; }
   return [full / (data.length / 4), sum];
-})()"""
+}"""
+COMPLAINING = """<!doctype html><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'">
+<img src="https://localhost/picture.png">
+<script>console.warn("careful"); console.error("wrong"); console.assert(false, "untrue"); console.log("fine");
+setTimeout(() => { document.title = "done"; throw new Error("thrown"); });</script>"""
 
 
 @pytest.fixture(scope="module")
-def browser(whole_folder, sagging, database, predictions_file, tmp_path_factory):
-    """A page with real views, and a browser to open it."""
+def browser():
+    """A browser that opens pages."""
+    with chromium.started() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
+    """A page with real views."""
     folder = tmp_path_factory.mktemp("page")
     shutil.copytree(whole_folder.path, folder, dirs_exist_ok=True)
     errors = predictions.read(predictions_file, "paper", "samples", error_over_body.METHODS)
@@ -42,109 +55,135 @@ def browser(whole_folder, sagging, database, predictions_file, tmp_path_factory)
     for view in folder.glob("figures/error_over_body_*.json"):
         turnable_errors.write(database, errors, view)
     report.write(folder, CAPTIONS, folder / "report.html", PAPERS, whole_folder.scenes, whole_folder.cts)
-    with chromium.Browser() as opened:
-        yield opened, folder / "report.html"
+    return folder / "report.html"
 
 
 @pytest.fixture
-def page(browser):
+def device():
+    """What the page is looked at with."""
+    return chromium.DESKTOP
+
+
+@pytest.fixture
+def page(browser, file, device):
     """The page as it is when it has been opened; it must not complain, nor fetch anything."""
-    opened, path = browser
-    opened.call("Emulation.clearDeviceMetricsOverride")
-    opened.open(path)
-    yield opened
-    assert opened.complaints == []
-    assert [url for url in opened.asked if not url.startswith(("file:", "data:"))] == []
+    with chromium.visit(browser, file, device) as visited:
+        visited.page.set_default_timeout(PATIENCE_MS)
+        yield visited.page
+        assert visited.complaints == []
+        assert [url for url in visited.asked if not url.startswith(("file:", "data:"))] == []
 
 
 def seen(page, selector):
     """Share of the view that is covered, and a sum that any change of it changes."""
-    page.ask(f"document.querySelector('{selector}').scrollIntoView({{behavior: 'instant'}})")
-    page.wait(f"document.querySelector('{selector} canvas').width > 300")
-    return page.ask(LOOK % selector)
+    page.evaluate(f"document.querySelector('{selector}').scrollIntoView({{behavior: 'instant'}})")
+    chromium.until(page, f"document.querySelector('{selector} canvas').width > 300")
+    return page.locator(f"{selector} canvas").evaluate(LOOK)
+
+
+def drag(page, selector, right, down):
+    """Take the middle of an element with the mouse and pull it [pixel]."""
+    box = page.locator(selector).bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + right, y + down)
+    page.mouse.up()
 
 
 def column(page, table, number):
-    return page.ask(f"[...document.querySelectorAll({table!r} + ' tbody tr')].map(r => r.cells[{number}].textContent)")
+    return page.locator(f"{table} tbody tr > :nth-child({number + 1})").all_text_contents()
+
+
+def test_what_a_page_complains_of_and_asks_for_is_noticed(browser, tmp_path):
+    path = tmp_path / "complaining.html"
+    path.write_text(COMPLAINING)
+    with chromium.visit(browser, path) as visited:
+        chromium.until(visited.page, "document.title === 'done'")
+        visited.page.evaluate("new Promise(requestAnimationFrame)")
+        said = "\n".join(visited.complaints)
+        assert all(word in said for word in ("careful", "wrong", "untrue", "thrown", "Content Security Policy"))
+        assert "fine" not in said
+        assert visited.asked == [path.as_uri(), "https://localhost/picture.png"]
 
 
 def test_views_are_drawn_and_turn(page):
     covered, before = seen(page, VIEW)
     assert 0.05 < covered < 0.9
-    page.drag(f"{VIEW} canvas", 90, 10)
+    drag(page, f"{VIEW} canvas", 90, 10)
     dragged = seen(page, VIEW)[1]
     assert dragged != before
-    page.ask(f"document.querySelector('{VIEW} canvas').focus()")
-    page.press("ArrowLeft")
+    page.focus(f"{VIEW} canvas")
+    page.keyboard.press("ArrowLeft")
     turned, after = seen(page, VIEW)
     assert after != dragged
-    page.press("+")
+    page.keyboard.press("+")
     assert seen(page, VIEW)[0] > 1.1 * turned
-    page.press("0")
+    page.keyboard.press("0")
     assert seen(page, VIEW)[1] == before
 
 
 def test_a_motion_plays_to_its_end(page):
     seen(page, VIEW)
-    assert page.ask(f"document.querySelector('{VIEW} output').textContent") == "0.50 s"  # the peak comes first
-    page.ask(f"document.querySelector('{VIEW} canvas').focus()")
-    page.press(" ")
-    assert page.ask(f"document.querySelector('{VIEW} button').textContent") == "Pause"
-    page.wait(f"document.querySelector('{VIEW} button').textContent === 'Play'")
-    assert page.ask(f"document.querySelector('{VIEW} output').textContent") == "1.00 s"
+    button, output = page.locator(f"{VIEW} button"), page.locator(f"{VIEW} output")
+    assert output.text_content() == "0.50 s"  # the peak comes first
+    page.focus(f"{VIEW} canvas")
+    page.keyboard.press(" ")
+    assert button.text_content() == "Pause"
+    expect(button).to_have_text("Play", timeout=PATIENCE_MS)
+    assert output.text_content() == "1.00 s"
 
 
 def test_a_method_and_a_sample_are_chosen(page):
     before = seen(page, ERRORS)[1]
-    options = page.ask(f"[...document.querySelectorAll('{ERRORS} select')].map(s => s.options.length)")
-    assert options == [3, 3]
-    page.ask(
-        f"(() => {{const s = document.querySelectorAll('{ERRORS} select')[0]; s.selectedIndex = 1;"
-        "s.dispatchEvent(new Event('change'))})()"
-    )
+    choices = page.locator(f"{ERRORS} select")
+    assert [choice.locator("option").count() for choice in choices.all()] == [3, 3]
+    choices.first.select_option(index=1)
     assert seen(page, ERRORS)[1] != before
-    assert page.ask(f"document.querySelector('{ERRORS} output').textContent").startswith("sample 4: ")
+    assert page.text_content(f"{ERRORS} output").startswith("sample 4: ")
 
 
 def test_tables_sort_by_keyboard_and_come_back(page):
     table = "#verdicts"
     original = column(page, table, 4)
-    page.ask(f"document.querySelectorAll('{table} th button')[4].focus()")
-    page.press("Enter")
+    assert original
+    page.locator(f"{table} th button").nth(4).focus()
+    page.keyboard.press("Enter")
     assert column(page, table, 4) == sorted(original)
-    assert page.ask(f"document.querySelectorAll('{table} th')[4].getAttribute('aria-sort')") == "ascending"
-    page.press("Enter")
+    assert page.locator(f"{table} th").nth(4).get_attribute("aria-sort") == "ascending"
+    page.keyboard.press("Enter")
     assert column(page, table, 4) == sorted(original, reverse=True)
-    page.press("Enter")
+    page.keyboard.press("Enter")
     assert column(page, table, 4) == original
-    assert page.ask(f"document.querySelectorAll('{table} [aria-sort]').length") == 0
+    assert page.locator(f"{table} [aria-sort]").count() == 0
 
 
 def test_times_sort_by_what_they_are_and_nothing_stays_last(page):
-    page.ask(
-        "(() => {const t = document.querySelector('#verdicts table');"
-        "[...t.tBodies[0].rows].forEach((r, i) =>"
+    page.evaluate(
+        "[...document.querySelector('#verdicts table').tBodies[0].rows].forEach((r, i) =>"
         "r.cells[3].textContent = "
-        "['5\\u00a0ms', '2\\u00a0s', '–', '300\\u00a0µs', '1,200', '<\\u00a00.001'][i] ?? '–');"
-        "t.querySelectorAll('th button')[3].click()})()"
+        "['5\\u00a0ms', '2\\u00a0s', '–', '300\\u00a0µs', '1,200', '<\\u00a00.001'][i] ?? '–')"
     )
+    sort = page.locator("#verdicts table").first.locator("th button").nth(3)
+    sort.click()
     rising = ["300\u00a0µs", "<\u00a00.001", "5\u00a0ms", "2\u00a0s", "1,200"]
     found = column(page, "#verdicts", 3)
     assert found[:5] == rising and set(found[5:]) == {"–"}
-    page.ask("document.querySelectorAll('#verdicts th button')[3].click()")
+    sort.click()
     assert column(page, "#verdicts", 3)[:5] == rising[::-1]
 
 
 def test_a_long_table_unfolds_and_sorts(page, results):
-    assert page.ask(f"document.querySelectorAll('{SWEEP} tbody tr').length") == 0
-    page.ask(f"document.querySelector('{SWEEP}').open = true")
-    page.wait(f"document.querySelector('{SWEEP} tbody tr') !== null")
-    assert page.ask(f"document.querySelectorAll('{SWEEP} tbody tr').length") == len(results["sigma_sweep"])
-    page.ask(f"document.querySelectorAll('{SWEEP} th button')[7].click()")
+    rows = page.locator(f"{SWEEP} tbody tr")
+    assert rows.count() == 0
+    page.locator(f"{SWEEP} summary").click()
+    rows.first.wait_for()
+    assert rows.count() == len(results["sigma_sweep"])
+    page.locator(f"{SWEEP} th button").nth(7).click()
     values = [float(text) for text in column(page, SWEEP, 7)]
     assert values == sorted(values) and len(set(values)) == 5
 
 
+@pytest.mark.parametrize("device", [chromium.TELEPHONE], ids=["telephone"])
 def test_nothing_overflows_on_a_telephone(page):
-    page.call("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=2, mobile=True)
-    assert page.ask("document.documentElement.scrollWidth") <= 390
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from palpate.errors import stranger
+from palpate.errors import describe_unknown
 
 
 @dataclass(frozen=True)
@@ -78,5 +78,5 @@ def unknown(names: list[str], own: Iterable[str]) -> str:
     for name in own:
         if name in EFFECTS or name in RESERVED:
             return f"own.{name} has a name that palpate uses itself; call it something else"
-    found = stranger(names, [*own, *EFFECTS])
+    found = describe_unknown(names, [*own, *EFFECTS])
     return f"effects names {found}" if found else ""

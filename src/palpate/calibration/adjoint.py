@@ -19,7 +19,7 @@ from palpate.effects.volume import spread as corner_distances
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class Gradient:
     """Derivatives of a number that depends on a motion.
 
     young : (n,) by the modulus of each node [1/Pa]; volume : by the stiffness of the volume force [m/N]
@@ -36,7 +36,7 @@ def pull_back(
     settings: Settings,
     motion: tuple[np.ndarray, np.ndarray],
     by_motion: tuple[np.ndarray, np.ndarray],
-) -> Slopes:
+) -> Gradient:
     """Compute the derivatives of a number by the moduli from those by the key points' positions and velocities.
 
     motion : of spring_motion.trajectory; by_motion : two of (steps, p, 3), in the layout of spring_motion.simulate
@@ -52,7 +52,7 @@ def pull_back(
     )  # fmt: skip
     by_stiffness += by_damping * damping / (2.0 * stiffness)
     halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
-    return Slopes(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
+    return Gradient(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
 
 
 @numba.njit(cache=True, error_model="numpy")

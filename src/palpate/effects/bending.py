@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.bodies.surfaces.tetrahedralize import shells
+from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.errors import InputError
 
 FLAT = 1e-9
@@ -18,7 +18,7 @@ def make(particles: Particles, settings: dict, elastic=None) -> "Bending":
             f"{particles.name}: effect bending is for sheets, which have a thickness and no tetrahedra; "
             "leave it out, or give a body of kind sheet."
         )
-    labels = shells(particles.triangles, len(particles.nodes))
+    labels = label_shells(particles.triangles, len(particles.nodes))
     if not all(_flat(particles.nodes[np.unique(particles.triangles[labels == label])]) for label in np.unique(labels)):
         raise InputError(
             f"{particles.name}: effect bending needs a sheet that is flat at rest, and this one is not; "

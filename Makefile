@@ -9,17 +9,17 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 PROFILE ?= default
 SNAKEMAKE := $(BIN)/snakemake --workflow-profile profiles/$(PROFILE)
 PATHS := src tests workflow/scripts
-# what can be asked for by itself, if the config has it
-PARTS := enrichment springs soft_bodies collision tradeoff dynamic hard_cases scaling scenes cts
+# what can be asked for by itself, if its block is in the settings
+STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all $(PARTS) test smoke slurm-test example check bench snapshot lock clean help
+.PHONY: all $(STUDIES) test smoke slurm-test example check bench snapshot lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
 	@echo "The report: results/report.html"
 
-$(PARTS): $(STAMP)  # one part of it
+$(STUDIES): $(STAMP)  # one study
 	@$(SNAKEMAKE) $@
 
 figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/sigma_sweep
@@ -32,7 +32,7 @@ test: $(STAMP)  ## run the tests
 	@$(BIN)/python -m pytest
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
-	@$(SNAKEMAKE) --forceall --directory .smoke --configfile tests/smoke/config.yaml
+	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml
 	@echo "The report: .smoke/results/report.html"
 
 slurm-test: $(STAMP)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
@@ -49,6 +49,7 @@ check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can 
 	@$(BIN)/ruff check $(PATHS)
 	@$(BIN)/ruff format --check $(PATHS)
 	@$(BIN)/snakefmt --check Snakefile workflow
+	@$(BIN)/python -m mypy
 	@$(BIN)/python -m pytest tests/workflow/test_lint.py
 	@$(SNAKEMAKE) --dry-run > /dev/null
 
@@ -58,7 +59,7 @@ bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
 snapshot: $(STAMP)  ## write docs/results.md from the results
-	@$(BIN)/python -m palpate.figures.snapshot results docs
+	@$(BIN)/python -m palpate.report.snapshot results docs
 
 lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
@@ -71,7 +72,7 @@ clean:  ## delete the results and the environment
 	rm -rf results .smoke .slurm .example .snakemake $(VENV)
 
 help:  ## list what can be made
-	@echo "make PART   compute one part: $(PARTS)"
+	@echo "make STUDY  compute one study: $(STUDIES)"
 	@sed -n 's/^\([a-z/%-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
 
 # pip and setuptools come first: one package has no wheel and is built with them

@@ -1,10 +1,35 @@
-"""Check settings against a schema, fill in its defaults, and say in one sentence what is wrong."""
+"""The schema of the settings: read it, check settings against it, and fill in its defaults."""
 
 import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from palpate.errors import InputError, remedy
+from palpate.errors import InputError, suggest
+from palpate.files import read_yaml
+
+
+def read_schema(path: Path) -> dict:
+    """Read the schema of the settings with that of each study in its place."""
+    schema = read_yaml(path)
+    for name in studies(schema):
+        study = read_yaml(path.parent / schema["properties"][name]["$ref"])
+        schema["$defs"] |= study.pop("$defs", {})
+        schema["properties"][name] = study | {"study": True}
+    return schema
+
+
+def studies(schema: dict) -> list[str]:
+    """Return the names of the studies in the order of the report: the properties that have a file of their own."""
+    return [
+        name
+        for name, inner in schema["properties"].items()
+        if inner.get("study") or inner.get("$ref", "").startswith("studies/")
+    ]
+
+
+def defaults(schema: dict, name: str) -> dict:
+    """Return what the schema gives a property of the settings that is left out."""
+    return _fill({}, schema["properties"][name], schema)
 
 
 def checked(config: dict, schema: dict, file: Path) -> dict:
@@ -92,7 +117,7 @@ def _explain(error, root: dict) -> str:
 
 def _unknown(key: str, found: dict, known: dict) -> str:
     name = next(name for name in found if name not in known)
-    return f"{key} has an unknown key {name}; {remedy(str(name), list(known), 'it knows')}"
+    return f"{key} has an unknown key {name}; {suggest(str(name), list(known), 'it knows')}"
 
 
 def _is_number(text: str) -> bool:

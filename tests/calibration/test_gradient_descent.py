@@ -1,4 +1,4 @@
-"""The adjoint's slopes are those of differences, and descent is faster and better than the genetic algorithm."""
+"""The adjoint's derivatives agree with differences, and descent is faster and better than the genetic algorithm."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ def young():
 
 
 def slope(value, at, step):
-    """By differences of the fourth order."""
+    """Differentiate by differences of the fourth order."""
     near, far = value(at + step) - value(at - step), value(at + 2 * step) - value(at - 2 * step)
     return (8 * near - far) / (12 * step)
 

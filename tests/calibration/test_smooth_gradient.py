@@ -1,11 +1,11 @@
-"""A fit that keeps moduli alike: its slopes are those of differences, and it stops where it is good enough."""
+"""A fit that keeps moduli alike: its derivatives agree with differences, and it stops at the target error."""
 
 import numpy as np
 import pytest
 
 from palpate.calibration.fitness import Fitness, Range
 from palpate.calibration.gradient_descent import descend
-from palpate.calibration.smooth_gradient import ENOUGH, descend_smoothly, square_and_slopes
+from palpate.calibration.smooth_gradient import TARGET_ERROR, descend_smoothly, square_and_slopes
 from palpate.calibration.spring_motion import simulate
 
 LIMITS = Range(500.0, 3000.0)
@@ -30,7 +30,7 @@ def test_it_is_no_better_than_enough_and_moduli_are_more_alike(cube):
     smooth = descend_smoothly(fitness, np.full(120, 900.0), LIMITS, 200)
     best = descend([fitness], np.full(120, 900.0), LIMITS, 200)
     error = np.sqrt(square_and_slopes(fitness, smooth.young)[0])
-    assert 0.5 * ENOUGH < error <= ENOUGH
+    assert 0.5 * TARGET_ERROR < error <= TARGET_ERROR
     assert np.log(smooth.young).std() < 0.5 * np.log(best.young).std()
     assert smooth.fitness == fitness(smooth.young[None])[0]
 

@@ -21,7 +21,7 @@ RUN = """
 import gc, json, sys
 from dataclasses import replace
 from palpate.bodies.make import make_body
-from palpate.bodies.particles import particles_of, together
+from palpate.bodies.particles import particles_of, merge_particles
 from palpate.scenes import run as runs
 from palpate.scenes.compose import named
 from palpate.scenes.scene import scene_of
@@ -30,7 +30,7 @@ name, entry, bodies = json.load(sys.stdin)
 scene = scene_of(name, entry)
 parts = [particles_of(make_body(*body), scene.level, scene.surface) for body in bodies]
 shifts = [other["shift_m"] for other in scene.others]
-particles = together(parts, [[0, 0, 0], *shifts], name) if shifts else parts[0]
+particles = merge_particles(parts, [[0, 0, 0], *shifts], name) if shifts else parts[0]
 systems, compose = [], runs.compose
 runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
 done = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)

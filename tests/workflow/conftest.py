@@ -1,5 +1,6 @@
 """Run the real workflow from the command line, in a folder of the test's own."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -12,17 +13,18 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).parents[2]
-STUDIES = ("tradeoff", "dynamic", "hard_cases", "scaling")
+COMPARISONS = ("tradeoff", "dynamic", "hard_cases", "scaling")
+"""The studies that need most of the others."""
 STUB = """
-import json
 from pathlib import Path
-said = {"rule": snakemake.rule, "code": list(snakemake.input.get("code", []))}
 for path in map(Path, snakemake.output):
     if not path.suffix:  # a folder
         path.mkdir()
-        path /= "said.json"
-    path.write_text(json.dumps(said))
+        path /= "made.txt"
+    path.write_text(snakemake.rule)
+raise SystemExit
 """
+"""Stands before what a script would do."""
 
 
 @pytest.fixture(scope="session")
@@ -39,11 +41,14 @@ def command() -> Callable[..., list[str]]:
 
 @pytest.fixture(scope="session")
 def run(command) -> Callable[..., subprocess.CompletedProcess]:
-    """Run that command to its end; what it printed is in ``stdout``."""
+    """Run that command to its end, with the modules in ``root``; what it printed is in ``stdout``."""
 
-    def finish(*arguments, **options) -> subprocess.CompletedProcess:
-        words = command(*arguments, **options)
-        return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    def finish(*arguments, root: Path = ROOT, **options) -> subprocess.CompletedProcess:
+        words = command(*arguments, root=root, **options)
+        environment = os.environ | {"PYTHONPATH": str(root / "src")}
+        return subprocess.run(
+            words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, env=environment
+        )
 
     return finish
 
@@ -62,17 +67,28 @@ def plan(run) -> Callable[..., dict[str, int]]:
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory, run, whole) -> Path:
-    """A copy of the workflow that has run: real rules, settings and modules, and STUB for every script."""
-    root = tmp_path_factory.mktemp("copy")
-    for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke", "docs"):
-        source = ROOT / name
-        if source.is_file():
-            shutil.copy(source, root / name)
-        else:
-            shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+def copy_of_workflow() -> Callable[[Path], Path]:
+    """Copy the workflow, its settings and its modules to a folder."""
+
+    def copy(root: Path) -> Path:
+        root.mkdir(exist_ok=True)
+        for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke", "docs"):
+            source = ROOT / name
+            if source.is_file():
+                shutil.copy(source, root / name)
+            else:
+                shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        return root
+
+    return copy
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory, copy_of_workflow, run, whole) -> Path:
+    """Return a copy of the workflow that has run: real rules, settings and modules, and STUB before each script."""
+    root = copy_of_workflow(tmp_path_factory.mktemp("copy"))
     for script in (root / "workflow/scripts").glob("*.py"):
-        script.write_text(STUB)
+        script.write_text(STUB + script.read_text())
     (root / "whole.yaml").write_text(yaml.safe_dump(whole, sort_keys=False))
     done = run(root, root / "whole.yaml", root=root)
     assert done.returncode == 0, done.stdout
@@ -81,7 +97,7 @@ def finished(tmp_path_factory, run, whole) -> Path:
 
 @pytest.fixture(scope="session")
 def whole() -> dict:
-    """The settings of the smoke run but for the model of one's own, whose place depends on the config file's."""
+    """Return the smoke run's settings but for the model of one's own, whose place depends on the config file's."""
     settings = yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
     del settings["tradeoff"]["own_models"]
     return settings
@@ -89,8 +105,8 @@ def whole() -> dict:
 
 @pytest.fixture
 def smoke(whole) -> dict:
-    """These settings, to be changed; without the studies that need most of the others."""
-    return deepcopy({key: value for key, value in whole.items() if key not in STUDIES})
+    """Return these settings, to be changed, without COMPARISONS."""
+    return deepcopy({key: value for key, value in whole.items() if key not in COMPARISONS})
 
 
 @pytest.fixture

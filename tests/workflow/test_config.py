@@ -1,5 +1,6 @@
 """config.yaml and its schema agree, and what is wrong is said in one sentence."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,11 @@ from jsonschema import Draft202012Validator
 from palpate.config import complete
 from palpate.errors import InputError
 from palpate.files import read_yaml
+from palpate.schema import defaults, read_schema, studies
 
 ROOT = Path(__file__).parents[2]
 SMOKE = ROOT / "tests/smoke/config.yaml"
-SCHEMA = read_yaml(ROOT / "workflow/schemas/config.schema.yaml")
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 def objects(schema):
@@ -30,14 +32,35 @@ def test_the_schema_is_one():
     Draft202012Validator.check_schema(SCHEMA)
 
 
-@pytest.mark.parametrize("path", [ROOT / "config.yaml", SMOKE], ids=lambda path: path.parent.name)
-def test_given_settings_are_complete_as_they_stand(path):
-    given = yaml.safe_load(path.read_text())
-    full = complete(given, SCHEMA, path)
-    # a scene may leave out what most scenes do not need
-    scenes, given_scenes = full.pop("scenes"), given.pop("scenes", {})
-    assert full == given
-    assert scenes.keys() == given_scenes.keys()
+def both(given: dict, default: dict, place: str = "") -> Iterator[tuple[str, object, object]]:
+    """Yield each setting that has a default and is given, too: its key, what is given, and the default."""
+    for key in given.keys() & default.keys():
+        if isinstance(given[key], dict) and isinstance(default[key], dict):
+            yield from both(given[key], default[key], f"{place}{key}.")
+        else:
+            yield f"{place}{key}", given[key], default[key]
+
+
+def test_defaults_are_those_of_the_shipped_settings():
+    given = yaml.safe_load((ROOT / "config.yaml").read_text())
+    names = [name for name in given if name not in ("bodies", "regimes", "scenes", "seed")]
+    found = [row for name in names for row in both(given[name], defaults(SCHEMA, name), f"{name}.")]
+    assert [(key, value, default) for key, value, default in found if value != default] == []
+    assert len(found) > 50
+
+
+def test_the_shipped_settings_name_their_schema_for_editors():
+    first = (ROOT / "config.yaml").read_text().splitlines()[0]
+    place = first.removeprefix("# yaml-language-server: $schema=")
+    assert place != first and (ROOT / place).is_file()
+    assert read_schema(ROOT / place) == SCHEMA
+
+
+def test_every_study_has_a_schema_and_a_block_in_the_shipped_settings():
+    given = yaml.safe_load((ROOT / "config.yaml").read_text())
+    assert set(studies(SCHEMA)) <= set(given)
+    files = {path.stem for path in (ROOT / "workflow/schemas/studies").glob("*.yaml")}
+    assert files == set(studies(SCHEMA))
 
 
 def test_every_key_is_described_and_every_object_closed():
@@ -57,10 +80,9 @@ def test_defaults_are_valid():
 
 
 def test_defaults_fill_what_is_left_out(smoke):
-    given = {key: smoke[key] for key in ("bodies", "regimes")} | {"papers": ["enrichment"]}
+    given = {key: smoke[key] for key in ("bodies", "regimes")} | {"enrichment": None}
     full = complete(given, SCHEMA, Path("config.yaml"))
-    unasked = {"tradeoff", "scaling", "dynamic", "hard_cases"}  # not done unless they are asked for
-    assert set(full) == set(SCHEMA["properties"]) - unasked
+    assert set(full) == set(SCHEMA["properties"]) - set(studies(SCHEMA)) | {"enrichment"}
     assert set(full["enrichment"]["sigma_relative"]) == {"min", "max", "count"}
 
 
@@ -104,16 +126,17 @@ def test_defaults_fill_what_is_left_out(smoke):
             10,
             "enrichment.sigma_relative.min is 10; make it less than",
         ),
-        ("papers", ["enrichmnt"], "papers[0] is 'enrichmnt', but must be one of enrichment, soft_bodies"),
+        ("enrichmnt", {}, "the file has an unknown key enrichmnt; did you mean enrichment?"),
+        ("scenes", {}, "scenes is {}, but must have at least 1 entry"),
         ("seed", 2**40, "seed is 1099511627776, but must be at most 2147483647"),
-        ("calibration.young_pa", [3000, 300], "calibration.young_pa is [3000, 300]; give the lower number first."),
-        ("calibration.duration_s", 1e-5, "calibration.duration_s is 1e-05, and step_s 0.0004; give the time of one"),
+        ("springs.young_pa", [3000, 300], "springs.young_pa is [3000, 300]; give the lower number first."),
+        ("springs.duration_s", 1e-5, "springs.duration_s is 1e-05, and step_s 0.0004; give the time of one"),
         (
-            "calibration.key_points_m",
+            "springs.key_points_m",
             [[0, 0, 0.01], [0, 0, 0.02]],
-            "calibration.key_points_m[1] is [0, 0, 0.02], which is outside the cube; give coordinates from 0 to",
+            "springs.key_points_m[1] is [0, 0, 0.02], which is outside the cube; give coordinates from 0 to",
         ),
-        ("regimes", None, "papers names enrichment and there are no regimes; add one"),
+        ("regimes", None, "enrichment is there and there are no regimes; add one"),
     ],
 )
 def test_what_is_wrong_is_said(smoke, place, value, said):
@@ -130,21 +153,23 @@ def test_what_is_wrong_is_said(smoke, place, value, said):
     assert "\n" not in str(caught.value)
 
 
-def test_a_body_from_ct_is_enough(smoke):
-    complete(smoke | {"papers": [], "scenes": {}}, SCHEMA, Path("my.yaml"))
-
-
-def test_calibration_is_checked_for_who_asks_for_springs(smoke):
-    smoke["calibration"]["side_m"] = 0.001
-    with pytest.raises(InputError, match=r"calibration\.key_points_m\[0\] is"):
+def test_a_study_is_checked_for_who_asks_for_it(smoke):
+    smoke["springs"]["side_m"] = 0.001
+    with pytest.raises(InputError, match=r"springs\.key_points_m\[0\] is"):
         complete(smoke, SCHEMA, Path("my.yaml"))
-    complete(smoke | {"papers": ["soft_bodies"]}, SCHEMA, Path("my.yaml"))
+    del smoke["springs"]
+    complete(smoke, SCHEMA, Path("my.yaml"))
 
 
-def test_nothing_asked_for_is_said(smoke):
-    smoke |= {"papers": [], "scenes": {}, "bodies": {}}
+def test_masses_from_ct_need_a_body_from_ct(smoke):
+    del smoke["bodies"]["abdomen"]
+    with pytest.raises(InputError, match=r"my\.yaml: ct is there and no body is of kind ct; add such a body"):
+        complete(smoke, SCHEMA, Path("my.yaml"))
+
+
+def test_nothing_asked_for_is_reported(smoke):
     with pytest.raises(InputError, match="nothing is asked for"):
-        complete(smoke, SCHEMA, Path("my.yaml"))
+        complete({"bodies": smoke["bodies"]}, SCHEMA, Path("my.yaml"))
 
 
 def test_scenes_are_completed_down_to_their_loads():

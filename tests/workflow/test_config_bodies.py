@@ -6,9 +6,9 @@ import pytest
 
 from palpate.config import complete
 from palpate.errors import InputError
-from palpate.files import read_yaml
+from palpate.schema import read_schema
 
-SCHEMA = read_yaml(Path(__file__).parents[2] / "workflow/schemas/config.schema.yaml")
+SCHEMA = read_schema(Path(__file__).parents[2] / "workflow/schemas/config.schema.yaml")
 COMMON = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
 BAR = {"kind": "box", "sizes_m": [0.3, 0.1, 0.1], "divisions": [6, 2, 2], "refinements": 0} | COMMON
 CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.3], "divisions": [6, 6], "thickness_m": 0.001} | COMMON

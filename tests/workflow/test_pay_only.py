@@ -9,69 +9,61 @@ SCENES = {
     "tabulate_scenes",
     "write_series",
     "draw_motion",
-    "draw_scenes",
 }
-SOFT_BODIES = {
+SHAPE_MATCHING = {
     "tabulate_integrator_stability",
     "tabulate_clusters",
     "time_shape_matching",
     "tabulate_body_springs",
-    "draw_soft_bodies",
 }
-CT = {"tabulate_node_mass", "draw_node_mass", "draw_ct"}
-SPRINGS = {
-    "simulate_spring_reference",
-    "fit_springs",
-    "tabulate_spring_floor",
-    "merge_table",
-    "draw_springs",
-}
-COLLISION = {"measure_collision", "measure_collision_scaling", "check_collision_claims", "draw_collision"}
-REPORT = {"write_report", "all"}
+CT = {"tabulate_node_mass", "draw_ct"}
+SPRINGS = {"simulate_spring_reference", "fit_springs", "tabulate_spring_floor", "merge_table"}
+COLLISION = {"measure_collision", "measure_collision_scaling", "check_collision_claims"}
+REPORT = {"draw", "write_report", "all"}
+SHARED = ("seed", "bodies", "regimes", "solver", "timing")
 
 
 @pytest.fixture
-def planned(plan, smoke, write_config, tmp_path):
-    """The jobs for the smoke run's settings without its body from CT, some of them changed."""
+def planned(plan, whole, write_config, tmp_path):
+    """Count the jobs of some studies of the smoke run's settings, some of them changed, without its body from CT."""
 
-    def jobs(**changes) -> dict[str, int]:
-        bodies = {name: body for name, body in smoke["bodies"].items() if body["kind"] != "ct"}
-        return plan(tmp_path, write_config(smoke | {"bodies": bodies} | changes))
+    def jobs(*studies, **changes) -> dict[str, int]:
+        settings = {key: value for key, value in whole.items() if key in (*SHARED, *studies)}
+        bodies = {name: body for name, body in whole["bodies"].items() if body["kind"] != "ct" or "ct" in studies}
+        return plan(tmp_path, write_config(settings | {"bodies": bodies} | changes))
 
     return jobs
 
 
-def test_soft_bodies_alone_make_no_body_and_no_scene(planned):
-    jobs = planned(papers=["soft_bodies"], scenes={}, bodies={})
-    assert set(jobs) == SOFT_BODIES | REPORT
-    assert set(jobs.values()) == {1}
+def test_shape_matching_alone_makes_no_body_and_no_scene(planned):
+    jobs = planned("shape_matching", bodies={})
+    assert set(jobs) == SHAPE_MATCHING | REPORT
+    assert jobs.pop("draw") == 4 and set(jobs.values()) == {1}
 
 
 def test_springs_alone_make_no_body_and_no_scene(planned):
-    jobs = planned(papers=["springs"], scenes={}, bodies={})
+    jobs = planned("springs", bodies={})
     assert set(jobs) == SPRINGS | REPORT
     assert jobs["simulate_spring_reference"] == 3  # one to fit, two for the floor
     assert jobs["fit_springs"] == 2 * 8
 
 
 def test_collision_alone_makes_no_body_and_no_scene(planned):
-    jobs = planned(papers=["collision"], scenes={}, bodies={})
+    jobs = planned("collision", bodies={})
     assert set(jobs) == COLLISION | REPORT
-    assert set(jobs.values()) == {1}
+    assert jobs.pop("draw") == 2 and set(jobs.values()) == {1}
 
 
-def test_a_scene_alone_makes_its_own_body(planned, smoke):
-    jobs = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]})
+def test_a_scene_alone_makes_its_own_body(planned, whole):
+    jobs = planned(scenes={"sag": whole["scenes"]["sag"]})
     assert set(jobs) == SCENES | REPORT | {"make_body"}
-    assert set(jobs.values()) == {1}  # bar, and no liver
+    assert jobs.pop("draw") == 2 and set(jobs.values()) == {1}  # bar, and no liver
 
 
-def test_a_body_from_ct_is_drawn_and_weighed_and_no_other(planned, smoke):
-    without = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]})
-    jobs = planned(papers=[], scenes={"sag": smoke["scenes"]["sag"]}, bodies=smoke["bodies"])
-    assert set(jobs) - set(without) == CT | {"tabulate_meshes"}
-    assert jobs["draw_ct"] == 1
-    assert jobs["make_body"] == 2  # bar and abdomen, and no liver
+def test_a_body_from_ct_is_drawn_and_weighed_and_no_other(planned):
+    jobs = planned("ct")
+    assert set(jobs) == CT | REPORT | {"make_body", "tabulate_meshes"}
+    assert jobs["draw_ct"] == jobs["make_body"] == 1  # abdomen, and no liver
 
 
 def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_path):
@@ -81,21 +73,21 @@ def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_p
 
 
 def test_a_second_scene_of_a_body_does_not_make_it_again(planned):
-    jobs = planned(papers=[])
+    jobs = planned("scenes")
     assert jobs["make_body"] == 1
     assert jobs["simulate_scene"] == jobs["draw_motion"] == 3
     assert jobs["tabulate_scenes"] == 1
 
 
-def test_only_scenes_in_which_something_can_touch_have_tables_of_it(planned, smoke):
-    assert planned(papers=[])["tabulate_contacts"] == planned(papers=[])["draw_contact_force"] == 1
-    lonely = {name: scene for name, scene in smoke["scenes"].items() if "contact" not in scene}
-    assert not set(planned(papers=[], scenes=lonely)) & {"tabulate_contacts", "draw_contact_force"}
+def test_only_scenes_in_which_something_can_touch_have_tables_of_it(planned, whole):
+    assert planned("scenes")["tabulate_contacts"] == 1
+    lonely = {name: scene for name, scene in whole["scenes"].items() if "contact" not in scene}
+    assert "tabulate_contacts" not in planned(scenes=lonely)
 
 
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
-    jobs = planned(papers=["enrichment"], scenes={})
-    assert not set(jobs) & ((SCENES | SOFT_BODIES | SPRINGS | COLLISION) - {"merge_table"})
+    jobs = planned("enrichment")
+    assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"merge_table"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
     assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
 
@@ -140,19 +132,23 @@ def test_what_is_wrong_with_a_scene_is_said(refused, changes, sentence):
     assert refused(lambda settings: settings["scenes"]["sag"].update(changes)).startswith(sentence)
 
 
-def test_nothing_asked_for_is_said(refused):
-    said = refused(lambda settings: settings.update(papers=[], scenes={}, bodies={}))
-    assert said.startswith("error: config.yaml: nothing is asked for; name a paper in papers, describe a scene in sc")
+def test_nothing_asked_for_is_reported(refused):
+    def change(settings):
+        for study in set(settings) - set(SHARED):
+            del settings[study]
+
+    said = refused(change)
+    assert said.startswith("error: config.yaml: nothing is asked for; add the block of a study: tradeoff, dynamic, ha")
 
 
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])
-def test_a_study_can_be_asked_for_by_itself(planned, whole, study):
-    jobs = planned(papers=[], scenes={}, bodies={}, **{study: whole[study]})
-    assert f"draw_{study}" in jobs and not set(jobs) & (SCENES | SOFT_BODIES | COLLISION | {"make_body"})
+def test_a_study_can_be_asked_for_by_itself(planned, study):
+    jobs = planned(study, bodies={})
+    assert "draw" in jobs and not set(jobs) & (SCENES | SHAPE_MATCHING | COLLISION | {"make_body"})
 
 
 @pytest.mark.parametrize(
-    ("scene", "said"), [("nix", "nix, which is no scene"), ("touch", "touch, which has contact; choose")]
+    ("scene", "said"), [("nix", "nix, which is not a scene"), ("touch", "touch, which has contact; choose")]
 )
 def test_scenes_that_models_cannot_be_tried_on_are_told_before_anything_runs(
     run, smoke, whole, write_config, tmp_path, scene, said

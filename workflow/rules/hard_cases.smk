@@ -1,37 +1,20 @@
 # Situations in which numerics may fail, each with what was expected of it beforehand.
 
+TARGETS["hard_cases"] = merged(
+    "hard_cases", expand("results/data/hard_cases/{family}.csv", family=config["hard_cases"]["families"])
+) + figures("hard_cases", "hard_cases")
+
 
 rule try_hard_cases:
-    input:
-        code=sources(
-            "bodies",
-            "effects",
-            "solvers",
-            "collision",
-            "scenes",
-            "enrichment",
-            "evaluation/collision_truth",
-            "evaluation/hard_cases",
-        ),
     output:
         "results/data/hard_cases/{family}.csv",
     log:
         "results/logs/hard_cases/{family}.log",
+    wildcard_constraints:
+        family="|".join(config["hard_cases"]["families"]),
+    params:
+        code=code_of("try_hard_cases", "palpate.effects", "palpate.solvers", "palpate.collision.contact"),
     message:
         "try hard cases of {wildcards.family}"
     script:
         "../scripts/try_hard_cases.py"
-
-
-rule draw_hard_cases:
-    input:
-        "results/tables/hard_cases.csv",
-        code=PICTURES,
-    output:
-        drawn("hard_cases"),
-    log:
-        "results/logs/draw_hard_cases.log",
-    message:
-        "draw what became of hard cases"
-    script:
-        "../scripts/draw_hard_cases.py"

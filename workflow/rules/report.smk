@@ -3,25 +3,19 @@
 
 rule write_report:
     input:
-        [PAPERS[paper] for paper in config["papers"]],
-        CT_RESULTS,
-        MOTIONS,
-        *STORY.values(),
-        captions=sorted(relpath(caption) for caption in CAPTIONS.glob("*.rst")),
-        paper=PAPER,
-        thesis=relpath(CAPTIONS / "soft_bodies.yaml"),
-        springs=relpath(CAPTIONS / "springs.yaml"),
-        models=relpath(CAPTIONS / "models.yaml"),
-        code=PICTURES + ASSETS,
+        *(TARGETS[study] for study in ASKED),
+        captions=captions(".", *ASKED),
+        assets=[relpath(path) for path in sorted((ROOT / "src/palpate/report/assets").iterdir())],
     output:
         "results/report.html",
     log:
         "results/logs/write_report.log",
     params:
-        parts=[*STORY, *config["papers"]],
-        scenes=SCENES,
-        cts=CTS,
-        driven=DRIVEN,
+        studies=ASKED,
+        scenes=list(config.get("scenes", {})),
+        cts=CTS if "ct" in ASKED else [],
+        driven=DRIVEN if "scenes" in ASKED else [],
+        code=code_of("write_report", *(f"palpate.report.parts.{study}" for study in ASKED)),
     message:
         "write the report"
     script:

@@ -1,51 +1,26 @@
-# How cost and memory of each kernel grow, up to millions of elements.
+# How cost and memory of each component grow, up to millions of elements.
 
-SCALED = sources("bodies", "effects", "solvers", "enrichment", "calibration", "collision")
+GROWING = ["fem", "fine_nodes", "samples", "triangles", "particles", "cores"]
+TARGETS["scaling"] = merged(
+    "scaling", expand("results/data/scaling/{component}.csv", component=GROWING)
+) + figures("scaling", "scaling")
 
 
 rule measure_scaling:
-    input:
-        code=SCALED
-        + sources(
-            "scenes",
-            "evaluation/collision",
-            "evaluation/collision_scenes",
-            "evaluation/collision_truth",
-            "evaluation/rival_trees",
-            "evaluation/scaling",
-            "evaluation/scaling_enrichment",
-            "evaluation/scaling_growth",
-            "evaluation/scaling_kernels",
-            "evaluation/shape_matching_timing",
-            "evaluation/spring_experiment",
-        ),
     output:
-        "results/data/scaling/{kernel}.csv",
+        "results/data/scaling/{component}.csv",
     log:
-        "results/logs/scaling/measure_scaling_{kernel}.log",
+        "results/logs/scaling/measure_scaling_{component}.log",
     wildcard_constraints:
-        kernel="|".join(GROWING),
+        component="|".join(GROWING),
     # processor time needs no machine to itself, but a clock does
-    threads: lambda wildcards: workflow.cores if wildcards.kernel == "cores" else 1
+    threads: lambda wildcards: workflow.cores if wildcards.component == "cores" else 1
     resources:
         mem_mb=8000,
     params:
-        sizes=lambda wildcards: config["scaling"].get(wildcards.kernel),
+        sizes=lambda wildcards: config["scaling"].get(wildcards.component),
+        code=code_of("measure_scaling", "palpate.effects", "palpate.solvers"),
     message:
-        "grow {wildcards.kernel}"
+        "grow {wildcards.component}"
     script:
         "../scripts/measure_scaling.py"
-
-
-rule draw_scaling:
-    input:
-        "results/tables/scaling.csv",
-        code=PICTURES,
-    output:
-        drawn("scaling"),
-    log:
-        "results/logs/draw_scaling.log",
-    message:
-        "draw how cost and memory grow"
-    script:
-        "../scripts/draw_scaling.py"

@@ -1,12 +1,69 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
+from palpate.scenes import effect_registry
+from palpate.scenes.instruments import bodies_in, driven, touches
+
+SCENES = list(config["scenes"])
+# scenes in which contact acts, and those of them in which an instrument is moved
+TOUCHING = [name for name, scene in config["scenes"].items() if touches(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if driven(scene)]
+
+TARGETS["scenes"] = (
+    tabulated("scene_effects", "effects", "energy")
+    + figures("scenes", "energy", "effects")
+    + drawn(*(f"motion_{scene}" for scene in SCENES))
+    + expand("results/figures/motion_{scene}.{suffix}", scene=SCENES, suffix=["gif", "json"])
+    + expand("results/motion/{scene}", scene=SCENES)
+    + (tabulated("contacts", "contact_force") if TOUCHING else [])
+    + figures("scenes", "contact_force", scenes=DRIVEN)
+)
+
+
+def own_effects(wildcards):
+    """The files of effects that a scene brings along, by name; given relative to the folder of the config file."""
+    own = config["scenes"][wildcards.scene].get("own", {})
+    return {name: normpath(CONFIG_FILE.parent / path) for name, path in own.items()}
+
+
+def own_file(tool):
+    """An instrument of ``contact`` whose file, if it has one, can be opened as it is."""
+    return tool | {"file": normpath(CONFIG_FILE.parent / tool["file"])} if "file" in tool else tool
+
+
+def tool_files(wildcards):
+    """The files of a scene's instruments."""
+    tools = config["scenes"][wildcards.scene].get("contact", {}).get("instruments", [])
+    return [own_file(tool)["file"] for tool in tools if "file" in tool]
+
+
+def bodies_of(wildcards):
+    """The files of all bodies of a scene, its own first."""
+    return [f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][wildcards.scene])]
+
+
+def scene(wildcards):
+    """What a scene is made from."""
+    entry = config["scenes"][wildcards.scene] | {"own": own_effects(wildcards)}
+    if "contact" in entry:
+        tools = [own_file(tool) for tool in entry["contact"]["instruments"]]
+        entry |= {"contact": entry["contact"] | {"instruments": tools}}
+    return {"entry": entry, "seed": config["seed"]}
+
+
+def called_by(name):
+    """The modules of a scene's effects and integrator; with ``effects: auto`` those of all effects it may call for."""
+    entry = config["scenes"][name]
+    named = entry["effects"] if entry["effects"] != "auto" else effect_registry.EFFECTS
+    effects = [effect for effect in named if effect in effect_registry.EFFECTS and effect != "contact"]
+    modules = [effect_registry.EFFECTS[effect] for effect in [*effects, *["contact"] * (name in TOUCHING)]]
+    return [*modules, effect_registry.SOLVERS[entry["integrator"]]]
+
 
 rule simulate_scene:
     input:
         bodies=bodies_of,
         own=lambda wildcards: own_effects(wildcards).values(),
         tools=tool_files,
-        code=moving,
     output:
         motion="results/data/scenes/{scene}/motion.h5",
         decisions="results/data/scenes/{scene}/decisions.csv",
@@ -14,6 +71,7 @@ rule simulate_scene:
         "results/logs/scenes/{scene}/simulate_scene.log",
     params:
         scene=scene,
+        code=lambda wildcards: code_of("simulate_scene", *called_by(wildcards.scene)),
     message:
         "simulate the scene {wildcards.scene}"
     script:
@@ -26,13 +84,13 @@ rule leave_out_effects:
         own=lambda wildcards: own_effects(wildcards).values(),
         tools=tool_files,
         motion="results/data/scenes/{scene}/motion.h5",
-        code=lambda wildcards: moving(wildcards) + sources("evaluation/effect_cost"),
     output:
         "results/data/scenes/{scene}/left_out.csv",
     log:
         "results/logs/scenes/{scene}/leave_out_effects.log",
     params:
         scene=scene,
+        code=lambda wildcards: code_of("leave_out_effects", *called_by(wildcards.scene)),
     message:
         "simulate {wildcards.scene} without each of its effects"
     script:
@@ -44,7 +102,6 @@ rule time_effects:
         bodies=bodies_of,
         own=lambda wildcards: own_effects(wildcards).values(),
         tools=tool_files,
-        code=lambda wildcards: moving(wildcards) + sources("evaluation/effect_cost"),
     output:
         "results/data/scenes/{scene}/cost.csv",
     log:
@@ -52,6 +109,7 @@ rule time_effects:
     threads: HALF
     params:
         scene=scene,
+        code=lambda wildcards: code_of("time_effects", *called_by(wildcards.scene)),
     message:
         "time the effects of {wildcards.scene}"
     script:
@@ -64,13 +122,14 @@ rule tabulate_scenes:
         decisions=expand("results/data/scenes/{scene}/decisions.csv", scene=SCENES),
         costs=expand("results/data/scenes/{scene}/cost.csv", scene=SCENES),
         errors=expand("results/data/scenes/{scene}/left_out.csv", scene=SCENES),
-        code=sources("scenes/motion"),
     output:
         decisions="results/tables/scene_effects.csv",
         effects="results/tables/effects.csv",
         energy="results/tables/energy.csv",
     log:
         "results/logs/tabulate_scenes.log",
+    params:
+        code=code_of("tabulate_scenes"),
     message:
         "tabulate the scenes"
     script:
@@ -80,11 +139,12 @@ rule tabulate_scenes:
 rule write_series:
     input:
         motion="results/data/scenes/{scene}/motion.h5",
-        code=sources("scenes/motion", "scenes/series"),
     output:
         directory("results/motion/{scene}"),
     log:
         "results/logs/scenes/{scene}/write_series.log",
+    params:
+        code=code_of("write_series"),
     message:
         "write the motion of {wildcards.scene} for ParaView"
     script:
@@ -94,30 +154,31 @@ rule write_series:
 rule draw_motion:
     input:
         motion="results/data/scenes/{scene}/motion.h5",
-        code=PICTURES,
     output:
         stills=drawn("motion_{scene}"),
         animation="results/figures/motion_{scene}.gif",
         turnable="results/figures/motion_{scene}.json",
     log:
         "results/logs/scenes/{scene}/draw_motion.log",
+    params:
+        code=code_of("draw_motion"),
     message:
         "draw the motion of {wildcards.scene}"
     script:
         "../scripts/draw_motion.py"
 
 
-rule draw_scenes:
+rule tabulate_contacts:
     input:
-        energy="results/tables/energy.csv",
-        effects="results/tables/effects.csv",
-        code=PICTURES,
+        motions=expand("results/data/scenes/{scene}/motion.h5", scene=TOUCHING),
     output:
-        energy=drawn("energy"),
-        effects=drawn("effects"),
+        contacts="results/tables/contacts.csv",
+        force="results/tables/contact_force.csv",
     log:
-        "results/logs/draw_scenes.log",
+        "results/logs/tabulate_contacts.log",
+    params:
+        code=code_of("tabulate_contacts"),
     message:
-        "draw energies and costs of the scenes"
+        "tabulate what touches"
     script:
-        "../scripts/draw_scenes.py"
+        "../scripts/tabulate_contacts.py"

@@ -1,13 +1,32 @@
 # Paper 2: spring parameters for its cube, found in every way, and what springs can follow at all.
 
 SPRINGS = "results/data/springs"
-CALIBRATING = sources(
-    "bodies",
-    "effects",
-    "solvers",
-    "calibration",
-    "evaluation/spring_experiment",
-    "evaluation/spring_fit",
+# what is pressed, without how long searches go on; the tables that each method fills; what they fit
+PRESSED = {key: value for key, value in config["springs"].items() if key not in ("searches", "floor")}
+SPRING_TABLES = ["spring_fit", "spring_history", "spring_errors"]
+METHODS = [
+    "uniform",
+    "van_gelder",
+    "lloyd",
+    "genetic",
+    "cma_es",
+    "gradient",
+    "gradient_smooth",
+    "gradient_all",
+]
+FITTED = expand(f"{SPRINGS}/{{force}}/{{method}}", force=["springs", "volume"], method=METHODS)
+
+TARGETS["springs"] = (
+    [
+        file
+        for table in SPRING_TABLES
+        for file in merged(table, [f"{folder}/{table}.csv" for folder in FITTED])
+    ]
+    + merged(
+        "spring_floor",
+        expand(f"{SPRINGS}/floor_{{poisson}}.csv", poisson=config["springs"]["floor"]["poissons"]),
+    )
+    + figures("springs", "spring_fit", "spring_errors", "spring_floor")
 )
 
 
@@ -18,14 +37,13 @@ wildcard_constraints:
 
 
 rule simulate_spring_reference:
-    input:
-        code=CALIBRATING,
     output:
         f"{SPRINGS}/reference_{{poisson}}.npz",
     log:
         "results/logs/springs/simulate_spring_reference_{poisson}.log",
     params:
-        calibration=SPRING_PHYSICS,
+        calibration=PRESSED,
+        code=code_of("simulate_spring_reference"),
     message:
         "press paper 2's cube, finite elements, Poisson's ratio {wildcards.poisson}"
     script:
@@ -34,8 +52,7 @@ rule simulate_spring_reference:
 
 rule fit_springs:
     input:
-        reference=f"{SPRINGS}/reference_{config['calibration']['material']['poisson']}.npz",
-        code=CALIBRATING,
+        reference=f"{SPRINGS}/reference_{config['springs']['material']['poisson']}.npz",
     output:
         [f"{SPRINGS}/{{force}}/{{method}}/{table}.csv" for table in SPRING_TABLES],
     log:
@@ -43,9 +60,10 @@ rule fit_springs:
     # a generation is shared among cores
     threads: lambda wildcards: workflow.cores if wildcards.method in ("genetic", "cma_es") else HALF
     params:
-        calibration=SPRING_PHYSICS,
-        searches=config["calibration"]["searches"],
+        calibration=PRESSED,
+        searches=config["springs"]["searches"],
         seed=config["seed"],
+        code=code_of("fit_springs"),
     message:
         "fit springs: {wildcards.method}, {wildcards.force}"
     script:
@@ -55,29 +73,15 @@ rule fit_springs:
 rule tabulate_spring_floor:
     input:
         reference=f"{SPRINGS}/reference_{{poisson}}.npz",
-        code=CALIBRATING + sources("evaluation/spring_floor"),
     output:
         f"{SPRINGS}/floor_{{poisson}}.csv",
     log:
         "results/logs/springs/tabulate_spring_floor_{poisson}.log",
     params:
-        calibration=SPRING_PHYSICS,
-        evaluations=config["calibration"]["floor"]["evaluations"],
+        calibration=PRESSED,
+        evaluations=config["springs"]["floor"]["evaluations"],
+        code=code_of("tabulate_spring_floor"),
     message:
         "find the springs' floor, Poisson's ratio {wildcards.poisson}"
     script:
         "../scripts/tabulate_spring_floor.py"
-
-
-rule draw_springs:
-    input:
-        tabulated("spring_history", "spring_errors", "spring_floor"),
-        code=PICTURES,
-    output:
-        drawn("spring_fit", "spring_errors", "spring_floor"),
-    log:
-        "results/logs/draw_springs.log",
-    message:
-        "draw paper 2's experiments"
-    script:
-        "../scripts/draw_springs.py"

@@ -1,4 +1,4 @@
-# Tables that several jobs fill.
+# Tables that several jobs fill, and figures that only read tables.
 
 
 rule merge_table:
@@ -9,8 +9,30 @@ rule merge_table:
     log:
         "results/logs/merge_table_{table}.log",
     wildcard_constraints:
-        table="|".join(MERGED),
+        table="|".join(MERGED) or "nothing",
+    params:
+        code=code_of("merge_table"),
     message:
         "merge the table {wildcards.table}"
     script:
         "../scripts/merge_table.py"
+
+
+rule draw:
+    input:
+        tables=lambda wildcards: tabulated(*tables_of(FIGURES[wildcards.figure]["module"])),
+        published=lambda wildcards: FIGURES[wildcards.figure]["published"],
+    output:
+        drawn("{figure}"),
+    log:
+        "results/logs/draw/{figure}.log",
+    wildcard_constraints:
+        figure="|".join(FIGURES) or "nothing",
+    params:
+        module=lambda wildcards: FIGURES[wildcards.figure]["module"],
+        scene=lambda wildcards: FIGURES[wildcards.figure]["scene"],
+        code=lambda wildcards: code_of("draw", FIGURES[wildcards.figure]["module"]),
+    message:
+        "draw {wildcards.figure}"
+    script:
+        "../scripts/draw.py"

@@ -1,4 +1,4 @@
-"""Whether the explicit steps of a search are short enough for the stiffest springs that it may try."""
+"""Stability limit of the explicit steps of a search, for the stiffest springs that it may use."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from palpate.solvers.system import System
 
 
 def step_limit(particles: Particles, model: SpringModel, settings: Settings, young_pa: float) -> float:
-    """The longest step [s] that is stable about rest when all moduli are ``young_pa`` [Pa]."""
+    """Compute the longest step [s] that is stable about rest when all moduli are ``young_pa`` [Pa]."""
     stiffness = stiffnesses(model, np.full(len(model.masses), float(young_pa)))
     springs = Springs(model.pairs, stiffness, model.rest_m)
     effects = {"springs": springs, "kelvin": Kelvin(springs, model.masses, settings.damping_ratio)}
@@ -28,7 +28,7 @@ def step_limit(particles: Particles, model: SpringModel, settings: Settings, you
 
 
 def check_step(particles: Particles, model: SpringModel, settings: Settings, limits: Range) -> None:
-    """InputError if the step is too long for the stiffest springs of ``limits``; softer ones are slower."""
+    """Raise InputError if the step is too long for the stiffest springs of ``limits``; softer ones are slower."""
     limit = step_limit(particles, model, settings, limits.high_pa)
     if settings.step_s > limit:
         raise InputError(

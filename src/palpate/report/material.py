@@ -7,23 +7,30 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.errors import InputError
+from palpate.evaluation.table import declared
 from palpate.figures import tables
 from palpate.files import read_yaml
 from palpate.report import markup, pictures
 from palpate.report.numbers import numbers
 
+
+def _tables(study: str) -> list[str]:
+    """The tables that every run of a study makes."""
+    return [name for name, table in declared(study).items() if table.always]
+
+
 TABLES = {
     "models": ["accuracy_vs_time"],
-    "tradeoff": tables.TRADEOFF,
-    "dynamic": tables.DYNAMIC,
-    "ct": tables.CT,
-    "scenes": tables.SCENES,
-    "soft_bodies": tables.SOFT_BODIES,
-    "collision": tables.COLLISION,
-    "springs": tables.SPRINGS,
-    "enrichment": tables.ENRICHMENT,
-    "scaling": tables.SCALING,
-    "hard_cases": tables.HARD_CASES,
+    "tradeoff": _tables("tradeoff"),
+    "dynamic": _tables("dynamic"),
+    "ct": _tables("ct"),
+    "scenes": _tables("scenes"),
+    "soft_bodies": _tables("shape_matching"),
+    "collision": _tables("collision"),
+    "springs": _tables("springs"),
+    "enrichment": _tables("enrichment"),
+    "scaling": _tables("scaling"),
+    "hard_cases": _tables("hard_cases"),
 }
 """The tables that each part of the report shows; parts that are not here look at those of the others."""
 
@@ -53,8 +60,8 @@ class Report:
         self.figures, self._captions = results / "figures", captions
         self.published = {part: read_yaml(captions / PUBLISHED[part]) for part in parts if part in PUBLISHED}
         self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES.get(part, ())])
-        _check(self.tables, tables.SCENES if scenes else {}, "scene", scenes)
-        _check(self.tables, tables.CT if cts else {}, "body", cts)
+        _check(self.tables, _tables("scenes") if scenes else [], "scene", scenes)
+        _check(self.tables, _tables("ct") if cts else [], "body", cts)
         self.numbers = numbers(self.tables, self.published, parts, scenes)
 
     def note(self, name: str, **more: str) -> str:

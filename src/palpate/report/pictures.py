@@ -5,7 +5,7 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 
-from palpate.files import made
+from palpate.files import require_file
 
 _SVG_BYTES = 200_000
 _QUALITY = 88  # of pictures that are too large as SVG: a fifth of a PNG's bytes, and no difference to be seen
@@ -16,7 +16,7 @@ def image(stem: Path, alt: str) -> str:
 
     Raises InputError if the figure is missing.
     """
-    vector, raster = (made(stem.with_name(f"{stem.name}.{suffix}")) for suffix in ("svg", "png"))
+    vector, raster = (require_file(stem.with_name(f"{stem.name}.{suffix}")) for suffix in ("svg", "png"))
     if vector.stat().st_size <= _SVG_BYTES:
         kind, data = "svg+xml", vector.read_bytes()
     else:
@@ -47,7 +47,7 @@ def turnable(folder: Path, name: str, title: str, caption: str) -> str:
 
     Raises InputError if it is missing.
     """
-    data = made(folder / f"{name}.json").read_text(encoding="ascii").replace("<", "\\u003c")
+    data = require_file(folder / f"{name}.json").read_text(encoding="ascii").replace("<", "\\u003c")
     return (
         f'<figure class="turn" id="turn_{name}" data-title="{escape(title)}">\n'
         f'<script type="application/json">{data}</script>\n'

@@ -19,7 +19,7 @@ from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.figures import tables
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.files import made, write_whole
+from palpate.files import require_file, write_whole
 from palpate.report.advice_words import interval, limit
 
 PICTURES = ["advice", "dynamic_accuracy", "hard_cases", "scaling"]
@@ -34,7 +34,7 @@ def write(results: str | Path, docs: str | Path) -> None:
     found = tables.read_all(results / "tables", ["accuracy_vs_time", "advice", "hard_cases", "scaling"])
     scenes = tables.scenes(found["accuracy_vs_time"])
     names = [*(f"work_precision_{scene}" for scene in scenes), *PICTURES]
-    pictures = [made(results / "figures" / f"{name}.png") for name in names]
+    pictures = [require_file(results / "figures" / f"{name}.png") for name in names]
     (docs / "results").mkdir(exist_ok=True)
     for picture in pictures:
         shutil.copyfile(picture, docs / "results" / picture.name)
@@ -62,7 +62,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str]) -> Iterator[str]:
     yield _markdown(pd.crosstab(found["hard_cases"]["family"], found["hard_cases"]["outcome"]).reset_index())
     yield _picture("hard_cases")
     yield f"## How far it scales\n\n{_picture('scaling')}"
-    every = tables.where(found["scaling"], kernel="fem")
+    every = tables.where(found["scaling"], component="fem")
     fem, most = tables.where(every, stage="respond"), every.groupby("size")["memory_mb"].max()
     fem = fem.assign(
         seconds=fem["seconds"].map(seconds), memory=[f"{1e-3 * most[size]:.2g} GB" for size in fem["size"]]

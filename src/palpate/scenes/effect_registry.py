@@ -4,7 +4,7 @@ import importlib
 from collections.abc import Iterable
 from types import ModuleType
 
-from palpate.errors import stranger
+from palpate.errors import describe_unknown
 
 ELASTIC = ("corotational", "triangles", "springs", "shape_matching")
 """Effects that hold a body together; a scene names exactly one."""
@@ -25,7 +25,8 @@ OTHERS = (
 INTEGRATORS = ("symplectic_euler", "backward_euler", "goal_position")
 
 EFFECTS = {name: f"palpate.effects.{name}" for name in (*ELASTIC, *OTHERS)} | {
-    "contact": "palpate.collision.contact.contact_effect"
+    "shape_matching": "palpate.effects.shape_matching.goal_shapes",
+    "contact": "palpate.collision.contact.contact_effect",
 }
 SOLVERS = {name: f"palpate.solvers.{name}" for name in INTEGRATORS}
 
@@ -44,7 +45,7 @@ def unknown(names: list[str], own: Iterable[str]) -> str:
     for name in own:
         if name in EFFECTS or name in RESERVED:
             return f"own.{name} has a name that palpate uses itself; call it something else"
-    found = stranger(names, [*own, *EFFECTS])
+    found = describe_unknown(names, [*own, *EFFECTS])
     return f"effects names {found}" if found else ""
 
 

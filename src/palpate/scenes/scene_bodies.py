@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from palpate.bodies.body_file import load
-from palpate.bodies.particles import Particles, particles_of, together
+from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.scenes.scene import Scene
 
 
@@ -14,4 +14,4 @@ def cast(scene: Scene, bodies: Sequence[Path | str]) -> Particles:
     parts = [particles_of(load(path), scene.level, scene.surface) for path in bodies]
     if not scene.others:
         return parts[0]
-    return together(parts, [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)], scene.place)
+    return merge_particles(parts, [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)], scene.place)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from palpate.evaluation.shape_matching import clustered_column
-from palpate.figures.shape_matching import clusters as drawing
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +33,3 @@ def test_what_is_held_stays_and_the_rest_is_symmetric(table):
 
 def test_comes_out_the_same_again(table):
     assert table.equals(clustered_column.measure(0.15, 0.5, 0.8))
-
-
-def test_the_figure_shows_each_column_and_how_far_it_moves(table):
-    figure = drawing.draw(table)
-    assert len(figure.axes) == 5  # three columns, their profiles and a colour bar
-    for axis, (count, group) in zip(figure.axes, table.groupby("clusters"), strict=False):
-        moved = np.linalg.norm(group[["x_m", "y_m", "z_m"]].to_numpy() - group.filter(like="rest_").to_numpy(), axis=1)
-        written = axis.get_title(loc="left")
-        assert written.startswith(f"{count} cluster") and f"{100 * moved.max():.1f} cm" in written
-        assert len(axis.collections[0].get_offsets()) == 60

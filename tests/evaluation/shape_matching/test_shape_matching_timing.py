@@ -5,7 +5,6 @@ import pytest
 
 from palpate.evaluation.shape_matching import shape_matching_growth as growth
 from palpate.evaluation.shape_matching import shape_matching_timing as timing
-from palpate.figures.shape_matching import shape_matching_timing as drawing
 
 
 @pytest.fixture(scope="module")
@@ -32,13 +31,6 @@ def test_exponents_are_fitted_to_many_particles(table):
     fits = growth.exponents(power)
     assert len(fits) == 9
     assert np.allclose(fits["exponent"], 1.2)
-
-
-def test_the_figure_marks_the_thesis(table):
-    figure = drawing.draw(table.assign(ms_per_step=3.21e-5 * table["all_particles"]))
-    written = [text.get_text() for axis in figure.axes for text in axis.texts]
-    assert any("20 ms" in line and "here: 0.32 ms" in line for line in written)
-    assert len(figure.axes) == 4
 
 
 def test_rotations_are_compared_on_the_same_matrices():

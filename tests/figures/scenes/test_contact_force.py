@@ -1,4 +1,4 @@
-"""What an instrument feels, drawn."""
+"""The force on an instrument is drawn over time and depth."""
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,7 @@ def felt() -> pd.DataFrame:
 
 
 def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
-    figure = contact_force.draw(felt, "palpation")
+    figure = contact_force.draw(felt, scene="palpation")
     force, depth, loop = figure.axes[:3]
     assert force.lines[0].get_ydata().max() == pytest.approx(0.6)
     assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
@@ -30,11 +30,11 @@ def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
 def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, tmp_path):
     plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
     other = felt.assign(scene="other", instrument="hook")
-    figure = contact_force.draw(pd.concat([felt, plate, other]), "palpation")
+    figure = contact_force.draw(pd.concat([felt, plate, other]), scene="palpation")
     titles = [axis.get_title(loc="left") for axis in figure.axes]
-    assert [title for title in titles if "feels" in title] == [
-        "palpation: what the finger feels",
-        "palpation: what the plate feels; it has no depth here",
+    assert [title for title in titles if "force on" in title] == [
+        "palpation: force on the finger",
+        "palpation: force on the plate, which has no depth",
     ]
     assert figure.axes[0].lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
     assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
@@ -43,11 +43,11 @@ def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, t
         assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
 
 
-def test_a_scene_in_which_nothing_is_felt_says_so(felt, tmp_path):
+def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
     felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
     empty = tables.read(tmp_path / "contact_force.csv", rows=False)
     for table in (felt, empty):
-        figure = contact_force.draw(table, "other")
+        figure = contact_force.draw(table, scene="other")
         assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
         style.save(figure, tmp_path / "nothing")
-    style.save(contact_force.draw(felt.assign(force_n=0.0), "palpation"), tmp_path / "untouched")
+    style.save(contact_force.draw(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")

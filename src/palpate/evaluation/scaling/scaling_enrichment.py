@@ -1,18 +1,18 @@
-"""How enrichment grows: queries and fits of random deformations, since what blending costs is not in the numbers."""
+"""Growth of enrichment: queries and fits of random deformations, whose values do not affect the cost."""
 
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.liver import liver
-from palpate.evaluation.scaling.scaling_kernels import LENGTH_M, MATERIAL, Size
+from palpate.evaluation.scaling.scaling_components import LENGTH_M, MATERIAL, Size
 
 SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
-"""Paper 1's liver, where something else grows; of its contacts some are enough."""
+"""Sizes of paper 1's liver, kept while another size grows; a part of its contacts is enough."""
 
 
 def fine_nodes(count: int, meter) -> Size:
-    """Enrichment, the paper's and ours, of a fine surface of so many nodes."""
-    from palpate.enrichment.detail_correction import TwoLevel
+    """Enrichment, the paper's and detail correction, of a fine surface of so many nodes."""
+    from palpate.enrichment.detail_correction import DetailCorrection
     from palpate.solvers.compliance import Compliance
 
     db, training, settings = _database(count, SAMPLES)
@@ -20,19 +20,19 @@ def fine_nodes(count: int, meter) -> Size:
     contacts, coarse = db.coarse_surface[:CONTACTS], len(db.coarse_nodes)
     shapes = [(CONTACTS, 3, n, 3) for n in (count, coarse, coarse)]
     compliance = Compliance(contacts, *(np.random.default_rng(0).normal(size=shape) for shape in shapes))
-    ours = meter.once("ours: prepare", TwoLevel, db, compliance, "live")
-    meter.often("ours: query", ours.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
+    corrected = meter.once("detail correction: prepare", DetailCorrection, db, compliance, "live")
+    meter.often("detail correction: query", corrected.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
     return "fine surface nodes", count
 
 
 def samples(count: int, meter) -> Size:
-    """The paper's enrichment from so many samples."""
+    """Measure the paper's enrichment with ``count`` samples."""
     _paper(*_database(FINE_NODES, count), meter)
     return "training samples", count
 
 
 def _paper(db, training, settings, meter) -> None:
-    """Contact-ordered features and non-negative weights (a), with σ found by cross-validation."""
+    """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
     from palpate.enrichment.blend import Blend, Known
     from palpate.enrichment.feature_vectors import kinds
 
@@ -45,10 +45,12 @@ def _paper(db, training, settings, meter) -> None:
 
 
 def _database(fine: int, count: int):
-    """Random displacements of the liver's coarse mesh and of a ball with so many ``fine`` nodes, and how they are
-    fitted: what blending costs does not depend on what is blended."""
+    """Make random displacements of the liver's coarse mesh and of a ball with ``fine`` nodes, and the fit's options.
+
+    The cost of blending does not depend on the displacements.
+    """
     from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
-    from palpate.enrichment.training_samples import Settings, gather
+    from palpate.enrichment.training_samples import FitOptions, gather
     from palpate.samples.database import Database
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)
@@ -61,5 +63,5 @@ def _database(fine: int, count: int):
         prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
         coarse, coarse, np.zeros(count), MATERIAL, "none",
     )  # fmt: skip
-    settings = Settings(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
+    settings = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
     return db, gather(db, np.arange(count), "live", settings), settings

@@ -1,4 +1,4 @@
-"""Error of motion against its cost: a work–precision diagram a scene, a curve a model over its step."""
+"""Error of motion over its cost: a work–precision diagram for each scene, a curve for each model over its step."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -6,22 +6,25 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.model_looks import look
 
+TABLES = ("dynamic_accuracy",)
+
 
 @style.styled
-def draw(table) -> Figure:
-    """A panel a scene; a setting that did not converge has no mark and is counted in the panel's title.
+def draw(dynamic_accuracy) -> Figure:
+    """Draw one panel for each scene; settings that did not converge are counted in the panel's title.
 
-    table : dynamic_accuracy
+    dynamic_accuracy : the table of this name
     """
+    table = dynamic_accuracy
     scenes, models = tables.scenes(table), list(dict.fromkeys(table["model"]))
     figure = Figure(figsize=(3.5 * len(scenes), 4.0), layout="constrained")
     axes = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
     for axis, scene in zip(axes, scenes, strict=True):
         rows = tables.where(table, scene=scene)
         for model in models:
-            kept = rows[(rows["model"] == model) & (rows["failures"] == 0)].sort_values("slower_than_life")
+            kept = rows[(rows["model"] == model) & (rows["failures"] == 0)].sort_values("real_time_factor")
             style_of = {"marker": look(model).marker, "color": look(model).colour, "ms": 5, "mec": "white", "mew": 0.5}
-            axis.plot(kept["slower_than_life"], 100 * kept["rmse_of_peak"], **style_of)
+            axis.plot(kept["real_time_factor"], 100 * kept["rmse_of_peak"], **style_of)
         axis.axvline(1.0, color=style.FAINT, lw=1)
         axis.axhline(100 * rows["reference_change"].iloc[0], color=style.FAINT, ls=":", lw=1)
         failed = int(rows["failures"].sum())

@@ -1,4 +1,4 @@
-"""The nested meshes of every body, coarse to fine, with their counts."""
+"""The nested meshes of every body, coarse to fine, with their numbers of nodes and elements."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,7 +11,7 @@ _PIXELS, _INCHES = 640, 2.9
 
 @style.styled
 def draw(bodies: list[Body]) -> Figure:
-    """One row a body, one column a level; dark balls are held nodes."""
+    """Draw one row for each body and one column for each level; dark balls are held nodes."""
     columns = max(len(body.levels) for body in bodies)
     views = render.same_scale([_view(body) for body in bodies])
     aspect = views[0].width / views[0].height
@@ -26,13 +26,13 @@ def draw(bodies: list[Body]) -> Figure:
 
 
 def _view(body) -> render.View:
-    """The body from above and to the side."""
+    """Choose a view of the body from above and to the side."""
     axes = render.directions(body.coarse.nodes, np.zeros(3))
     return render.frame(axes, [body.coarse.nodes])
 
 
 def _caption(mesh, level) -> str:
-    """The counts of one level."""
+    """Return the caption of one level, with its numbers of nodes and elements."""
     name = "coarse" if level == 0 else f"refined {level}×"
     return (
         f"{name}\n"

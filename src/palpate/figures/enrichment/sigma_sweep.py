@@ -1,4 +1,4 @@
-"""The paper's figure 4: error against the kernel's width σ, for every feature vector and kind of weights."""
+"""Error over the kernel's width σ, for every feature vector and kind of weights (paper 1's figure 4)."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -6,25 +6,29 @@ from matplotlib.lines import Line2D
 
 from palpate.figures import style, tables
 
+TABLES = ("sigma_sweep", "enrichment_accuracy")
+
 
 @style.styled
-def draw(sweep, accuracy, paper: dict, protocol: str = "paper", split: str = "samples") -> Figure:
-    """A row for each body and regime, a column for each feature vector, a line for each kind of weights.
+def draw(
+    sigma_sweep, enrichment_accuracy, *, published: dict, protocol: str = "paper", split: str = "samples"
+) -> Figure:
+    """Draw a row for each body and regime, a column for each feature vector, a line for each kind of weights.
 
-    sweep, accuracy : the tables sigma_sweep and enrichment_accuracy
-    paper : the paper's numbers; ``sigma`` holds its σ and what a unit of its meshes measures here [m]
-    Marked are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond) and what
-    linear interpolation reaches without any σ (dashed).
+    sigma_sweep, enrichment_accuracy : the tables of these names
+    published : the paper's numbers; ``sigma`` holds its σ and the length of a unit of its meshes here [m]
+    Marks are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond), and the error of
+    linear interpolation, which has no σ (dashed).
     """
-    sweep = tables.where(sweep, protocol=protocol, split=split)
-    accuracy = tables.where(accuracy, protocol=protocol, split=split)
+    sweep = tables.where(sigma_sweep, protocol=protocol, split=split)
+    accuracy = tables.where(enrichment_accuracy, protocol=protocol, split=split)
     rows = list(dict.fromkeys(zip(sweep["body"], sweep["regime"], strict=True)))
     features = [f for f in style.FEATURES if f in set(sweep["features"])]
     figure = Figure(figsize=(3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2), layout="constrained")
     grid = figure.subplots(len(rows), len(features), sharex=True, sharey="row", squeeze=False)
     for axes, (body, regime) in zip(grid, rows, strict=True):
-        unit_m = paper["sigma"]["unit_m"].get(body)
-        sigma_m = None if unit_m is None else paper["sigma"]["value"] * unit_m
+        unit_m = published["sigma"]["unit_m"].get(body)
+        sigma_m = None if unit_m is None else published["sigma"]["value"] * unit_m
         here = tables.where(accuracy, body=body, regime=regime).set_index("method")
         for axis, name in zip(axes, features, strict=True):
             panel = tables.where(sweep, body=body, regime=regime, features=name)
@@ -44,7 +48,7 @@ def draw(sweep, accuracy, paper: dict, protocol: str = "paper", split: str = "sa
 
 
 def _curve(axis, curve, accuracy, method, sigma_m) -> None:
-    """One line with its two marks; a mark beyond the sweep's ends is left out."""
+    """Draw one line with its two marks; a mark beyond the sweep's ends is left out."""
     colour = style.look(method).colour
     relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
     axis.plot(relative, error, color=colour, zorder=2)
@@ -58,7 +62,7 @@ def _curve(axis, curve, accuracy, method, sigma_m) -> None:
 
 
 def _legend() -> list[Line2D]:
-    """Shades of grey stand for the shades that each column has in its own hue."""
+    """Return the handles; shades of grey represent the shades that each column has in its own hue."""
     greys = ("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf")
     lines = [
         Line2D([], [], color=grey, label=name) for grey, (name, _) in zip(greys, style.WEIGHTS.values(), strict=True)

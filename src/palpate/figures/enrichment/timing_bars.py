@@ -1,4 +1,4 @@
-"""The paper's tables 4 and 5: seconds a deformation, the paper's machine and ours."""
+"""Seconds per deformation on the paper's machine and on this one (paper 1's tables 4 and 5)."""
 
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -6,13 +6,16 @@ from matplotlib.patches import Patch
 from palpate.figures import style, tables
 from palpate.figures.number_format import seconds as written
 
+TABLES = ("enrichment_timing",)
+
 
 @style.styled
-def draw(timing) -> Figure:
-    """Two bars a method, logarithmic; dots are the five deformations.
+def draw(enrichment_timing) -> Figure:
+    """Draw two bars for each method on a logarithmic scale; dots are the five deformations.
 
-    timing : the table enrichment_timing
+    enrichment_timing : the table of this name
     """
+    timing = enrichment_timing
     names = tables.bodies(timing)
     figure = Figure(figsize=(10, 0.5 * len(set(timing["method"])) + 1.3), layout="constrained")
     for axis, body in zip(figure.subplots(1, len(names), sharex=True, squeeze=False)[0], names, strict=True):
@@ -37,7 +40,7 @@ def draw(timing) -> Figure:
 
 
 def _bar(axis, y, seconds, low, **look) -> None:
-    """One bar with its number at the end; none where the paper has no such row."""
+    """Draw one bar with its number at the end; none where the paper has no such row."""
     if seconds > 0:
         axis.barh(y, seconds - low, left=low, height=0.36, linewidth=0.7, **look)
         axis.annotate(written(seconds), (seconds, y), (5, 0), textcoords="offset points", va="center", fontsize=7.5)

@@ -1,4 +1,4 @@
-"""What became of each model in each hard case: a matrix of outcomes."""
+"""Matrices of the outcomes of every model in every hard case."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -7,28 +7,31 @@ from matplotlib.lines import Line2D
 from palpate.errors import InputError
 from palpate.figures import style
 
+TABLES = ("hard_cases",)
 LOOKS = {
     "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
     "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
-    "not_converged": style.Look("not converged, and said so", "#f0c94a", "n"),
+    "not_converged": style.Look("not converged, and reported", "#f0c94a", "n"),
     "wrong": style.Look("wrong", "#d55e00", "w"),
     "nan": style.Look("not a number", "#111111", "∞"),
 }
-"""Each outcome: its colour, and the letter that tells it without colour."""
-COLUMNS = ((("fem", "dynamics"),), (("kernel",), ("contact",)))
-"""Families by matrix, and matrices from left to right and from above."""
-TITLES = {"fem": "bodies in balance", "dynamics": "bodies in motion", "kernel": "enrichment", "contact": "contact"}
+"""Each outcome's label, colour, and the letter that shows it without colour."""
+COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",)))
+"""Families by matrix, and matrices from left to right and from top to bottom."""
+TITLES = {"fem": "elasticity", "dynamics": "dynamics", "enrichment": "enrichment", "contact": "contact"}
 CELL = 0.165  # [inch]
 LEFT, TOP, BELOW = 2.2, 1.55, 0.75  # [inch] for names of cases, of models, and the legend
 
 
 @style.styled
-def draw(table) -> Figure:
-    """Cases (rows) and models (columns), a matrix for families that share models; a cross where an outcome was not
-    declared.
+def draw(hard_cases) -> Figure:
+    """Draw cases (rows) and models (columns), one matrix for families that share models.
 
-    table : the table hard_cases
+    A cross marks an outcome that was not declared.
+
+    hard_cases : the table of this name
     """
+    table = hard_cases
     parts = [[table[table["family"].isin(families)] for families in column] for column in COLUMNS]
     parts = [[part for part in column if len(part)] for column in parts]
     wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]
@@ -59,7 +62,7 @@ def _named(shown: style.Look) -> str:
 
 
 def _matrix(axis, table) -> None:
-    """The cells of some families, with a line between them."""
+    """Draw the cells of some families, with a line between families."""
     cases, models = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model"]))
     for row in table.itertuples():
         x, y = models.index(row.model), cases.index(row.case)

@@ -1,4 +1,4 @@
-"""How well springs can follow materials of other Poisson ratios than their own 1/4: the floor of the model."""
+"""Least error of springs for materials with other Poisson ratios than their own, 1/4: the floor of the model."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -6,17 +6,21 @@ from matplotlib.lines import Line2D
 from palpate.figures import style, tables
 from palpate.figures.springs.spring_looks import DASHES, FITS, FORCES
 
+TABLES = ("spring_floor",)
 OWN = 0.25
 """The Poisson ratio of a spring network (Kot and Nagahashi)."""
 _MARKERS = {False: "o", True: "s"}
 
 
 @style.styled
-def draw(floor) -> Figure:
-    """A panel a press: error over the reference's Poisson ratio, fitted by gradient to all, with and without volume.
+def draw(spring_floor) -> Figure:
+    """Draw the error over the reference's Poisson ratio, one panel for each press, with and without the volume force.
 
-    floor : the table spring_floor
+    The springs are fitted to all presses by gradient.
+
+    spring_floor : the table of this name
     """
+    floor = spring_floor
     presses = list(dict.fromkeys(floor["press"]))
     figure = Figure(figsize=(9.5, 3.6), layout="constrained")
     axes = figure.subplots(1, len(presses), sharey=True, squeeze=False)[0]

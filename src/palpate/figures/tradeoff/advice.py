@@ -1,4 +1,4 @@
-"""How wrong the advised model is within each budget, and how wrong the next best."""
+"""Errors of the advised model and of the next best model within each budget."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -8,10 +8,12 @@ from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.tradeoff.work_precision import LEAST
 
+TABLES = ("advice", "accuracy_vs_time")
+
 
 @style.styled
 def draw(advice, accuracy_vs_time) -> Figure:
-    """A panel a budget, a row a scene: the advised model with its interval, the next best one, and the factor.
+    """Draw the advised model with its interval, the next best and the factor; a panel per budget, a row per scene.
 
     advice, accuracy_vs_time : the tables of these names
     """
@@ -38,13 +40,13 @@ def draw(advice, accuracy_vs_time) -> Figure:
 
 
 def _row(axis, place: int, row, settings) -> None:
-    """One scene in one panel."""
+    """Draw one scene in one panel."""
     if row.model == NONE:
         axis.text(0.5, place, "none", transform=axis.get_yaxis_transform(), ha="center", va="center", color="#aa0000")
         return
     shown, error = look(row.model), _percent(row.rmse_of_peak)
     if row.factor > 0:
-        rival = _percent(tables.where(settings, model=row.rival, knob=row.rival_knob)["rmse_of_peak"].iloc[0])
+        rival = _percent(tables.where(settings, model=row.rival, setting=row.rival_setting)["rmse_of_peak"].iloc[0])
         axis.plot([error, rival], [place, place], color="#dddddd", lw=1, zorder=1)
         axis.plot(rival, place, marker=look(row.rival).marker, mfc="white", mec=style.FAINT, ms=6, zorder=2)
         times = f"{float(f'{row.factor:.2g}'):g}×" if row.factor < 1000 else "over 1000×"
@@ -57,12 +59,12 @@ def _row(axis, place: int, row, settings) -> None:
 
 
 def _percent(share: float) -> float:
-    """Where an error is drawn; what is all but exact stands at the edge, as in the work–precision diagrams."""
+    """Convert an error to %; nearly exact answers are drawn at the edge, as in the work–precision diagrams."""
     return max(100 * share, LEAST)
 
 
 def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> None:
-    """A name above (1) or below (-1) its point."""
+    """Draw a name above (1) or below (-1) its point."""
     va = "bottom" if side > 0 else "top"
     axis.annotate(
         text, (x, place), (0, 5 * side), textcoords="offset points", ha="center", va=va, fontsize=7, color=colour

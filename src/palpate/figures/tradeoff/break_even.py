@@ -1,4 +1,4 @@
-"""After how many answers preparing a model has paid."""
+"""Number of answers after which the preparation of a model has paid."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,14 +9,15 @@ from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent
 
+TABLES = ("accuracy_vs_time", "advice")
 ANSWERS = np.geomspace(1, 1e6, 61)
 DASHES = ("-", "--", ":", "-.")
-"""One for each setting of a model."""
+"""Line styles, one for each setting of a model."""
 
 
 @style.styled
 def draw(accuracy_vs_time, advice) -> Figure:
-    """A panel a scene: preparation and all answers together, of what is advised for any limit and of fine FEM.
+    """Draw the time of preparation and answers together, for every advised setting and fine FEM; a panel per scene.
 
     accuracy_vs_time, advice : the tables of these names
     """
@@ -27,7 +28,7 @@ def draw(accuracy_vs_time, advice) -> Figure:
     for axis, scene in zip(panels, names, strict=False):
         drawn = []
         for row in advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene)).itertuples():
-            shown, told = look(row.model), f"{label(row.model, row.knob)}, {percent(row.rmse_of_peak)}"
+            shown, told = look(row.model), f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}"
             total = row.offline_s + ANSWERS * row.online_median_s
             axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=told, zorder=2)
             drawn.append(row.model)
@@ -44,7 +45,9 @@ def draw(accuracy_vs_time, advice) -> Figure:
 
 
 def advised(settings, advice):
-    """The settings of one scene that are advised for anything, and the most accurate of all, most accurate first."""
-    able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(["model", "knob"], drop=False)
-    taken = {*zip(advice["model"], advice["knob"], strict=True), pick(able, BY_ERROR).name}
+    """Select the settings of one scene that are advised for any limit, and the most accurate; most accurate first."""
+    able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(
+        ["model", "setting"], drop=False
+    )
+    taken = {*zip(advice["model"], advice["setting"], strict=True), pick(able, BY_ERROR).name}
     return able[able.index.isin(taken)].sort_values("rmse_of_peak")

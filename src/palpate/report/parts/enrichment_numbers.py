@@ -11,7 +11,7 @@ from palpate.figures.pareto import front
 def numbers(all_tables: dict[str, pd.DataFrame], paper: dict) -> dict[str, str]:
     """Every placeholder of paper 1's captions, as text; a phrase a body where there are several.
 
-    paper : workflow/report/paper.yaml, its own numbers
+    paper : workflow/report/enrichment/published.yaml, its own numbers
     """
     accuracy, timing = all_tables["enrichment_accuracy"], all_tables["enrichment_timing"]
     names = tables.bodies(accuracy)

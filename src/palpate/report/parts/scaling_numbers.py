@@ -11,7 +11,7 @@ from palpate.figures.number_format import seconds
 def numbers(all_tables: dict[str, pd.DataFrame]) -> dict[str, str]:
     """Every placeholder of these captions, as text."""
     scaling = all_tables["scaling"]
-    fem = tables.where(scaling, kernel="fem")
+    fem = tables.where(scaling, component="fem")
     largest = fem[fem["size"] == fem["size"].max()]
     press = tables.where(largest, stage="respond").iloc[0]
     memory = f"{1e-3 * largest['memory_mb'].max():.2g} GB"
@@ -25,7 +25,7 @@ def numbers(all_tables: dict[str, pd.DataFrame]) -> dict[str, str]:
         "scaling_memory": memory,
         "scaling_whole": _power(_whole(fem)).strip() or "by a power that two sizes would tell",
         "scaling_largest": str(LARGEST),
-        "scaling_cores": _speedup(tables.where(scaling, kernel="cores")),
+        "scaling_cores": _speedup(tables.where(scaling, component="cores")),
     }
 
 
@@ -38,7 +38,7 @@ def _whole(fem: pd.DataFrame) -> float:
     """The exponent of the time of a first press: its matrices' patterns worked out, and then solved."""
     parts = fem[fem["stage"].isin(["set up", "respond"])]
     whole = parts.groupby("size", as_index=False)[["seconds", "memory_mb"]].sum()
-    return float(exponents(whole.assign(kernel="fem", stage="whole"))["seconds_exponent"].iloc[0])
+    return float(exponents(whole.assign(component="fem", stage="whole"))["seconds_exponent"].iloc[0])
 
 
 def _speedup(cores: pd.DataFrame) -> str:

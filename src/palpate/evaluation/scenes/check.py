@@ -1,0 +1,48 @@
+"""Check of the scenes that the settings describe."""
+
+from pathlib import Path
+
+from palpate.errors import InputError
+from palpate.files import check_file
+from palpate.scenes.effect_registry import unknown
+from palpate.scenes.instruments import bodies_in, check_instruments
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError for the first scene that names what is not there."""
+    for name, scene in config["scenes"].items():
+        place = f"{file}: scenes.{name}"
+        _check_bodies(place, scene, config["bodies"])
+        _check_effects(place, scene)
+        check_instruments(place, scene)
+        _check_files(place, scene, file.parent)
+
+
+def _check_bodies(place: str, scene: dict, bodies: dict) -> None:
+    for body in bodies_in(scene):
+        if body not in bodies:
+            known = ", ".join(bodies) or "none"
+            raise InputError(f"{place} names the body {body}, and bodies knows {known}; name one of them, or add it.")
+        finest = bodies[body].get("refinements", 0)
+        if scene["level"] > finest:
+            raise InputError(f"{place}.level is {scene['level']}, and {body} has levels 0 to {finest}.")
+
+
+def _check_effects(place: str, scene: dict) -> None:
+    if isinstance(scene["effects"], str) and scene["effects"] != "auto":
+        raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
+    named = [] if scene["effects"] == "auto" else scene["effects"]
+    own = scene.get("own", {})
+    if wrong := unknown(named, own):
+        raise InputError(f"{place}.{wrong}")
+    for name in scene.get("own_settings", {}):
+        if name not in own:
+            raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
+
+
+def _check_files(place: str, scene: dict, folder: Path) -> None:
+    tools = scene.get("contact", {}).get("instruments", [])
+    files = {f"own.{name}": path for name, path in scene.get("own", {}).items()}
+    files |= {f"contact.instruments[{i}].file": tool["file"] for i, tool in enumerate(tools) if "file" in tool}
+    for name, path in files.items():
+        check_file(f"{place}.{name}", path, (folder / path).is_file())

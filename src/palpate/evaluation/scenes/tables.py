@@ -1,0 +1,23 @@
+"""Declare the tables of the scenes: the columns that are read, and a description."""
+
+from palpate.evaluation.table import Table
+
+TABLES = {
+    "scene_effects": Table(
+        "scene effect called reason",
+        "The effects that act in each scene or not, with the reason.",
+    ),
+    "effects": Table(
+        "scene effect ms_per_step share_of_step memory_kb error_if_left_out",
+        "The time and memory that each effect takes, and the error if it is left out.",
+    ),
+    "energy": Table(
+        "scene time_s kinetic_j outer_work_j total_j",
+        "The kinetic energy, the energy of each effect and the work of the loads over time.",
+    ),
+    "contact_force": Table(
+        "scene instrument time_s force_x_n force_y_n force_z_n force_n depth_m",
+        "The force on each moved instrument over time, and its depth below the body's surface at rest.",
+        always=False,
+    ),
+}

@@ -1,0 +1,39 @@
+"""Describe the result tables; each study declares its own in ``palpate.evaluation.<study>.tables``."""
+
+from importlib import import_module
+from importlib.util import find_spec
+from pkgutil import iter_modules
+from typing import NamedTuple
+
+from palpate import evaluation
+
+
+class Table(NamedTuple):
+    """Describe a result table: the columns that are read from it, and in one sentence what it holds.
+
+    columns : separated by blanks; the file may have more
+    always : whether every run of the study makes it
+    """
+
+    columns: str
+    description: str
+    always: bool = True
+
+
+def declared(study: str) -> dict[str, Table]:
+    """Return the tables that a study declares; none if it declares none."""
+    place = f"{evaluation.__name__}.{study}.tables"
+    return import_module(place).TABLES if find_spec(place) else {}
+
+
+def find(name: str) -> Table:
+    """Find the table of that name in whatever study; KeyError if no study declares it."""
+    for study in (module.name for module in iter_modules(evaluation.__path__) if module.ispkg):
+        if name in declared(study):
+            return declared(study)[name]
+    raise KeyError(f"no study declares a table {name} in palpate/evaluation/<study>/tables.py")
+
+
+def columns(name: str) -> list[str]:
+    """Return the columns that are read from the table of that name."""
+    return find(name).columns.split()

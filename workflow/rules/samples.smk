@@ -1,0 +1,121 @@
+# What bodies are asked: loads, the fine and coarse simulations of each, and both in one database; what is held out.
+
+
+def count(body):
+    """How many samples a body gets in each regime."""
+    return config["bodies"][body]["train"] + config["bodies"][body]["test"]
+
+
+def fine_batches(body, regime):
+    jobs = -(-count(body) // config["solver"]["samples_per_job"])
+    return [f"results/data/{body}/{regime}/fine_{batch}.h5" for batch in range(jobs)]
+
+
+def compliance_of(body, regime):
+    """A body's compliance depends on the regime only through the radius of the press."""
+    return f"results/data/{body}/compliance_{float(config['regimes'][regime]['radius_m'])}m.h5"
+
+
+def each(pattern):
+    """One file for each body and regime."""
+    return expand(f"results/data/{{body}}/{{regime}}/{pattern}", body=BODIES, regime=REGIMES)
+
+
+rule choose_loads:
+    input:
+        body="results/data/{body}/body.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
+    output:
+        "results/data/{body}/{regime}/loads.csv",
+    log:
+        "results/logs/{body}/{regime}/choose_loads.log",
+    params:
+        magnitudes=lambda wildcards: config["bodies"][wildcards.body]["magnitudes"],
+        regime=lambda wildcards: config["regimes"][wildcards.regime],
+        samples=lambda wildcards: count(wildcards.body),
+        seed=config["seed"],
+        code=code_of("choose_loads"),
+    message:
+        "choose loads: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/choose_loads.py"
+
+
+rule simulate_fine:
+    input:
+        body="results/data/{body}/body.h5",
+        loads="results/data/{body}/{regime}/loads.csv",
+    output:
+        "results/data/{body}/{regime}/fine_{batch}.h5",
+    log:
+        "results/logs/{body}/{regime}/simulate_fine_{batch}.log",
+    params:
+        samples_per_job=config["solver"]["samples_per_job"],
+        tolerance=config["solver"]["reference_tolerance"],
+        code=code_of("simulate_fine"),
+    message:
+        "simulate the fine mesh: {wildcards.body}, {wildcards.regime}, batch {wildcards.batch}"
+    script:
+        "../scripts/simulate_fine.py"
+
+
+rule simulate_coarse:
+    input:
+        body="results/data/{body}/body.h5",
+        loads="results/data/{body}/{regime}/loads.csv",
+    output:
+        "results/data/{body}/{regime}/coarse.h5",
+    log:
+        "results/logs/{body}/{regime}/simulate_coarse.log",
+    params:
+        tolerance=config["solver"]["tolerance"],
+        code=code_of("simulate_coarse"),
+    message:
+        "simulate the coarse mesh: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/simulate_coarse.py"
+
+
+rule assemble_database:
+    input:
+        body="results/data/{body}/body.h5",
+        loads="results/data/{body}/{regime}/loads.csv",
+        fine=lambda wildcards: fine_batches(wildcards.body, wildcards.regime),
+        coarse="results/data/{body}/{regime}/coarse.h5",
+    output:
+        database="results/data/{body}/{regime}/database.h5",
+        peaks="results/data/{body}/{regime}/sample_peaks.csv",
+    log:
+        "results/logs/{body}/{regime}/assemble_database.log",
+    params:
+        settings=lambda wildcards: {
+            "seed": config["seed"],
+            "body": body_entry(wildcards.body),
+            "magnitudes": config["bodies"][wildcards.body]["magnitudes"],
+            "regime": config["regimes"][wildcards.regime],
+            "solver": config["solver"],
+        },
+        code=code_of("assemble_database"),
+    message:
+        "assemble the database: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/assemble_database.py"
+
+
+rule split_samples:
+    input:
+        loads="results/data/{body}/{regime}/loads.csv",
+    output:
+        parts="results/data/{body}/{regime}/split.csv",
+        counts="results/data/{body}/{regime}/splits.csv",
+    log:
+        "results/logs/{body}/{regime}/split_samples.log",
+    params:
+        train=lambda wildcards: config["bodies"][wildcards.body]["train"],
+        test=lambda wildcards: config["bodies"][wildcards.body]["test"],
+        seed=config["seed"],
+        code=code_of("split_samples"),
+    message:
+        "split the samples: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/split_samples.py"

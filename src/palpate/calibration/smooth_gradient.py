@@ -34,11 +34,11 @@ def descend_smoothly(fitness: Fitness, start_pa: np.ndarray, limits: Range, eval
 
     def cost(logs, strength):
         young = np.exp(logs)
-        square, slopes = square_and_slopes(fitness, young)
+        square, gradient = square_and_gradient(fitness, young)
         best = max(history[-1][2] if history else -np.inf, float(fitness(young[None])[0]))
         history.append([len(history) + 1, perf_counter() - begin, best])
         deviation = logs - logs.mean()
-        return square + strength * deviation @ deviation, slopes * young + 2.0 * strength * deviation
+        return square + strength * deviation @ deviation, gradient * young + 2.0 * strength * deviation
 
     bounds = [(np.log(limits.low_pa), np.log(limits.high_pa))] * len(logs)
     count = round(PER_DECADE * np.log10(LARGEST / SMALLEST))
@@ -54,7 +54,7 @@ def descend_smoothly(fitness: Fitness, start_pa: np.ndarray, limits: Range, eval
     return Fit(young, float(fitness(young[None])[0]), np.array(history))
 
 
-def square_and_slopes(fitness: Fitness, young: np.ndarray) -> tuple[float, np.ndarray]:
+def square_and_gradient(fitness: Fitness, young: np.ndarray) -> tuple[float, np.ndarray]:
     """Compute RMSE² of the key points' positions over steps, relative to the largest displacement², and derivatives.
 
     The derivatives are (n,) [1/Pa]. Raises NotConverged if the motion diverges.
@@ -64,5 +64,5 @@ def square_and_slopes(fitness: Fitness, young: np.ndarray) -> tuple[float, np.nd
     residual = settings.keys.of(motion[0][1:]) - fitness.positions
     peak = np.linalg.norm(fitness.positions - settings.keys.of(model.nodes), axis=2).max()
     scale = residual[..., 0].size * peak**2
-    slopes = pull_back(model, young, press, settings, motion, (2.0 * residual / scale, np.zeros_like(residual)))
-    return float((residual**2).sum() / scale), slopes.young
+    gradient = pull_back(model, young, press, settings, motion, (2.0 * residual / scale, np.zeros_like(residual)))
+    return float((residual**2).sum() / scale), gradient.young

@@ -9,14 +9,14 @@ import numpy as np
 
 from palpate.errors import InputError, NotConverged
 from palpate.models.model import Case, Model, Setting, Solver
-from palpate.scenes.own_effect import opened
+from palpate.scenes.own_effect import import_file
 
 GUIDE = "see docs/add-a-model.md"
 
 
 def load(name: str, path: Path) -> Model:
     """Load the model in the file ``path``, which raises InputError naming the file for whatever is wrong with it."""
-    module = opened(path, f"tradeoff.own_models.{name}")
+    module = import_file(path, f"tradeoff.own_models.{name}")
     for function in ("settings(case)", "prepare(case, setting)"):
         if not callable(getattr(module, function.partition("(")[0], None)):
             raise InputError(f"{path}: has no function {function}; {GUIDE}.")

@@ -1,4 +1,4 @@
-"""Compliance: what a unit force at each contact does to the linearised body, computed once and stored."""
+"""Compliance: the response of the linearised body to a unit force at each contact, computed once and stored."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Compliance:
     fine : (n_contacts, 3, n_surface, 3) fine surface displacements, by force direction
     restricted : (n_contacts, 3, n_coarse, 3) the same fine response at all coarse nodes
     coarse : (n_contacts, 3, n_coarse, 3) response of the coarse mesh itself
-    seconds : what computing it took [s]
+    seconds : time of its computation [s]
     """
 
     contacts: np.ndarray
@@ -35,12 +35,12 @@ class Compliance:
     seconds: float = 0.0
 
     def row(self, contact: int) -> int:
-        """Return where coarse node ``contact`` stands; InputError if it cannot be pressed."""
+        """Return the row of coarse node ``contact``; InputError if it cannot be pressed."""
         return row_of(self.contacts, contact)
 
 
 def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -> Compliance:
-    """Solve the linear problems of both ends of the hierarchy for every free contact (offline).
+    """Solve the linear problems of the coarsest and finest level for every free contact (offline).
 
     ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
     """
@@ -61,7 +61,7 @@ def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -
 
 
 def save_compliance(compliance: Compliance, path: Path) -> None:
-    """Write to HDF5, whole or not at all."""
+    """Write ``compliance`` to HDF5, completely or not at all."""
     with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
         for name in ARRAYS:
             file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
@@ -70,6 +70,7 @@ def save_compliance(compliance: Compliance, path: Path) -> None:
 
 
 def load_compliance(path: Path) -> Compliance:
-    """Read what ``save_compliance`` wrote."""
+    """Read a file of ``save_compliance``."""
     with h5py.File(path) as file:
-        return Compliance(*(file[name][:] for name in ARRAYS), float(file.attrs["seconds"]))
+        arrays = {name: file[name][:] for name in ARRAYS}
+        return Compliance(**arrays, seconds=float(file.attrs["seconds"]))

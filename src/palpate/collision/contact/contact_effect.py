@@ -50,9 +50,11 @@ def make(particles: Particles, settings: dict, elastic) -> "Contact":
 
 
 class Contact:
-    """A barrier that diverges as surfaces come to touch: E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1,
-    over pairs of a node and a triangle and of two edges at distances d (Li et al. 2020); g is ``gap_m`` and s Young's
-    modulus times the nodes' area, so that a body pressed as hard as it is stiff keeps tenths of the gap.
+    """Barrier contact with optional friction, for implicit and explicit integrators.
+
+    E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
+    distances d (Li et al. 2020); g is ``gap_m`` and s Young's modulus times the nodes' area, so that a body pressed as
+    hard as it is stiff keeps tenths of the gap.
 
     An implicit integrator adds the barrier to its energy, and asks for the ``limit`` of each of its steps, so
     that none passes through a surface (Li, Kaufman, Jiang 2021). Explicit ones use ``project``: the step ends where

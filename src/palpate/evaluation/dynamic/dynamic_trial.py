@@ -9,7 +9,7 @@ from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import DEFAULTS, compose
+from palpate.scenes.compose import compose
 from palpate.scenes.dynamic_check import LOADS, check_trial
 from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene
@@ -97,7 +97,7 @@ def trial(name: str, entry: dict, body: Body, duration_s: float, frames: int) ->
     """
     check_trial("dynamic.durations_s", name, entry)
     loads = {effect: entry[effect] for effect in LOADS if effect in entry}
-    damping = entry.get("rayleigh", DEFAULTS["rayleigh"](None))
+    damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
     return Trial(name, _nested(body, entry.get("level", 0)), loads, damping, duration_s, frames)
 
 

@@ -72,7 +72,7 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
 
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:
-    """Say what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
+    """Describe what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
     modules = {place.rpartition(".")[2] for place, _ in MODELS.values()}
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):

@@ -12,7 +12,7 @@ def settings(case):
 
 def prepare(case, setting):
     """Offline work: it is timed, and what simulating the training samples took is added."""
-    return Nearest(case.first(setting["samples"]).training)
+    return Nearest(case.first(setting["samples"]).use_training())
 
 
 class Nearest:

@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.bodies.contacts import contacts_of, row_of
 from palpate.effects.patch_load import nodal_load
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -34,11 +35,8 @@ class Compliance:
     seconds: float = 0.0
 
     def row(self, contact: int) -> int:
-        """Return the row of coarse node ``contact``; KeyError if it is held or inside the body."""
-        place = int(np.searchsorted(self.contacts, contact))
-        if place == len(self.contacts) or self.contacts[place] != contact:
-            raise KeyError(f"node {contact} is not a free surface node of the coarse mesh")
-        return place
+        """Return the row of coarse node ``contact``; InputError if it cannot be pressed."""
+        return row_of(self.contacts, contact)
 
 
 def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -> Compliance:
@@ -47,7 +45,7 @@ def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -
     ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
     """
     start = perf_counter()
-    contacts = np.setdiff1d(body.coarse.surface, body.anchors[0])
+    contacts = contacts_of(body)
     n_coarse, surface = len(body.coarse.nodes), body.fine.surface
     fine = np.empty((len(contacts), 3, len(surface), 3))
     restricted = np.empty((len(contacts), 3, n_coarse, 3))

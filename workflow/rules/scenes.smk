@@ -1,12 +1,12 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
 from palpate.scenes import effect_registry
-from palpate.scenes.instruments import bodies_in, driven, touches
+from palpate.scenes.instruments import bodies_in, has_contact, has_moving_instrument
 
 SCENES = list(config["scenes"])
 # scenes in which contact acts, and those of them in which an instrument is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if touches(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if driven(scene)]
+TOUCHING = [name for name, scene in config["scenes"].items() if has_contact(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if has_moving_instrument(scene)]
 
 TARGETS["scenes"] = (
     tabulated("scene_effects", "effects", "energy")

@@ -15,7 +15,7 @@ import numpy as np
 from palpate.calibration import spring_motion
 from palpate.calibration.spring_model import Press, SpringModel
 from palpate.calibration.spring_motion import Settings
-from palpate.effects.volume import spread as corner_distances
+from palpate.effects.volume import distance_sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
     """
     lengths, u, projected = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
-        stretch = corner_distances(x, tetrahedra[e], lengths, u) - volume_rest[e]
+        stretch = distance_sum(x, tetrahedra[e], lengths, u) - volume_rest[e]
         along = 0.0
         for c in range(4):
             for i in range(3):

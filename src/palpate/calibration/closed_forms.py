@@ -10,7 +10,7 @@ from palpate.bodies.body import Material
 from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.calibration.fitness import Fit, Range, Track
 from palpate.calibration.spring_model import SpringModel
-from palpate.effects.volume import rest_spread
+from palpate.effects.volume import rest_distance_sum
 
 STARTS = 12
 """Evaluations that bracket the best uniform modulus: the fitness may have several maxima."""
@@ -63,4 +63,4 @@ def volume_stiffness(model: SpringModel, material: Material) -> float:
     """
     missing = material.young_pa / (3.0 * (1.0 - 2.0 * material.poisson)) - 2.0 * material.young_pa / 3.0
     volume = float(TetMesh(model.nodes, model.tetrahedra).volumes.sum())
-    return max(0.0, 9.0 * volume * missing / float((rest_spread(model.nodes, model.tetrahedra) ** 2).sum()))
+    return max(0.0, 9.0 * volume * missing / float((rest_distance_sum(model.nodes, model.tetrahedra) ** 2).sum()))

@@ -61,7 +61,7 @@ def _database(fine: int, count: int):
     db = Database(
         LENGTH_M / 2 * fibonacci_sphere(fine), np.empty((0, 3), dtype=np.int64), mesh.nodes, mesh.tetrahedra, among,
         prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
-        coarse, coarse, np.zeros(count), MATERIAL, "none",
+        coarse, coarse, np.zeros(count), np.zeros(count), MATERIAL, "none",
     )  # fmt: skip
     settings = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
     return db, gather(db, np.arange(count), "live", settings), settings

@@ -11,7 +11,7 @@ SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
 
 
 def fine_nodes(count: int, meter) -> Size:
-    """Enrichment, the paper's and detail correction, of a fine surface of so many nodes."""
+    """Measure the paper's enrichment and detail correction on a fine surface of ``count`` nodes."""
     from palpate.enrichment.detail_correction import DetailCorrection
     from palpate.solvers.compliance import Compliance
 

@@ -9,13 +9,13 @@ import pytest
 
 from palpate.config import complete
 from palpate.files import read_yaml
+from palpate.scenes.contact_settings import bodies_in
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
-from palpate.scenes.instruments import bodies_in
+from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
-CONFIG = complete(
-    read_yaml(ROOT / "config.yaml"), read_yaml(ROOT / "workflow/schemas/config.schema.yaml"), ROOT / "config.yaml"
-)
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+CONFIG = complete(read_yaml(ROOT / "config.yaml"), SCHEMA, ROOT / "config.yaml")
 NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 RUN = """
 import gc, json, sys

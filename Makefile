@@ -77,8 +77,10 @@ help:  ## list what can be made
 
 # pip and setuptools come first: one package has no wheel and is built with them
 $(STAMP): environment.lock pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "palpate needs Python 3.11 or newer; name one: make PYTHON=python3.12")'
-	@echo "Building the environment in $(VENV), which takes a minute or two ..."
+	@command -v $(PYTHON) > /dev/null || { echo "palpate needs Python 3.11 or newer, and there is no $(PYTHON):" \
+	"on Debian: apt-get install python3-venv $$(sed -n 's/^ *"lib.*": "\(.*\)",$$/\1/p' workflow/prerequisites.py | xargs)"; exit 1; }
+	@$(PYTHON) workflow/prerequisites.py
+	@echo "Building the environment in $(VENV), which takes a minute or two and 2.5 GB ..."
 	@rm -rf $(VENV)
 	@$(PYTHON) -m venv $(VENV)
 	@sed -n '/considered to be unsafe/,$$p' environment.lock > $(VENV)/first.lock

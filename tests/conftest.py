@@ -1,6 +1,7 @@
 """Small bodies that tests of several packages share."""
 
 import os
+from collections import Counter
 from collections.abc import Callable
 from itertools import permutations
 from pathlib import Path
@@ -18,6 +19,15 @@ from palpate.bodies.cylinder import cylinder
 from palpate.bodies.mesh import TetMesh
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 from palpate.solvers.compliance import Compliance, compute_compliance
+
+
+def pytest_terminal_summary(terminalreporter) -> None:
+    """Say in one line what was not tested, and why."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    reasons = Counter(report.longrepr[-1].removeprefix("Skipped: ") for report in skipped)
+    if reasons:
+        why = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+        terminalreporter.write_line(f"{len(skipped)} tests skipped: {why}")
 
 
 @pytest.fixture(scope="session")

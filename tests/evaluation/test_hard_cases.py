@@ -59,10 +59,10 @@ def test_what_comes_out_is_judged(run, outcome):
 
 
 def test_the_table_has_a_row_for_each_model_of_each_case(monkeypatch):
-    words = ("kernel", "source", "scene", "expected", "measure", 1.0)
+    words = ("enrichment", "source", "scene", "expected", "measure", 1.0)
     few = [Case.of(name, *words, run=lambda model: len(model), models=["a", "bc"]) for name in ("one", "two")]
-    monkeypatch.setitem(FAMILIES, "kernel", [lambda: few[:1], lambda: few[1:]])
-    table = measure("kernel")
+    monkeypatch.setitem(FAMILIES, "enrichment", [lambda: few[:1], lambda: few[1:]])
+    table = measure("enrichment")
     assert list(zip(table["case"], table["model"], strict=True)) == [
         ("one", "a"), ("one", "bc"), ("two", "a"), ("two", "bc"),
     ]  # fmt: skip

@@ -22,7 +22,9 @@ for path in map(Path, snakemake.output):
         path.mkdir()
         path /= "made.txt"
     path.write_text(snakemake.rule)
+raise SystemExit
 """
+"""Stands before what a script would do."""
 
 
 @pytest.fixture(scope="session")
@@ -65,17 +67,28 @@ def plan(run) -> Callable[..., dict[str, int]]:
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory, run, whole) -> Path:
-    """A copy of the workflow that has run: real rules, settings and modules, and STUB for every script."""
-    root = tmp_path_factory.mktemp("copy")
-    for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke", "docs"):
-        source = ROOT / name
-        if source.is_file():
-            shutil.copy(source, root / name)
-        else:
-            shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+def copy_of_workflow() -> Callable[[Path], Path]:
+    """Copy the workflow, its settings and its modules to a folder."""
+
+    def copy(root: Path) -> Path:
+        root.mkdir(exist_ok=True)
+        for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke", "docs"):
+            source = ROOT / name
+            if source.is_file():
+                shutil.copy(source, root / name)
+            else:
+                shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        return root
+
+    return copy
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory, copy_of_workflow, run, whole) -> Path:
+    """Return a copy of the workflow that has run: real rules, settings and modules, and STUB before each script."""
+    root = copy_of_workflow(tmp_path_factory.mktemp("copy"))
     for script in (root / "workflow/scripts").glob("*.py"):
-        script.write_text(STUB)
+        script.write_text(STUB + script.read_text())
     (root / "whole.yaml").write_text(yaml.safe_dump(whole, sort_keys=False))
     done = run(root, root / "whole.yaml", root=root)
     assert done.returncode == 0, done.stdout

@@ -3,26 +3,49 @@
 ``finished`` is a copy of the workflow whose rules, settings and modules are the real ones, and has run.
 """
 
+import os
+import re
+from collections.abc import Callable, Iterable
 from copy import deepcopy
+from pathlib import Path
 
 import pytest
 
 FEM = {"compute_compliance", "choose_loads", "simulate_fine", "simulate_coarse"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
-AFTER_SWEEP = {"merge_table", "check_claims", "draw_sweep", "write_report"}
+AFTER_SWEEP = {"merge_table", "check_claims", "draw", "write_report"}
+MODELS = {"measure_models", "measure_reference_error", "measure_dynamic"}
+REPORT = {"write_report": 1, "all": 1}
+
+
+def with_code(text: str) -> str:
+    """Return a module that does something else than ``text``."""
+    return text + "EDITED = True\n"
+
+
+def with_comment(text: str) -> str:
+    """Return a module that says more than ``text`` and does the same."""
+    return re.sub(r'^"""', '"""Edited. ', text, count=1) + "# edited\n"
 
 
 @pytest.fixture
 def after(finished, plan, whole, write_config):
-    """The jobs that are planned once ``change`` has been made to the settings or ``modules`` were edited."""
+    """Count the jobs that are planned once the settings have changed or files were edited."""
 
-    def jobs(change=lambda settings: None, modules=()) -> dict[str, int]:
+    def jobs(
+        change: Callable[[dict], None] = lambda settings: None,
+        files: Iterable[str] = (),
+        edit: Callable[[str], str] = with_code,
+        *targets: str,
+    ) -> dict[str, int]:
         settings = deepcopy(whole)
         change(settings)
-        before = {path: path.read_text() for path in modules}
+        paths = [path for name in files for path in sorted(finished.glob(name))]
+        assert bool(paths) == bool(files)
+        before = {path: path.read_text() for path in paths}
         for path, text in before.items():
-            path.write_text(text + "# edited\n")
-        found = plan(finished, write_config(settings), root=finished)
+            path.write_text(edit(text))
+        found = plan(finished, write_config(settings), *targets, root=finished)
         for path, text in before.items():
             path.write_text(text)
         return found
@@ -36,51 +59,98 @@ def test_nothing_is_left_to_do(after):
 
 def test_a_small_poissons_ratio_is_another_reference(after):
     def change(settings):
-        settings["calibration"]["floor"]["poissons"].append(1e-5)
+        settings["springs"]["floor"]["poissons"].append(1e-5)
 
     planned = after(change)
     assert planned["simulate_spring_reference"] == planned["tabulate_spring_floor"] == 1
 
 
-def test_another_sigma_grid_reruns_the_sweep_and_no_fem(after):
+def test_another_sigma_grid_reruns_the_sweep_and_no_fem_and_no_model(after):
     jobs = after(lambda settings: settings["enrichment"]["sigma_relative"].update(count=4))
     assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
-    assert not UP_TO_DATABASE & set(jobs)
+    assert not (UP_TO_DATABASE | MODELS) & set(jobs)
 
 
-def test_an_edit_of_enrichment_reruns_it_and_no_fem(after, finished):
-    jobs = after(modules=[finished / "src/palpate/enrichment/blend_weights.py"])
+def test_other_settings_of_a_family_rerun_its_models_alone(after):
+    def change(settings):
+        settings["tradeoff"]["settings"] = {"fem": {"iterations": [1]}}
+
+    jobs = after(change)
+    assert jobs["measure_models"] == 1
+    assert not (UP_TO_DATABASE | {"sweep_sigma", "evaluate_methods"}) & set(jobs)
+
+
+def test_an_added_model_is_measured_alone(after, whole):
+    jobs = after(lambda settings: settings["tradeoff"]["models"].append("pod_rbf"))
+    assert jobs["measure_models"] == 1
+    assert not (UP_TO_DATABASE | {"sweep_sigma", "evaluate_methods", "measure_reference_error"}) & set(jobs)
+
+
+def test_a_model_that_is_registered_reruns_no_other(after):
+    jobs = after(files=["src/palpate/models/model_registry.py"])
+    assert "measure_models" not in jobs
+
+
+def test_an_edit_of_enrichment_reruns_it_and_no_fem(after):
+    jobs = after(files=["src/palpate/enrichment/blend_weights.py"])
     assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
     assert not UP_TO_DATABASE & set(jobs)
 
 
-def test_no_module_of_enrichment_reruns_fem(after, finished):
-    jobs = after(modules=sorted((finished / "src/palpate/enrichment").glob("*.py")))
-    assert {"assemble_database", "split_samples", "sweep_sigma"} <= set(jobs)
-    assert not (FEM | {"make_body"}) & set(jobs)
+def test_no_module_of_enrichment_reruns_fem(after):
+    jobs = after(files=["src/palpate/enrichment/*.py"])
+    assert {"sweep_sigma", "evaluate_methods"} <= set(jobs)
+    assert not UP_TO_DATABASE & set(jobs)
 
 
-def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after, finished):
-    jobs = after(modules=[finished / "src/palpate/solvers/newton.py"])
+def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after):
+    jobs = after(files=["src/palpate/solvers/newton.py"])
     assert set(jobs) >= FEM
     assert "make_body" not in jobs
 
 
-def test_an_edit_of_a_figure_only_draws(after, finished):
-    jobs = after(modules=[finished / "src/palpate/figures/style.py"])
-    draws = {"draw_meshes", "draw_responses", "draw_sweep", "draw_costs"}
-    draws |= {"draw_work_precision", "draw_advice", "draw_dynamic", "draw_hard_cases", "draw_scaling"}
-    draws |= {
-        "draw_scenes",
-        "draw_motion",
-        "draw_contact_force",
-        "draw_soft_bodies",
-        "draw_springs",
-        "draw_collision",
-        "draw_ct",
-        "draw_node_mass",
-    }
+def test_an_edit_of_all_figures_only_draws(after):
+    jobs = after(files=["src/palpate/figures/style.py"])
+    draws = {"draw", "draw_meshes", "draw_responses", "draw_motion", "draw_ct"}
     assert set(jobs) == draws | {"write_report", "all"}
+
+
+@pytest.mark.parametrize("name", ["scaling/scaling", "enrichment/sigma_sweep", "springs/spring_fit"])
+def test_an_edit_of_a_figure_draws_it_alone(after, name):
+    assert after(files=[f"src/palpate/figures/{name}.py"]) == {"draw": 1} | REPORT
+
+
+def test_an_edit_of_a_caption_reruns_the_report_alone(after):
+    assert after(files=["workflow/report/*/sigma_sweep.rst"], edit=lambda text: f"{text}\nEdited.\n") == REPORT
+
+
+@pytest.mark.parametrize(
+    "name", ["enrichment/gaussian_kernel", "effects/gravity", "figures/enrichment/sigma_sweep", "solvers/newton"]
+)
+def test_an_edit_of_words_reruns_nothing(after, name):
+    assert after(files=[f"src/palpate/{name}.py"], edit=with_comment) == {}
+
+
+def test_an_edit_of_one_effect_reruns_the_scenes_that_may_call_it(after):
+    jobs = after(files=["src/palpate/effects/gravity.py"])
+    assert jobs["simulate_scene"] == 2  # sag, and touch: both leave their effects to palpate; poke names its own
+    assert not (UP_TO_DATABASE - {"assemble_database"}) & set(jobs)
+
+
+def test_collision_reruns_only_the_scenes_in_which_something_can_touch(after):
+    assert after(files=["src/palpate/collision/contact/barrier.py"])["simulate_scene"] == 1
+
+
+def test_the_date_of_a_file_counts_for_nothing(finished, plan, write_config, whole):
+    config = write_config(whole)
+    for path in [*finished.glob("workflow/scripts/*.py"), *finished.glob("src/palpate/**/*.py")]:
+        os.utime(path)
+    assert plan(finished, config, root=finished) == {}
+
+
+def test_a_script_counts_by_what_it_does(after):
+    assert after(files=["workflow/scripts/make_body.py"])["make_body"] > 1
+    assert after(files=["workflow/scripts/make_body.py"], edit=lambda text: "# edited\n" + text) == {}
 
 
 def test_a_run_time_tolerance_leaves_the_fine_reference(after):
@@ -91,8 +161,7 @@ def test_a_run_time_tolerance_leaves_the_fine_reference(after):
 
 def test_another_split_of_as_many_samples_leaves_fem(after):
     jobs = after(lambda settings: settings["bodies"]["liver"].update(train=10, test=4))
-    assert "split_samples" in jobs
-    assert not UP_TO_DATABASE & set(jobs)
+    assert not FEM & set(jobs) and "sweep_sigma" in jobs
 
 
 def test_a_second_body_leaves_the_first(after):
@@ -103,3 +172,115 @@ def test_a_second_body_leaves_the_first(after):
     assert {rule: jobs[rule] for rule in ("make_body", "compute_compliance", "simulate_fine")} == {
         "make_body": 1, "compute_compliance": 1, "simulate_fine": 1,
     }  # fmt: skip
+
+
+TOY = {
+    "workflow/rules/toy.smk": """
+TARGETS["toy"] = tabulated("toy") + figures("toy", "toy")
+
+
+rule measure_toy:
+    output:
+        "results/tables/toy.csv",
+    log:
+        "results/logs/measure_toy.log",
+    params:
+        throws=config["toy"]["throws"],
+        code=code_of("measure_toy"),
+    message:
+        "throw a coin"
+    script:
+        "../scripts/measure_toy.py"
+""",
+    "workflow/scripts/measure_toy.py": """
+import random
+
+import pandas as pd
+
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    coin = random.Random(1)
+    heads = [coin.random() < 0.5 for _ in range(snakemake.params.throws)]
+    write_table(pd.DataFrame({"throw": range(len(heads)), "heads": heads}), snakemake.output[0])
+""",
+    "workflow/schemas/studies/toy.yaml": """
+description: A coin that is thrown
+type: object
+additionalProperties: false
+properties:
+  throws: {description: How often, type: integer, minimum: 1, default: 10}
+""",
+    "workflow/report/toy/introduction.rst": "A coin was thrown {toy_throws} times.\n",
+    "workflow/report/toy/toy.rst": "Heads and tails.\n",
+    "src/palpate/evaluation/toy/__init__.py": "",
+    "src/palpate/evaluation/toy/tables.py": '''
+"""Tables of the toy study."""
+
+from palpate.evaluation.table import Table
+
+TABLES = {"toy": Table("throw heads", "Each throw of a coin, and whether it showed heads.")}
+''',
+    "src/palpate/figures/toy/__init__.py": "",
+    "src/palpate/figures/toy/toy.py": '''
+"""Throws of a coin."""
+
+from matplotlib.figure import Figure
+
+from palpate.figures import style
+
+TABLES = ("toy",)
+
+
+@style.styled
+def draw(toy) -> Figure:
+    """Draw heads over throws."""
+    figure = Figure()
+    figure.subplots().plot(toy["throw"], toy["heads"])
+    return figure
+''',
+    "src/palpate/report/parts/toy.py": '''
+"""The part of the report on the toy study."""
+
+from palpate.evaluation.toy.tables import TABLES
+
+__all__ = ["TABLES", "TITLE", "numbers", "sections"]
+
+TITLE = "A coin"
+
+
+def numbers(tables, published) -> dict[str, str]:
+    """Return the numbers of the captions."""
+    return {"toy_throws": str(len(tables["toy"]))}
+
+
+def sections(report) -> list[tuple[str, str, str]]:
+    """Return the one section."""
+    return [("toy_section", "Thrown", report.figure("toy") + report.folded("toy"))]
+''',
+}
+"""A study, as docs/add-a-study.md describes: its files, none of which another study has."""
+LINE = "  toy: {$ref: studies/toy.yaml}\n"
+
+
+def test_a_study_is_added_with_files_of_its_own_and_one_line(tmp_path, copy_of_workflow, run, write_config):
+    root = copy_of_workflow(tmp_path / "copy")
+    for name, text in TOY.items():
+        assert not (root / name).exists()
+        (root / name).parent.mkdir(exist_ok=True)
+        (root / name).write_text(text.lstrip())
+    schema = root / "workflow/schemas/config.schema.yaml"
+    schema.write_text(re.sub(r"(?=^\$defs:)", LINE, schema.read_text(), flags=re.M))
+    done = run(root, write_config({"toy": {"throws": 20}}), root=root)
+    assert done.returncode == 0, done.stdout
+    page = (root / "results/report.html").read_text()
+    assert "A coin was thrown 20 times." in page and "Each throw of a coin" in page
+    assert (root / "results/figures/toy.png").is_file()
+    asked = run(root, write_config({"toy": None}), "toy", root=root)  # with its default
+    assert asked.returncode == 0 and len((root / "results/tables/toy.csv").read_text().splitlines()) == 11
+
+
+def test_make_knows_the_studies(finished):
+    listed = os.popen(f"make -s -C {Path(__file__).parents[2]} help").read().splitlines()[0]
+    names = listed.partition(":")[2].split()
+    assert {"tradeoff", "scaling", "springs"} <= set(names) and len(names) == 10

@@ -5,7 +5,8 @@ from palpate.job import job, write_table
 with job(snakemake.log[0]) as say:
     for package in installed()[1]:
         say(f"{package} is not installed, so its rows are left out")
-    table = measure(**snakemake.params.settings, seed=snakemake.params.seed, tell=lambda scene: say(f"{scene} is done"))
+    params = snakemake.params
+    table = measure(**params.settings, seed=params.seed, report=lambda scene: say(f"{scene} is done"))
     for row in table.itertuples():
         say(
             f"{row.scene} {row.structure} {row.depths}: frame {row.frame_ms:.3f} ms, query {row.query_ms:.3f} ms, "

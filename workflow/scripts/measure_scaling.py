@@ -6,10 +6,10 @@ from palpate.evaluation.scaling.measure_scaling import doubling, measure
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]) as say:
-    kernel = snakemake.wildcards.kernel
-    # cores are as many as there are, and all else grows on one of them
+    component = snakemake.wildcards.component
+    # the component "cores" uses all cores; the others run on one
     sizes = snakemake.params.sizes or doubling(snakemake.threads)
-    table = measure(kernel, sizes, lambda size: say(f"{kernel}: {size} done"))
+    table = measure(component, sizes, lambda size: say(f"{component}: {size} done"))
     for row in table.drop_duplicates("stage").itertuples():
         say(f"{row.stage}: time n^{row.seconds_exponent:.2f}, memory n^{row.memory_exponent:.2f}")
     write_table(table, snakemake.output[0])

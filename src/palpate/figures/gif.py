@@ -1,4 +1,4 @@
-"""Pictures over time in one small file that loops."""
+"""Animations as small looping GIF files."""
 
 from io import BytesIO
 from pathlib import Path
@@ -15,8 +15,8 @@ _QUALITIES = (
     (30, 64),
     (20, 64),
     (10, 32),
-)  # pictures and colours, less of them until the file is small
-_LOOP_S, _REST_S = (1.0, 8.0), 0.8  # what a loop may last, and how long it rests at its end
+)  # numbers of pictures and colours, reduced until the file is small enough
+_LOOP_S, _REST_S = (1.0, 8.0), 0.8  # shortest and longest loop, and the pause at its end
 _PACES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
@@ -24,7 +24,7 @@ def write(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -> No
     """Write ``pictures`` (height, width, 3) uint8 at ``times`` [s] as a looping GIF of at most 1.5 MB.
 
     It runs in real time unless a loop would then last less than 1 s or more than 8 s; the strip above each picture
-    tells the time, and by how much the loop is slower or faster. The same pictures give the same bytes.
+    shows the time, and the factor by which the loop is slower or faster. The same pictures give the same bytes.
     """
     slow, note = pace(float(np.ptp(times)))
     images = [_labelled(picture, f"{time:.2f} s{note}") for picture, time in zip(pictures, times, strict=True)]
@@ -40,12 +40,12 @@ def write(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -> No
 
 
 def evenly(length: int, count: int) -> list[int]:
-    """At most ``count`` positions from the first to the last of ``length``."""
+    """Return at most ``count`` evenly spaced indices from the first to the last of ``length``."""
     return np.unique(np.linspace(0, length - 1, count).round().astype(int)).tolist()
 
 
 def pace(duration_s: float) -> tuple[float, str]:
-    """Seconds of the loop a second of the scene, and words for it."""
+    """Return the seconds of the loop per second of the scene, and a note on it."""
     low, high = _LOOP_S
     if duration_s < low:
         pace = next((p for p in _PACES if p * duration_s >= low), _PACES[-1])
@@ -55,7 +55,7 @@ def pace(duration_s: float) -> tuple[float, str]:
 
 
 def _labelled(picture: np.ndarray, label: str):
-    """The picture below a strip that tells the time, as a PIL image."""
+    """Put the picture below a strip that shows the time, as a PIL image."""
     from matplotlib import font_manager
     from PIL import Image, ImageDraw, ImageFont
 
@@ -68,7 +68,7 @@ def _labelled(picture: np.ndarray, label: str):
 
 
 def _encoded(images: list, colours: int, lasting: list[int]) -> bytes:
-    """A GIF with one palette for all images, so that what does not move costs little and does not flicker."""
+    """Encode a GIF with one palette for all images, so that static parts take few bytes and do not flicker."""
     from PIL import Image
 
     some = [images[i] for i in evenly(len(images), 9)]

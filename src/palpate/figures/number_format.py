@@ -1,4 +1,4 @@
-"""Numbers as they stand in sentences."""
+"""Formats of numbers in sentences and labels."""
 
 from collections.abc import Callable, Iterable
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def percent(share: float) -> str:
-    """A share as per cent with two significant digits and no exponent, "failed" if it is not finite."""
+    """Format a fraction as per cent with two significant digits and no exponent, "failed" if it is not finite."""
     if not np.isfinite(share):
         return "failed"
     value = 100 * share
@@ -16,11 +16,11 @@ def percent(share: float) -> str:
 
 
 def seconds(value: float) -> str:
-    """A time with three significant digits in the unit that suits it."""
+    """Format a time [s] with three significant digits in s, ms or µs."""
     unit, factor = next(((u, f) for u, f in (("s", 1), ("ms", 1e3)) if value * f >= 1), ("µs", 1e6))
     return f"{float(f'{value * factor:.3g}'):g}\u00a0{unit}"
 
 
 def each(names: Iterable[str], phrase: Callable[[str], str]) -> str:
-    """One phrase a body or scene."""
+    """Join one phrase for each body or scene."""
     return "; ".join(f"{name}: {phrase(name)}" for name in names)

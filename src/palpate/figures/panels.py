@@ -1,4 +1,4 @@
-"""A grid of pictures of one size with a caption below each, and room for a colour bar."""
+"""A grid of pictures of one size with a caption below each, and space for a colour bar."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from palpate.figures import style
 
 _SIDE, _TITLE, _CAPTION, _BAR = 0.35, 0.5, 0.4, 0.6  # [inch] left of, above, below each picture, below all
-_SPARE = 0.15  # [inch] of the last caption's room that one line leaves
+_SPARE = 0.15  # [inch] of the last caption's space that one line leaves free
 _GAP = 0.05  # of a picture's width, between pictures
 
 
 def grid(rows: int, columns: int, aspect: float, inches: float, bare: bool = False) -> tuple[Figure, np.ndarray]:
-    """A figure with (rows, columns) axes for pictures ``inches`` wide and ``inches``/``aspect`` high.
+    """Make a figure with (rows, columns) axes for pictures ``inches`` wide and ``inches``/``aspect`` high.
 
-    Titles of two lines above and ``colour_bar`` below have room, unless ``bare``.
+    Unless ``bare``, there is space for titles of two lines above and for ``colour_bar`` below.
     """
     row = inches / aspect + _CAPTION
     title = 0.1 if bare else _TITLE
@@ -41,12 +41,12 @@ def place(axis: Axes, picture: np.ndarray, caption: str) -> None:
 
 
 def outline(axis: Axes, picture: np.ndarray) -> None:
-    """Draw the outer border of what a picture on white shows."""
+    """Draw the outline of the object that a picture shows on white."""
     axis.contour((picture.min(axis=2) < 250).astype(float), [0.5], colors=style.FAINT, linewidths=0.7)
 
 
 def colour_bar(figure: Figure, norm, cmap, label: str, **options) -> None:
-    """A horizontal colour bar below the grid."""
+    """Draw a horizontal colour bar below the grid."""
     height = figure.get_figheight()
     axis = figure.add_axes((0.3, 0.48 / height, 0.4, 0.12 / height))
     figure.colorbar(ScalarMappable(norm, cmap), cax=axis, orientation="horizontal", label=label, **options)

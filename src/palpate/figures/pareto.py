@@ -1,13 +1,13 @@
-"""Which methods no other beats in both time and error."""
+"""Pareto front: methods that no other beats in both time and error."""
 
 import numpy as np
 
 
 def front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Indices of the non-dominated points, cheapest first.
+    """Find the indices of the non-dominated points, in order of rising cost.
 
-    cost, error : (n,) to be small both; a point that is not finite is never on the front.
-    A point is dominated if another is no worse in both and better in one; equal points are all kept.
+    cost, error : (n,), both to be small; a point that is not finite is never on the front.
+    A point is dominated if another is at least as good in both and better in one; equal points are all kept.
     """
     cost, error = np.asarray(cost, float), np.asarray(error, float)
     kept, best, best_cost = [], np.inf, np.inf

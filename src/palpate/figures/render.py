@@ -1,4 +1,4 @@
-"""Draw surfaces in three dimensions, off-screen, into images that matplotlib can place."""
+"""Off-screen rendering of surfaces into images that matplotlib can place."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 
 _AZIMUTHS, _ELEVATIONS = (30.0, -30.0, 150.0, -150.0), (20.0, -20.0)
-_DOWN = 0.7  # minus the vertical part of a normal from which on a surface looks down
-_OBLIQUE = 0.5  # cosine between the contact's normal and the view: 60° shows contact and indentation alike
+_DOWN = 0.7  # a surface whose normal points down by more than this may be viewed from below
+_OBLIQUE = 0.5  # cosine between the contact's normal and the view: 60° shows both contact and indentation
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +24,10 @@ class View:
 
 
 def directions(nodes: np.ndarray, normal: np.ndarray, up: int | None = None) -> np.ndarray:
-    """View axes (3, 3): the body's (n, 3) longest side across, the surface at ``normal`` in sight.
+    """Choose view axes (3, 3): the longest side of the body (n, 3) across, the surface with ``normal`` visible.
 
-    up : the coordinate axis that points up, the body's second longest side if None. With one, the view is from
-    above unless the surface looks down.
+    up : the coordinate axis that points up, or None for the body's second longest side. If it is given, the view is
+    from above unless the normal points down.
     """
     extents = np.round(np.ptp(nodes, axis=0) / np.ptp(nodes), 3)
     order = [axis for axis in np.argsort(-extents, kind="stable") if axis != up]
@@ -45,7 +45,7 @@ def directions(nodes: np.ndarray, normal: np.ndarray, up: int | None = None) -> 
 
 
 def frame(axes: np.ndarray, clouds: list[np.ndarray], margin: float = 1.08) -> View:
-    """The view along ``axes`` that just holds all points of all ``clouds``, (n, 3) each."""
+    """Compute the smallest view along ``axes`` that contains all points of all ``clouds``, (n, 3) each."""
     points = np.vstack(clouds) @ axes.T
     low, high = points.min(axis=0), points.max(axis=0)
     width, height, _ = (high - low) * margin
@@ -53,13 +53,13 @@ def frame(axes: np.ndarray, clouds: list[np.ndarray], margin: float = 1.08) -> V
 
 
 def same_scale(views: list[View]) -> list[View]:
-    """The views, all made as wide and as high as the widest and the highest."""
+    """Enlarge all views to the width of the widest and the height of the highest."""
     width, height = max(v.width for v in views), max(v.height for v in views)
     return [View(v.axes, v.centre, width, height) for v in views]
 
 
 def solid(points: np.ndarray, thing):
-    """The surface of a rigid ``thing`` of ``scenes.motion``, its points (k, 3) [m] being there, as PyVista has it."""
+    """Make the PyVista surface of a rigid ``thing`` of ``scenes.motion`` whose points are at ``points`` (k, 3) [m]."""
     import pyvista
 
     if thing.kind == "sphere":
@@ -74,13 +74,13 @@ def solid(points: np.ndarray, thing):
 
 
 class Stage:
-    """One off-screen window, used again for each picture; a context manager."""
+    """One off-screen window, reused for all pictures; a context manager."""
 
     def __init__(self, width: int, height: int):
         import pyvista
         from vtkmodules.vtkCommonCore import vtkLogger
 
-        # without a display VTK first tries X, says so, and then takes EGL: no news to anybody
+        # without a display VTK first tries X, prints a warning, and then uses EGL
         verbosity = vtkLogger.GetCurrentVerbosityCutoff()
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
         self._pyvista = pyvista
@@ -113,7 +113,7 @@ class Stage:
         return p.screenshot(return_img=True)
 
     def surface(self, nodes, triangles, values, limits, cmap, log=False, edges=False) -> None:
-        """A surface, nodes (n, 3) [m], coloured by one value a node (n,) or, if None, in plain grey."""
+        """Add a surface, nodes (n, 3) [m], coloured by one value per node (n,) or, if None, in plain grey."""
         mesh = self._pyvista.PolyData.from_regular_faces(nodes, triangles)
         colour = {"color": "#d9d4cf"} if values is None else {"scalars": values, "clim": limits, "cmap": cmap}
         self._plotter.add_mesh(
@@ -123,7 +123,7 @@ class Stage:
         )  # fmt: skip
 
     def volume(self, volume) -> None:
-        """A vtkVolume, lit from where the camera is.
+        """Add a vtkVolume, lit from the camera.
 
         Trap: its ray caster takes ambient light from lamps, which have none by default; this stage gets another lamp.
         """
@@ -134,7 +134,7 @@ class Stage:
         self._plotter.add_actor(volume)
 
     def level(self, view: View, mesh, held: np.ndarray) -> np.ndarray:
-        """A picture of ``mesh`` in grey with its edges, and those of the nodes ``held`` that can be seen."""
+        """Render ``mesh`` in grey with its edges, and the nodes of ``held`` on its surface."""
         seen = mesh.nodes[np.intersect1d(held, mesh.surface)]
         return self.picture(
             view,
@@ -145,20 +145,20 @@ class Stage:
         )
 
     def dots(self, points, radius) -> None:
-        """Held nodes, (n, 3) [m], as dark balls."""
+        """Add held nodes, (n, 3) [m], as dark balls."""
         ball = self._pyvista.Sphere(radius=radius, theta_resolution=12, phi_resolution=12)
         glyphs = self._pyvista.PolyData(np.asarray(points)).glyph(geom=ball, scale=False, orient=False)
         self._plotter.add_mesh(glyphs, color="#222222", ambient=0.4)
 
     def rigid(self, points, thing) -> None:
-        """A rigid ``thing`` of ``scenes.motion`` in steel, where its points (k, 3) [m] are."""
+        """Add a rigid ``thing`` of ``scenes.motion`` in steel blue, with its points at ``points`` (k, 3) [m]."""
         look = {"color": "#8fa3b5", "ambient": 0.4, "specular": 0.2}
-        if thing.kind == "floor":  # of one grey, however the light falls on it, that stands out from the page
+        if thing.kind == "floor":  # in one grey, independent of the light, that differs from the page
             look = {"color": "#d3d8dd", "lighting": False}
         self._plotter.add_mesh(solid(points, thing), smooth_shading=thing.kind != "mesh", **look)
 
     def arrow(self, contact, force, normal, length) -> None:
-        """The force at a contact point: its tip touches there if it pushes, its tail if it pulls."""
+        """Add the force at a contact point: the arrow's tip is there for a push, its tail for a pull."""
         direction = np.asarray(force) / np.linalg.norm(force)
         start = contact - length * direction if direction @ normal < 0 else contact
         shape = self._pyvista.Arrow(

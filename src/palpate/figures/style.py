@@ -1,4 +1,4 @@
-"""How every figure looks: fonts, one colour and marker a method, and files that repeat byte for byte."""
+"""Style of all figures: fonts, a colour and marker for each method, and files that repeat byte for byte."""
 
 from dataclasses import dataclass
 from functools import wraps
@@ -44,7 +44,7 @@ INK, FAINT = "#222222", "#9a9a9a"
 
 @dataclass(frozen=True)
 class Look:
-    """What a method is called and drawn as, in every figure and table."""
+    """Label, colour and marker of a method in every figure and table."""
 
     label: str
     colour: str
@@ -57,15 +57,15 @@ WEIGHTS = {
     "nonnegative_b": ("non-negative (b)", "D"),
     "clipped": ("clipped inverse", "^"),
 }
-"""How the blend weights are found: label and marker."""
+"""Label and marker of each way of computing the blend weights."""
 
-# Hues after Okabe and Ito (2008), told apart with any colour vision; within one hue lightness and marker vary
+# Hues after Okabe and Ito (2008), distinguishable with any colour vision; within one hue lightness and marker vary
 FEATURES = {
     "unordered": ("unordered", ("#003f66", "#0072b2", "#3f9bd1", "#8cc4e6")),
     "ordered": ("contact-ordered", ("#8a3c00", "#d55e00", "#ee8742", "#f7b78a")),
     "framed": ("contact-ordered, own frame", ("#7a3b63", "#b8578f", "#cc79a7", "#e3b1cd")),
 }
-"""What the regressors compare: label and one shade for each of WEIGHTS."""
+"""Feature vectors of the regressors: label and one shade for each of WEIGHTS."""
 
 METHODS = {
     f"{features}_{weights}": Look(f"{name}, {how}", shade, marker)
@@ -84,7 +84,7 @@ METHODS = {
     "coarse_fem": Look("coarse FEM", "#bdbdbd", "<"),
     "fine_fem": Look("fine FEM", "#111111", "8"),
 }
-"""Every method that a table may name, in table order."""
+"""Every method that may occur in a table, in table order."""
 
 OPERATIONS = {
     "sorting": "sorting by distance",
@@ -102,12 +102,12 @@ BASELINE = "unordered_nonnegative_a"
 
 
 ALIASES = {"unordered": BASELINE, "contact_ordered": PAPERS}
-"""What enrichment_timing.csv calls the paper's two methods."""
+"""Names of the paper's two methods in enrichment_timing.csv."""
 
 SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(the paper)"}
-"""Names for where there is little room; the paper's two methods by what they are to it."""
+"""Short names for narrow places; the paper's two methods by their role in it."""
 
-# One hue for what holds a body together, another for what acts on it, a third for what takes energy out of it
+# One hue for elastic effects, another for loads and contact, a third for damping
 EFFECTS = {
     "corotational": "#009e73",
     "triangles": "#009e73",
@@ -129,18 +129,18 @@ EFFECTS = {
     "outer_work": "#d55e00",
     "integrator": "#bdbdbd",
 }
-"""The colour of every effect, and of the energies and costs that are no effect's."""
+"""The colour of every effect, and of energies and costs outside effects."""
 
 _OWN_EFFECTS = ("#8b0000", "#5f9ea0", "#bc8f00", "#4b0082", "#708090")
 
 
 def short(method: str) -> str:
-    """A name of at most two lines."""
+    """Return a name of at most two lines."""
     return SHORT.get(ALIASES.get(method, method), look(method).label.replace(" (", "\n("))
 
 
 def look(method: str) -> Look:
-    """The look of a method; InputError for one that has none, so that no figure invents a colour."""
+    """Look up the look of a method; raises InputError for an unknown one, so that no figure invents a colour."""
     try:
         return METHODS[ALIASES.get(method, method)]
     except KeyError:
@@ -148,7 +148,7 @@ def look(method: str) -> Look:
 
 
 def effect_colour(effect: str) -> str:
-    """The colour of an effect; one of five, always the same, for an effect of the user's own."""
+    """Return the colour of an effect; for a user's own effect one of five colours, always the same."""
     return EFFECTS.get(effect) or _OWN_EFFECTS[sum(effect.encode()) % len(_OWN_EFFECTS)]
 
 
@@ -166,7 +166,7 @@ def styled(draw):
 def plain_log(axis) -> None:
     """Label a logarithmic x- or y-axis with plain numbers: decades, or 1, 2, 5 where there are few decades.
 
-    To be called once the limits stand.
+    Call it after the limits are set.
     """
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 60 * low else (1,)))

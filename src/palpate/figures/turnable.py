@@ -1,4 +1,4 @@
-"""Surfaces that a reader turns in the page: positions and colours of every frame, packed small."""
+"""Interactive surfaces that a reader can rotate in the report: compressed positions and colours of every frame."""
 
 import base64
 import json
@@ -16,7 +16,7 @@ from palpate.figures.render import View
 from palpate.files import write_whole
 
 _STEPS = 2**14 - 1  # of the scene's size: 12 µm of 0.2 m, below what a screen can show
-_SHADES = 254  # of the colour map; the last two places of the palette are a thing's steel and a held node's ink
+_SHADES = 254  # of the colour map; the last two colours of the palette are for rigid things and for held nodes
 THING, HELD = 254, 255
 _BYTES = 600_000
 _FRAMES = (60, 40, 20, 10, 4)
@@ -26,9 +26,9 @@ _FRAMES = (60, 40, 20, 10, 4)
 class Turnable:
     """One surface over f frames.
 
-    positions : (f, n, 3) [m]; triangles : (m, 3); shades : (f, n) uint8, places in the palette
-    bare : triangles from this one on are drawn without their edges, as those of rigid things
-    legend : what ``legend`` gives; frames : what else the page says of the frames: their times, or choices among them
+    positions : (f, n, 3) [m]; triangles : (m, 3); shades : (f, n) uint8, indices into the palette
+    bare : triangles from this index on are drawn without edges, as those of rigid things
+    legend : result of ``legend``; frames : further data on the frames for the page: their times, or choices among them
     """
 
     view: View
@@ -41,13 +41,13 @@ class Turnable:
 
 
 def shades(values: np.ndarray, norm: Normalize) -> np.ndarray:
-    """Places in the palette (…,) uint8 of ``values``, those outside the limits at its ends."""
+    """Convert ``values`` to indices into the palette (…,) uint8; values outside the limits get its ends."""
     share = np.clip(np.ma.filled(norm(np.clip(values, norm.vmin, norm.vmax)), 0.0), 0.0, 1.0)
     return np.round(share * (_SHADES - 1)).astype(np.uint8)
 
 
 def legend(label: str, norm: Normalize, colours: str) -> dict:
-    """What the colours mean: label, the palette (256, 3) and ticks (share of the bar, text)."""
+    """Describe the colour scale: label, the palette (256, 3) and ticks (position on the bar from 0 to 1, text)."""
     palette = matplotlib.colormaps[colours](np.linspace(0, 1, _SHADES))[:, :3]
     palette = np.vstack([palette, [0xB3 / 255, 0xBF / 255, 0xCA / 255], [0.2, 0.2, 0.2]])
     locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(4)
@@ -59,19 +59,19 @@ def legend(label: str, norm: Normalize, colours: str) -> dict:
 def write(turnable: Turnable, path: str | Path) -> None:
     """Write JSON that the page's script reads; the same surface gives the same bytes.
 
-    Of a motion, frames are left out, evenly, until the file has at most 0.6 MB: the page holds many.
+    A motion is reduced to fewer, evenly spaced frames until the file has at most 0.6 MB, because a page holds many.
     """
-    told = _json(turnable)
+    text = _json(turnable)
     for count in _FRAMES if "times_s" in turnable.frames else ():
-        if len(told) <= _BYTES:
+        if len(text) <= _BYTES:
             break
-        told = _json(_thinned(turnable, count))
+        text = _json(_thinned(turnable, count))
     with write_whole(path) as part:
-        part.write_text(told, encoding="ascii")
+        part.write_text(text, encoding="ascii")
 
 
 def _thinned(turnable: Turnable, count: int) -> Turnable:
-    """At most ``count`` frames of a motion."""
+    """Keep at most ``count`` frames of a motion."""
     kept = gif.evenly(len(turnable.positions), count)
     times = [turnable.frames["times_s"][i] for i in kept]
     start = int(np.argmin(np.abs(np.array(kept) - turnable.frames["start"])))
@@ -80,7 +80,7 @@ def _thinned(turnable: Turnable, count: int) -> Turnable:
 
 
 def _json(turnable: Turnable) -> str:
-    """Numbers as integers of the bounding cube, each vertex's changes in a row, like bytes together, and deflated."""
+    """Encode positions as integers of the bounding cube, take differences between frames, group bytes and compress."""
     low = turnable.positions.min(axis=(0, 1))
     size = float((turnable.positions.max(axis=(0, 1)) - low).max())
     places = np.round((turnable.positions - low) * (_STEPS / size)).astype(np.int32)
@@ -109,14 +109,14 @@ def _json(turnable: Turnable) -> str:
 
 
 def _changes(values: np.ndarray) -> np.ndarray:
-    """The first frame and then what changes from frame to frame, all of one number side by side; it may wrap."""
+    """Return the first frame and the differences between frames, contiguous per coordinate; integers may wrap."""
     moved = values.copy()
     moved[1:] = values[1:] - values[:-1]
     return np.ascontiguousarray(np.moveaxis(moved, 0, -1))
 
 
 def _planes(values: np.ndarray) -> bytes:
-    """Little-endian integers, their first bytes together, then their second ones, and so on."""
+    """Group the bytes of little-endian integers: all first bytes, then all second ones, and so on."""
     small = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
     return small.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
 

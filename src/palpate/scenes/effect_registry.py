@@ -25,7 +25,8 @@ OTHERS = (
 INTEGRATORS = ("symplectic_euler", "backward_euler", "goal_position")
 
 EFFECTS = {name: f"palpate.effects.{name}" for name in (*ELASTIC, *OTHERS)} | {
-    "contact": "palpate.collision.contact.contact_effect"
+    "shape_matching": "palpate.effects.shape_matching.goal_shapes",
+    "contact": "palpate.collision.contact.contact_effect",
 }
 SOLVERS = {name: f"palpate.solvers.{name}" for name in INTEGRATORS}
 

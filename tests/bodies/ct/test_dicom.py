@@ -9,7 +9,7 @@ import pytest
 from palpate.bodies.ct.image import AIR_HU, read
 from palpate.errors import InputError
 
-SHARED = Path(__file__).parents[2].parent / "shared" / "ct"
+SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
 real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
 
 

@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.ct.image import AIR_HU, Image, read, read_mask
 from palpate.errors import InputError
 
-SHARED = Path(__file__).parents[2].parent / "shared" / "ct"
+SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from palpate.bodies.mesh_quality import quality
 from palpate.bodies.surfaces.tetrahedralize import fill
 from palpate.errors import InputError
 
-SHARED = Path(__file__).parents[2].parent / "shared" / "ct"
+SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
 real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
 ABDOMEN = {"kind": "ct", "image": None, "mask": None, "threshold_hu": [30, 120], "surface_nodes": 140, "snap": False}
 REAL = {"image": SHARED / "ct_liver_crop.nii.gz", "mask": SHARED / "liver_mask_crop.nii.gz"}

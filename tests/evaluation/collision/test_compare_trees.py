@@ -13,7 +13,7 @@ FRAMES = 4
 @pytest.fixture(scope="module")
 def table():
     done = []
-    found = compare_trees.measure(FRAMES, 0, [[1, 1]], seed=1, tell=done.append)
+    found = compare_trees.measure(FRAMES, 0, [[1, 1]], seed=1, report=done.append)
     assert done == list(dict.fromkeys(found["scene"]))
     return found
 
@@ -78,7 +78,7 @@ def test_missed_and_made_up_pairs_are_counted():
 
 def test_a_worn_tree_is_rebuilt_and_still_finds_every_pair():
     scene = random_soup(60, seed=1)
-    ours = compare_trees.Ours("composite", (2, 2), scene.triangles, scene.at(0.0))
+    ours = compare_trees.RefittedTrees("composite", (2, 2), scene.triangles, scene.at(0.0))
     random = np.random.default_rng(0)
     for _ in range(3):
         # every triangle goes somewhere else
@@ -93,7 +93,7 @@ def test_a_worn_tree_is_rebuilt_and_still_finds_every_pair():
 
 def test_one_body_is_searched_against_itself():
     scene = folding_sheet(10)
-    ours = compare_trees.Ours("aabb", None, scene.triangles, scene.at(0.0))
+    ours = compare_trees.RefittedTrees("aabb", None, scene.triangles, scene.at(0.0))
     points = scene.at(0.9)
     ours.update(points)
     found = ours.query()

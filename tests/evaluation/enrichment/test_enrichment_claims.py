@@ -10,7 +10,7 @@ from palpate.evaluation.enrichment.complexity import OPERATIONS, complexity_rows
 from palpate.evaluation.enrichment.enrichment_claims import claims
 from palpate.files import read_yaml
 
-PAPER = read_yaml(Path(__file__).parents[3] / "workflow/report/paper.yaml")
+PAPER = read_yaml(Path(__file__).parents[3] / "workflow/report/enrichment/published.yaml")
 
 
 def accuracy(cylinder, liver):

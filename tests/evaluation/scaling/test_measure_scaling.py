@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.evaluation.scaling import scaling_kernels
-from palpate.evaluation.scaling.measure_scaling import KERNELS, Meter, doubling, measure
+from palpate.evaluation.scaling import scaling_components
+from palpate.evaluation.scaling.measure_scaling import COMPONENTS, Meter, doubling, measure
 from palpate.evaluation.scaling.scaling_growth import LARGEST, exponents
 
 SIZES = {
@@ -27,16 +27,16 @@ STAGES = {
 }
 
 
-@pytest.mark.parametrize("kernel", KERNELS)
-def test_every_kernel_runs_at_its_sizes(kernel):
-    table = measure(kernel, SIZES.get(kernel, [1]))
-    assert list(dict.fromkeys(table["stage"])) == STAGES[kernel]
-    assert len(table) == len(STAGES[kernel]) * len(SIZES.get(kernel, [1]))
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_every_component_runs_at_its_sizes(component):
+    table = measure(component, SIZES.get(component, [1]))
+    assert list(dict.fromkeys(table["stage"])) == STAGES[component]
+    assert len(table) == len(STAGES[component]) * len(SIZES.get(component, [1]))
     assert (table["seconds"] > 0).all() and (table["memory_mb"] >= 0).all()
-    if kernel == "fem":
+    if component == "fem":
         assert list(table["size"].unique()) == [628 * 8, 628 * 64]
-    elif kernel in SIZES:
-        assert np.allclose(table["size"].unique(), SIZES[kernel], rtol=0.1)
+    elif component in SIZES:
+        assert np.allclose(table["size"].unique(), SIZES[component], rtol=0.1)
 
 
 def test_the_largest_body_has_more_than_2_4_million_tetrahedra():
@@ -56,11 +56,11 @@ def test_the_press_is_solved():
 
         often = once
 
-    scaling_kernels.fem(1, Keep())
+    scaling_components.fem(1, Keep())
     body, solution = found["mesh"], found["respond"]
-    assert solution.history[-1] <= scaling_kernels.TOLERANCE
+    assert solution.history[-1] <= scaling_components.TOLERANCE
     peak = np.linalg.norm(solution.x - body.fine.nodes, axis=1).max()
-    wanted = scaling_kernels.PEAK_OF_SIZE * body.fine.size
+    wanted = scaling_components.PEAK_OF_SIZE * body.fine.size
     assert 0.7 * wanted < peak < 2.0 * wanted  # a finer mesh is softer
 
 
@@ -79,7 +79,7 @@ def test_exponents_are_those_of_the_largest_sizes():
     sizes = np.array([10, 100, 1000, 10_000, 100_000])
     seconds = 1e-6 * sizes**1.5
     seconds[0] = 1.0  # an overhead that only the smallest sizes show
-    table = pd.DataFrame({"kernel": "k", "stage": "s", "size": sizes, "seconds": seconds, "memory_mb": 1e-2 * sizes})
+    table = pd.DataFrame({"component": "k", "stage": "s", "size": sizes, "seconds": seconds, "memory_mb": 1e-2 * sizes})
     found = exponents(table).iloc[0]
     assert LARGEST == 4
     assert found["seconds_exponent"] == pytest.approx(1.5)

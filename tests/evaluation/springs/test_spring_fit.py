@@ -125,7 +125,7 @@ def test_references_are_read_as_they_were_written(references, tmp_path):
     [
         ({"young_pa": [3000, 300]}, r"calibration\.young_pa is from 3000 to 300 Pa"),
         ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"calibration\.key_points_m\[0\] is .* outside the mesh"),
-        ({"duration_s": 1e-5}, r"calibration\.duration_s is 1e-05 s and a step 0\.0004 s; give the time of one step"),
+        ({"duration_s": 1e-5}, r"calibration\.duration_s is 1e-05 s and a step 0\.0004 s; set it to at least one step"),
         ({"step_s": 0.01}, r"calibration\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
     ],
 )

@@ -18,7 +18,7 @@ def test_a_cell_for_each_run_in_its_outcomes_colour(hard_cases_table):
 
 
 def test_families_that_were_not_tried_leave_no_room(hard_cases_table):
-    assert len(hard_cases.draw(hard_cases_table[hard_cases_table["family"] == "kernel"]).axes) == 1
+    assert len(hard_cases.draw(hard_cases_table[hard_cases_table["family"] == "enrichment"]).axes) == 1
 
 
 def test_an_unknown_outcome_has_no_colour(hard_cases_table):

@@ -6,15 +6,15 @@ from palpate.figures import style
 from palpate.figures.scaling import scaling
 
 
-def test_each_kernel_has_a_panel_with_exponents(scaling_table, tmp_path):
+def test_each_component_has_a_panel_with_exponents(scaling_table, tmp_path):
     figure = scaling.draw(scaling_table)
     titles = [axis.get_title(loc="left") for axis in figure.axes if axis.lines]
-    assert titles == [*(title for title, _, _ in scaling.KERNELS.values()), "memory"]
+    assert titles == [*(title for title, _, _ in scaling.COMPONENTS.values()), "memory"]
     texts = [t.get_text() for t in figure.findobj(matplotlib.text.Text)]
-    assert texts.count("respond: n$^{1.07}$") == len(scaling.KERNELS)
+    assert texts.count("respond: n$^{1.07}$") == len(scaling.COMPONENTS)
     style.save(figure, tmp_path / "scaling")
 
 
-def test_a_kernel_may_be_missing(scaling_table):
-    figure = scaling.draw(scaling_table[scaling_table["kernel"] != "samples"])
+def test_a_component_may_be_missing(scaling_table):
+    figure = scaling.draw(scaling_table[scaling_table["component"] != "samples"])
     assert "enrichment, samples" not in [axis.get_title(loc="left") for axis in figure.axes]

@@ -1,4 +1,4 @@
-"""What an instrument feels, drawn."""
+"""The force on an instrument is drawn over time and depth."""
 
 import numpy as np
 import pandas as pd
@@ -32,9 +32,9 @@ def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, t
     other = felt.assign(scene="other", instrument="hook")
     figure = contact_force.draw(pd.concat([felt, plate, other]), scene="palpation")
     titles = [axis.get_title(loc="left") for axis in figure.axes]
-    assert [title for title in titles if "feels" in title] == [
-        "palpation: what the finger feels",
-        "palpation: what the plate feels; it has no depth here",
+    assert [title for title in titles if "force on" in title] == [
+        "palpation: force on the finger",
+        "palpation: force on the plate, which has no depth",
     ]
     assert figure.axes[0].lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
     assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
@@ -43,7 +43,7 @@ def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, t
         assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
 
 
-def test_a_scene_in_which_nothing_is_felt_says_so(felt, tmp_path):
+def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
     felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
     empty = tables.read(tmp_path / "contact_force.csv", rows=False)
     for table in (felt, empty):

@@ -27,7 +27,7 @@ def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
     assert (len(press.lines), len(sag.lines)) == (6, 6)
     np.testing.assert_allclose(press.lines[2].get_ydata()[-1], -0.5)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "springs, corotational" in labels and "gravity" in labels and "sum − work from outside" in labels
+    assert "springs, corotational" in labels and "gravity" in labels and "sum − external work" in labels
     style.save(figure, tmp_path / "energy")
 
 

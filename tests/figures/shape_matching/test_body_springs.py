@@ -12,4 +12,4 @@ def test_every_case_is_named_with_its_share_of_moved_nodes(soft_body_results):
     assert len(labels) == 3
     held = table[(table["case"] == "none") & (table["phase"] == "hold") & (table["time_s"] == 1.0)]
     share = held["moved"].sum() / held["nodes"].sum()
-    assert labels[0].startswith(f"surface springs alone\n{100 * share:.0f} % of nodes moved")
+    assert labels[0].startswith(f"surface springs only\n{100 * share:.0f} % of nodes moved")

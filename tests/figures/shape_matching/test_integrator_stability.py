@@ -5,7 +5,7 @@ from fixtures.drawn import texts
 from palpate.figures.shape_matching import integrator_stability
 
 
-def test_the_step_at_which_it_blows_up_is_named(soft_body_results):
+def test_the_step_at_which_it_becomes_unstable_is_named(soft_body_results):
     table = soft_body_results["integrator_stability"]
     written = "\n".join(texts(integrator_stability.draw(table)))
     assert f"from {table['blow_up_measured'].min():.4f} (stated limit 2.0000)" in written

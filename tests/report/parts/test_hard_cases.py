@@ -10,5 +10,5 @@ def test_sentences_count_outcomes(hard_cases_table):
     )
     assert found["hard_cases_outcomes"] == "2 stable, 1 refused, 1 nan, 1 wrong"
     assert found["hard_cases_locking"].replace("\u00a0", " ") == "40 % level 0, 4 % level 2 softer"
-    untried = hard_cases_numbers.numbers({"hard_cases": hard_cases_table[hard_cases_table["family"] == "kernel"]})
+    untried = hard_cases_numbers.numbers({"hard_cases": hard_cases_table[hard_cases_table["family"] == "enrichment"]})
     assert untried["hard_cases_locking"] == "not run"

@@ -17,7 +17,7 @@ def test_the_caption_names_the_largest_body(scaling_table):
 def test_one_core_has_no_speed_up(scaling_table):
     assert (
         scaling_numbers.numbers(
-            {"scaling": scaling_table[(scaling_table["kernel"] != "cores") | (scaling_table["size"] == 1)]}
+            {"scaling": scaling_table[(scaling_table["component"] != "cores") | (scaling_table["size"] == 1)]}
         )["scaling_cores"]
         == "there is one core only"
     )

@@ -15,7 +15,9 @@ def test_sentences_come_from_the_tables(spring_results):
     # -0.03 - 0.5 (1 - i/10) is above -0.066 at i = 10 only
     assert found["spring_passed"].startswith("after 11 s (springs alone)")
     assert found["spring_smooth"] == "top 4.5 %, left 14 %, front 14 %"
-    ways = "gradient by the adjoint ({0}), gradient, moduli kept alike ({0})"  # 3 and 4.5 %, others three times as much
+    ways = (
+        "gradient by the adjoint ({0}), gradient, regularised moduli ({0})"  # 3 and 4.5 %, others 3 times
+    )
     forces = ("springs alone", "springs and volume force")
     assert found["spring_met"] == ", ".join(ways.format(force) for force in forces)
     assert found["spring_all"] == "top 4 %, left 4 %, front 4 %"

@@ -1,14 +1,15 @@
-"""Which triangles cross, found without any tree: sorted boxes, then the exact test on each pair that overlaps."""
+"""Crossing triangles without any tree: sorted boxes, then the exact test on each pair of boxes that overlaps."""
 
 import numba
 import numpy as np
 
 
 def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
-    """Sorted pairs (k, 2) int64 of crossing triangles: of two bodies, or i < j of one with itself.
+    """Find the crossing triangles of two bodies, or of one with itself, as sorted pairs (k, 2) int64.
 
     points : (n, 3) [m], triangles : (m, 3) int64, one or two of each
-    One body's triangles that share a node are left out. Closed triangles as in ``collision.triangle_pairs``.
+    Pairs of one body have i < j, and triangles that share a node are left out. Triangles are closed, as in
+    ``collision.triangles.triangle_pairs``.
     """
     from palpate.collision.triangles.triangle_pairs import crosses
 
@@ -21,23 +22,26 @@ def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarra
 
 
 def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
-    """Sorted pairs (k, 2) int64 of triangles whose closed boxes meet, in every axis; i < j of one body with itself."""
+    """Find the triangles whose closed boxes overlap, as sorted pairs (k, 2) int64; i < j for one body with itself."""
     corners = [at[cells] for at, cells in zip(points, triangles, strict=True)]
     axis = int(np.argmax(np.std(np.concatenate(points), axis=0)))
     one, other = _sorted_boxes(corners[0], axis), _sorted_boxes(corners[-1], axis)
     found = [_begin_within(*one, *other, True)]
-    # a body's boxes that begin within each other are found in one go
+    # for one body a single pass finds all pairs
     found += [_begin_within(*other, *one, False)[:, ::-1]] if len(triangles) == 2 else []
     pairs = np.concatenate(found)
     if len(triangles) == 1:
         pairs = np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1)
     count = len(corners[-1])
-    # one number a pair: a body's own pairs are found twice where boxes begin at the same place
+    # one number for each pair: pairs of one body are found twice where boxes begin at the same coordinate
     return np.column_stack(np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count))
 
 
 def _sorted_boxes(corners: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Boxes (m, 6) of triangles (m, 3, 3), sorted by where they begin along ``axis``, which comes first; the order."""
+    """Return the boxes (m, 6) of triangles (m, 3, 3), sorted by their lower end along ``axis``, and the order (m,).
+
+    The coordinate along ``axis`` comes first in each box.
+    """
     turned = np.roll(corners, -axis, axis=2)
     boxes = np.hstack([turned.min(axis=1), turned.max(axis=1)])
     order = np.argsort(boxes[:, 0], kind="stable")
@@ -46,7 +50,7 @@ def _sorted_boxes(corners: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarra
 
 @numba.njit(cache=True)
 def _begin_within(boxes, order, others, other_order, closed):
-    """Pairs of which the second box begins where the first one stretches: at its very beginning too if ``closed``."""
+    """Find the pairs whose second box begins inside the first along axis 0, or at its lower end too if ``closed``."""
     found = np.empty((1024, 2), np.int64)
     count, first = 0, 0
     for i in range(len(boxes)):

@@ -1,4 +1,4 @@
-"""Paper 3 on its composite tree: as fast as between sphere and AABB trees, and about as precise as AABB trees."""
+"""Paper 3's claims on its composite tree: query time between sphere and AABB trees, precision near AABB trees."""
 
 import numpy as np
 import pandas as pd
@@ -6,21 +6,21 @@ import pandas as pd
 from palpate.evaluation.enrichment.enrichment_claims import Claim
 
 TIED = 0.05
-"""Times that differ by less than this much are on a par: repeated runs differ by as much."""
+"""Relative difference below which two times count as equal: repeated runs differ by as much."""
 NEAR = 0.25
-"""How many more false pairs than the AABB tree's count as near it."""
+"""Relative excess of false pairs over the AABB tree that still counts as near it."""
 
 
 def claims(collision: pd.DataFrame) -> pd.DataFrame:
-    """Rows of collision_claims.csv: each composite tree on each scene, and on all (geometric means).
+    """Compute the rows of collision_claims.csv: each composite tree on each scene, and on all (geometric means).
 
-    collision : the table of this name. Time is that of a query, the part that the paper compares. False pairs are
-    those passed to the triangle test that do not cross, counted from 1 so that none is not infinitely good.
+    collision : the table of this name. The time is that of a query, which is the part that the paper compares. False
+    pairs are those that reach the triangle test but do not cross, counted from 1, so that geometric means exist.
     """
-    ours = collision[~collision["rival"].astype(bool)].fillna({"depths": ""})
-    ours = ours.assign(false_pairs=1 + ours["triangle_tests"] - ours["pairs"])
-    whole = ours.groupby(["structure", "depths"], sort=False)[["query_ms", "false_pairs"]].agg(_geometric)
-    places = {scene: rows.set_index(["structure", "depths"]) for scene, rows in ours.groupby("scene", sort=False)}
+    tested = collision[~collision["rival"].astype(bool)].fillna({"depths": ""})
+    tested = tested.assign(false_pairs=1 + tested["triangle_tests"] - tested["pairs"])
+    whole = tested.groupby(["structure", "depths"], sort=False)[["query_ms", "false_pairs"]].agg(_geometric)
+    places = {scene: rows.set_index(["structure", "depths"]) for scene, rows in tested.groupby("scene", sort=False)}
     found = []
     for place, rows in {"all scenes": whole, **places}.items():
         for depths in [depths for structure, depths in rows.index if structure == "composite"]:
@@ -31,18 +31,18 @@ def claims(collision: pd.DataFrame) -> pd.DataFrame:
 
 
 def _of(place: str, depths: str, sphere: pd.Series, composite: pd.Series, aabb: pd.Series) -> list[Claim]:
-    """Both claims about one composite tree."""
+    """Evaluate both claims for one composite tree."""
     ends = sorted([sphere["query_ms"], aabb["query_ms"]])
     between = ends[0] * (1 - TIED) <= composite["query_ms"] <= ends[1] * (1 + TIED)
     near = composite["false_pairs"] <= (1 + NEAR) * aabb["false_pairs"]
-    times, wrong = (
+    times, false_pairs = (
         f"sphere {sphere[key]:.3g}{unit}, composite {composite[key]:.3g}{unit}, AABB {aabb[key]:.3g}{unit}"
         for key, unit in (("query_ms", " ms"), ("false_pairs", ""))
     )
     name = f"composite {depths}, {place}"
     return [
         Claim(f"query time ({name})", "between sphere and AABB", times, _verdict(between)),
-        Claim(f"false pairs ({name})", "near AABB", wrong, _verdict(near)),
+        Claim(f"false pairs ({name})", "near AABB", false_pairs, _verdict(near)),
     ]
 
 

@@ -1,15 +1,18 @@
-"""What the table of collision's scaling says: how each stage grows with triangles."""
+"""Exponents of collision_scaling.csv: the growth of each stage with the number of triangles."""
 
 import numpy as np
 import pandas as pd
 
 STAGES = ("build_ms", "refit_ms", "query_ms")
 FEWEST = 5000
-"""Triangles from which on exponents are fitted: with fewer, what it takes to call the kernels shows in them."""
+"""Least number of triangles for the fit of exponents: below it the cost of calling compiled functions matters."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Slopes of log time over log triangles from FEWEST triangles on: structure, depths, rival, one column a stage."""
+    """Fit the slopes of log time over log triangles, from FEWEST triangles on.
+
+    The columns are structure, depths, rival and one for each of STAGES.
+    """
     kept = table[table["triangles"] >= FEWEST]
     rows = []
     for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):

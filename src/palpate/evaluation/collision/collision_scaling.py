@@ -1,4 +1,4 @@
-"""How building, refitting and querying grow with the number of triangles."""
+"""Times of building, refitting and querying bounding trees over the number of triangles."""
 
 from collections.abc import Callable
 
@@ -12,10 +12,12 @@ from palpate.evaluation.collision.deforming_surfaces import crossing_waves
 FRAMES = 3
 
 
-def measure(triangles: list[int], depths: list[list[int]], tell: Callable) -> pd.DataFrame:
-    """Rows of collision_scaling.csv: two crossing sheets of together about so many ``triangles``, in three frames.
+def measure(triangles: list[int], depths: list[list[int]], report: Callable) -> pd.DataFrame:
+    """Measure the rows of collision_scaling.csv on two crossing sheets, in FRAMES frames for each size.
 
-    Medians of processor time on one thread, of both trees; tell : gets each number of triangles that is done
+    triangles : approximate numbers of triangles of both sheets together; depths : as in ``compare_trees.contenders``
+    report : called with each number of triangles that is done
+    Times are medians of processor time on one thread, for both trees together.
     """
     rows = []
     first = crossing_waves(0)
@@ -28,14 +30,14 @@ def measure(triangles: list[int], depths: list[list[int]], tell: Callable) -> pd
         for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
             row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}
             rows.append(row | _times(make, scene.triangles, points) | {"threads": 1})
-        tell(number)
+        report(number)
     return pd.DataFrame(rows)
 
 
 def _times(make: Callable, triangles: list[np.ndarray], points: list[np.ndarray]) -> dict[str, float]:
     built, one = timed(make, triangles, points[0])
     taken = []
-    # without a refit every frame is a build, and the first tells what that takes
+    # without a refit every frame is a build, which the first call has timed
     for at in points:
         update = timed(one.update, at)[0] if one.refits else np.nan
         query, pairs = timed(one.query)

@@ -1,4 +1,4 @@
-"""What each bounding structure costs on deforming scenes, and whether it finds every crossing pair of triangles."""
+"""Cost of each bounding structure on deforming scenes, and its missed or false pairs of crossing triangles."""
 
 import time
 from collections.abc import Callable
@@ -13,14 +13,14 @@ from palpate.evaluation.collision.rival_trees import installed
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
 BLOCK = 10
-"""Frames that a structure computes in a row, so that its memory is warm, before the next takes its turn."""
+"""Consecutive frames of one structure, so that its memory is in the cache, before the next structure runs."""
 RIVALS_EVERY = 4
-"""Rivals compute each fourth frame only: building their trees takes most of the time."""
+"""Rivals compute every fourth frame only, because building their trees takes most of the time."""
 BUILDS = 3
 
 
-class Ours:
-    """One of our structures at its work: built once, then refitted, and rebuilt when it says that it is worn."""
+class RefittedTrees:
+    """Trees of palpate: built once, then refitted, and rebuilt when a tree reports that its quality has fallen."""
 
     refits = True
 
@@ -32,7 +32,7 @@ class Ours:
         self.rebuilds = 0
 
     def update(self, points: list[np.ndarray]) -> None:
-        """Follow the triangles to their new ``points``, (n, 3) [m] of each body."""
+        """Refit the trees to the new ``points`` of each body, (n, 3) [m]; rebuild those that are worn."""
         for tree, moved in zip(self.trees, points, strict=True):
             tree.refit(moved)
             if tree.worn:
@@ -40,7 +40,7 @@ class Ours:
                 self.rebuilds += 1
 
     def query(self) -> np.ndarray:
-        """The crossing pairs, (k, 2) int64; what they took stands in ``counts``."""
+        """Return the crossing pairs, (k, 2) int64, and keep the numbers of tests in ``counts``."""
         from palpate.collision.trees.tree_query import crossing_pairs
 
         pairs, self.counts = crossing_pairs(*self.trees)
@@ -48,29 +48,30 @@ class Ours:
 
 
 def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, str, bool], Callable]:
-    """How to make each one from triangles and points, by structure, depths ("upper/middle") and whether it is a rival.
+    """Return the constructors of all structures by structure, depths ("upper/middle") and whether it is a rival.
 
     depths : layers of spheres, and of spheres and AABBs, of every composite tree
+    A constructor takes the triangles and points of the bodies.
     """
-    ours = {(name, "", False): partial(Ours, name, None) for name in PURE}
-    ours |= {("composite", f"{u}/{m}", False): partial(Ours, "composite", (u, m)) for u, m in depths}
+    found = {(name, "", False): partial(RefittedTrees, name, None) for name in PURE}
+    found |= {("composite", f"{u}/{m}", False): partial(RefittedTrees, "composite", (u, m)) for u, m in depths}
     rivals = installed()[0] if with_rivals else {}
-    return ours | {(name, "", True): kind for name, kind in rivals.items()}
+    return found | {(name, "", True): kind for name, kind in rivals.items()}
 
 
-def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, tell: Callable) -> pd.DataFrame:
-    """Rows of collision.csv: one a scene and structure, medians over its frames, of processor time on one thread.
+def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, report: Callable) -> pd.DataFrame:
+    """Measure the rows of collision.csv: one for each scene and structure.
 
-    frames : of each scene; refinements : of the livers; tell : gets the name of each scene that is done
-    build_ms and refit_ms are of all trees of the scene, refit_ms including the rebuilding of worn ones (``rebuilds``
-    of them in all frames); frame_ms : refit, or build where there is none, and query together. missed_pairs and
-    extra_pairs : in all frames together, against ``collision_truth.crossing``. Rivals have no self-collision, so
-    they are left out where a body meets itself.
+    frames : of each scene; refinements : of the livers; report : called with the name of each scene that is done
+    Times are medians over frames of processor time on one thread. build_ms and refit_ms cover all trees of the scene,
+    refit_ms includes rebuilding worn trees (``rebuilds`` in all frames). frame_ms : query and refit together, or query
+    and build where there is no refit. missed_pairs and extra_pairs : sums over all frames, against
+    ``brute_force.crossing``. Rivals have no self-collision, so they are left out where a body collides with itself.
     """
     tables = []
     for scene in scenes(refinements, seed):
         tables.append(_scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2)))
-        tell(scene.name)
+        report(scene.name)
     return pd.DataFrame([row for rows in tables for row in rows])
 
 
@@ -93,15 +94,15 @@ def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
 
 
 class _Run:
-    """One contender in one scene: what its frames took, and where it was wrong."""
+    """One contender in one scene: its times, and its missed and extra pairs."""
 
     def __init__(self, make: Callable, triangles: list[np.ndarray], start: list[np.ndarray]):
         self._count = len(triangles[-1])
         self._one = make(triangles, start)
         self._one.update(start)
-        self._one.query()  # kernels are compiled by now
+        self._one.query()  # compiles before anything is timed
         self._built = [timed(make, triangles, start)[0] for _ in range(BUILDS)]
-        self._frames, self._wrong = [], []
+        self._frames, self._misjudged = [], []
 
     def frame(self, points: list[np.ndarray], true: np.ndarray) -> None:
         update, _ = timed(self._one.update, points)
@@ -110,11 +111,11 @@ class _Run:
         tests = (counts.node_tests, counts.triangle_tests) if counts else (np.nan, np.nan)
         self._frames.append((update, query, update + query, *tests, len(pairs)))
         found, wanted = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
-        self._wrong.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
+        self._misjudged.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
 
     def row(self) -> dict:
         update, query, whole, nodes, tests, pairs = np.median(self._frames, axis=0)
-        missed, extra = np.sum(self._wrong, axis=0)
+        missed, extra = np.sum(self._misjudged, axis=0)
         refits = self._one.refits
         return {
             "build_ms": float(np.median(self._built)) if refits else update,
@@ -133,7 +134,7 @@ class _Run:
 
 
 def timed(call: Callable, *given) -> tuple[float, object]:
-    """Milliseconds of this thread that a call takes, which leave out what else the machine does; and what it gives."""
+    """Time a call in milliseconds of this thread's processor time, without other processes; return time and result."""
     start = time.thread_time()
     result = call(*given)
     return 1e3 * (time.thread_time() - start), result

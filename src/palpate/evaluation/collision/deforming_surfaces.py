@@ -1,4 +1,4 @@
-"""Deforming scenes in closed form, on which bounding structures are compared: no simulation, the same every time."""
+"""Deforming scenes in closed form for the comparison of bounding structures, without any simulation."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -14,13 +14,13 @@ from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangu
 TURN = 2 * np.pi
 LENGTH_M = 0.2
 SOUP_GRID = 512
-"""Soup lies on points a 512th of the unit cube apart, so that vertices, edges and planes often touch exactly."""
+"""Grid intervals per unit length: the soup's vertices lie on this grid, so that they often touch exactly."""
 
 
 class Moving(NamedTuple):
-    """One body that may meet itself, or two that may meet each other.
+    """One body that may collide with itself, or two that may collide with each other.
 
-    triangles : (m, 3) int64 of each; at : the points (n, 3) [m] of each at a time from 0 to 1
+    triangles : (m, 3) int64 of each body; at : function of a time from 0 to 1 that gives the points (n, 3) [m] of each
     """
 
     name: str
@@ -29,7 +29,7 @@ class Moving(NamedTuple):
 
 
 def scenes(refinements: int, seed: int) -> list[Moving]:
-    """The four scenes; a liver has 276 · 4^``refinements`` triangles, and the others are about as fine."""
+    """Return the four scenes; a liver has 276 · 4^``refinements`` triangles, and the others are about as fine."""
     return [
         two_livers(refinements),
         instrument_press(refinements),
@@ -39,14 +39,14 @@ def scenes(refinements: int, seed: int) -> list[Moving]:
 
 
 def liver_surface(refinements: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) [m] and triangles (276 · 4^refinements, 3) of the liver's surface."""
+    """Return the points (n, 3) [m] and triangles (276 · 4^refinements, 3) of the liver's surface."""
     body = nest("liver", liver(LENGTH_M), refinements, np.array([0]), Material(3000.0, 0.3, 1000.0))
     particles = particles_of(body, refinements, surface=True)
     return particles.nodes, particles.triangles
 
 
 def two_livers(refinements: int) -> Moving:
-    """Two livers that wobble, turn and press into each other."""
+    """Make two livers that oscillate, rotate and press into each other."""
     rest, triangles = liver_surface(refinements)
 
     def at(time: float) -> list[np.ndarray]:
@@ -59,12 +59,12 @@ def two_livers(refinements: int) -> Moving:
 
 
 def _wobble(rest: np.ndarray, time: float) -> np.ndarray:
-    """Waves of 0.1 m along each axis, moving each point by up to 4 mm across them."""
+    """Add transverse waves of length 0.1 m and amplitude 4 mm along each axis."""
     return rest + 0.004 * np.sin(TURN * (rest[:, [1, 2, 0]] / 0.1 + 2 * time))
 
 
 def instrument_press(refinements: int) -> Moving:
-    """A rigid capsule drawn over the liver and pressed in; the tissue gives way a little less than it should."""
+    """Make a rigid capsule that moves over the liver and presses in, while the tissue moves by 80 % of the depth."""
     rest, triangles = liver_surface(refinements)
     capsule, sides = _capsule(80 * 4**refinements, radius_m=0.012, length_m=0.08)
     upper = rest[rest[:, 2] > 0]
@@ -82,7 +82,7 @@ def instrument_press(refinements: int) -> Moving:
 
 
 def _capsule(count: int, radius_m: float, length_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """A capsule of about 2 ``count`` triangles, standing with its lowest point at the origin."""
+    """Make an upright capsule of about 2 ``count`` triangles with its lowest point at the origin."""
     sphere = fibonacci_sphere(count)
     points = radius_m * sphere + [0.0, 0.0, radius_m]
     points[sphere[:, 2] > 0, 2] += length_m
@@ -90,7 +90,7 @@ def _capsule(count: int, radius_m: float, length_m: float) -> tuple[np.ndarray, 
 
 
 def folding_sheet(divisions: int) -> Moving:
-    """A rippled sheet of 2 ``divisions``² triangles, folded over its middle until its halves cross each other."""
+    """Make a rippled sheet of 2 ``divisions``² triangles that folds at its middle until its halves cross."""
     mesh = sheet([0.3, 0.3], [divisions, divisions], 0.001)
     along, place = np.unique(mesh.nodes[:, 0], return_inverse=True)
     y = mesh.nodes[:, 1]
@@ -112,9 +112,9 @@ def _direction(angle: np.ndarray) -> np.ndarray:
 
 
 def random_soup(count: int, seed: int) -> Moving:
-    """Two clouds of ``count`` loose triangles each in a unit cube, every one drifting its own way.
+    """Make two clouds of ``count`` separate triangles each in a unit cube, every triangle with a drift of its own.
 
-    One in ten is a segment and one in ten a point; all vertices keep to SOUP_GRID.
+    One in ten is a segment and one in ten a point; all vertices lie on a grid of SOUP_GRID intervals per unit.
     """
     random = np.random.default_rng(seed)
     size = 1.2 * count ** (-1 / 3)
@@ -135,7 +135,7 @@ def random_soup(count: int, seed: int) -> Moving:
 
 
 def crossing_waves(triangles: int) -> Moving:
-    """Two sheets of together about ``triangles`` triangles, whose waves run across each other: for scaling."""
+    """Make two sheets of together about ``triangles`` triangles with perpendicular waves, for scaling."""
     divisions = max(2, round(np.sqrt(triangles / 4)))
     mesh = sheet([1.0, 1.0], [divisions, divisions], 0.001)
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]

@@ -1,15 +1,15 @@
-"""python-fcl and coal at the same work: bounding trees of deforming triangles, and their crossing pairs."""
+"""Bounding trees of python-fcl and coal on deforming triangles, and their crossing pairs."""
 
 from importlib.util import find_spec
 
 import numpy as np
 
 EVERY = 10**9
-"""More pairs than there are: both stop at the first few unless they are told otherwise."""
+"""Upper limit of pairs, never reached: by default both packages stop after a few pairs."""
 
 
 def installed() -> tuple[dict[str, type], list[str]]:
-    """The rivals that can be imported, by the name of their structure, and the packages that cannot."""
+    """Return the rivals that can be imported, by the name of their structure, and the packages that cannot."""
     packages = {"fcl": {"obb_rss_fcl": Fcl}, "coal": {"obb_coal": Coal, "obb_coal_refit": CoalRefit}}
     missing = [package for package in packages if find_spec(package) is None]
     found = [kinds for package, kinds in packages.items() if package not in missing]
@@ -17,9 +17,9 @@ def installed() -> tuple[dict[str, type], list[str]]:
 
 
 class Fcl:
-    """python-fcl, which offers OBB-RSS trees and no refit: built anew every frame.
+    """Trees of python-fcl: OBB-RSS, without refit, rebuilt in every frame.
 
-    Like ``Coal``: without contact points (``enable_contact``), which cost time and are not asked for here.
+    As in ``Coal``, contact points (``enable_contact``) are not computed: they cost time and are not needed here.
     """
 
     refits = False
@@ -41,14 +41,14 @@ class Fcl:
             self._objects.append(self._fcl.CollisionObject(model, self._fcl.Transform()))
 
     def query(self) -> np.ndarray:
-        """The crossing pairs, (k, 2) int64 in its own order."""
+        """Return the crossing pairs, (k, 2) int64, unsorted."""
         asked, found = self._fcl.CollisionRequest(num_max_contacts=EVERY), self._fcl.CollisionResult()
         self._fcl.collide(*self._objects, asked, found)
         return np.array([(contact.b1, contact.b2) for contact in found.contacts], dtype=np.int64).reshape(-1, 2)
 
 
 class Coal:
-    """Coal with OBB trees (its OBB-RSS take longer to build and to query), built anew every frame."""
+    """Trees of coal: OBB (its OBB-RSS take longer to build and to query), rebuilt in every frame."""
 
     refits = False
 
@@ -74,7 +74,7 @@ class Coal:
     update = _build
 
     def query(self) -> np.ndarray:
-        """The crossing pairs, (k, 2) int64 in its own order."""
+        """Return the crossing pairs, (k, 2) int64, unsorted."""
         self._found.clear()
         one, other = self._models
         self._coal.collide(one, self._here, other, self._here, self._asked, self._found)
@@ -83,7 +83,7 @@ class Coal:
 
 
 class CoalRefit(Coal):
-    """Coal with the same trees refitted bottom-up, which takes it a fifth of the time of top-down."""
+    """Trees of coal, refitted bottom-up, which takes a fifth of the time of its top-down refit."""
 
     refits = True
 
@@ -91,7 +91,7 @@ class CoalRefit(Coal):
         super().__init__(triangles, points)
         self._filled = []
         for moved in points:
-            # handing points over one by one costs more than the refit, so the counted ones are always the same
+            # passing points one by one costs more than the refit, so the same points are passed in every frame
             # and the new ones are written into the model's own array
             self._filled.append(self._coal.StdVec_Vec3s())
             self._filled[-1].extend(list(moved))

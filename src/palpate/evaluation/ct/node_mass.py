@@ -1,4 +1,4 @@
-"""Masses of an organ's nodes from its CT, over meshes of rising resolution (paper 2, its claims on masses)."""
+"""Masses of an organ's nodes from its CT, over meshes of increasing resolution (paper 2, claims on masses)."""
 
 from collections.abc import Sequence
 
@@ -12,15 +12,15 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.tetrahedralize import fill
 from palpate.errors import InputError
 
-_MORE = (1.0, 1.1, 1.2)  # times that, where a thin organ cannot be had otherwise
+_MORE = (1.0, 1.1, 1.2)  # factors of the surface nodes, tried in turn for thin organs
 
 
 def measure(name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[int], progress=iter) -> pd.DataFrame:
-    """Rows of node_mass.csv, one a resolution, the coarsest first.
+    """Compute the rows of node_mass.csv, one for each resolution, from coarse to fine.
 
     mask : the organ of the body ``name``, (nz, ny, nx) bool; surface_nodes : the resolutions, wrapped by ``progress``
-    mean_density_kg_m3 is the total mass over the mesh's volume; deviation_from_voxels is the total mass against
-    the sum over the mask's voxels, as a share of that sum; raw_deviation the same without regard to the organ's rim.
+    mean_density_kg_m3 : total mass / the mesh's volume; deviation_from_voxels : relative deviation of the total mass
+    from the sum over the mask's voxels; raw_deviation : the same without the correction at the organ's rim.
     Every mesh encloses the volume of the voxels. Raises InputError if the organ cannot be meshed.
     """
     voxels = voxel_mass(image, mask)
@@ -48,7 +48,7 @@ def measure(name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[i
 
 
 def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
-    """A mesh of about ``wanted`` surface nodes; of a few more if its surface would cut through itself."""
+    """Make a mesh of about ``wanted`` surface nodes, or of a few more if its surface would intersect itself."""
     for more in _MORE:
         try:
             return fill(*surface(mask, image, round(more * wanted)), source=image.source)

@@ -31,7 +31,7 @@ def claims(
 ) -> pd.DataFrame:
     """Rows of claims.csv from the other tables; only bodies that the paper has are looked at.
 
-    paper : its numbers, as in workflow/report/paper.yaml
+    paper : its numbers, as in workflow/report/enrichment/published.yaml
     """
     terms = {"protocol": "paper", "split": "samples"}
     found = [

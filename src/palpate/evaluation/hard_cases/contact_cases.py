@@ -1,4 +1,4 @@
-"""Hard cases of contact: touches, falls and stacks in which bodies may end up in each other."""
+"""Hard cases of contact: touches, falls and stacks in which bodies may penetrate each other."""
 
 from dataclasses import replace
 
@@ -18,14 +18,14 @@ ERLEBEN = "Erleben 2018"
 SOLIDS = (*FEM, *SPRINGS, "shapes_linear")
 ALL = (*SOLIDS, *EXPLICIT)
 GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
-CROSSING = "pairs of triangles of different pieces that cross, in all frames"
-BELOW = "how far the lowest node of the surface ever is below the floor, in the body's size"
+CROSSING = "pairs of crossing triangles of different pieces, summed over all frames"
+BELOW = "largest depth of a surface node below the floor / the body's size"
 STEP_S = {"fem_implicit": 0.01, "springs_implicit": 0.01, "shapes_linear": 0.01}
 SHORT_S = 2e-4
 
 
 def cases() -> list[Case]:
-    """The cases of this family: the declared list."""
+    """Return the declared cases of this family."""
 
     def case(name, scene, expected, measure, bound, run, models=SOLIDS, declared=None, source="palpate"):
         words = (name, "contact", source, scene, expected, measure, bound)
@@ -33,23 +33,23 @@ def cases() -> list[Case]:
 
     refused = dict.fromkeys(ALL, ("refused",))
     return [
-        case("deep_in_each_other", "two boxes start half inside each other", "refused: nothing says which way is out",
+        case("deep_in_each_other", "two boxes start half inside each other", "refused: no direction of separation",
              CROSSING, 0.0, lambda model: _meet(model, [_block(), _block()], [0.0, 0.0, 0.05], 0.05), ALL, refused),
         case("instrument_inside", "a ball starts in the middle of a body", "refused", CROSSING, 0.0, _swallowed, ALL,
              refused),
-        case("edge_across_edge", "a tetrahedron falls, edge across the edge of another", "neither enters the other",
+        case("edge_across_edge", "a tetrahedron falls edge first across the edge of another", "no penetration",
              CROSSING, 0.0, lambda model: _meet(model, [_roof(0.0), _roof(0.0)], [0.0, 0.0, 0.105], 0.12), ALL),
-        case("edge_along_edge", "the same with edges exactly parallel", "neither enters the other", CROSSING, 0.0,
+        case("edge_along_edge", "the same with exactly parallel edges", "no penetration", CROSSING, 0.0,
              lambda model: _meet(model, [_roof(0.0), _roof(90.0)], [0.0, 0.0, 0.105], 0.2), source=ERLEBEN),
-        case("point_first_cone", "a cone falls on its point", "it stays above the floor", BELOW, 0.0, _cone_falls, ALL),
-        case("stack_1_to_100", "three blocks piled up, the topmost 100 times as heavy", "none enters another", CROSSING,
+        case("point_first_cone", "a cone falls on its tip", "it stays above the floor", BELOW, 0.0, _cone_falls, ALL),
+        case("stack_1_to_100", "a stack of three blocks, the topmost 100 times as heavy", "no penetration", CROSSING,
              0.0, _stack, SOLIDS),
-        case("sheet_folded_on_itself", "a sheet hangs by its middle line, and its halves meet",
-             "it never goes through itself", "pairs of the sheet's triangles that cross, in all frames", 0.0, _fold,
+        case("sheet_folded_on_itself", "a sheet hangs by its middle line, and its halves collide",
+             "no self-penetration", "pairs of crossing triangles of the sheet, summed over all frames", 0.0, _fold,
              SHEETS),
-        case("instrument_through_thin_wall", "a capsule is driven at a held sheet, 15 times its thickness in one step",
-             "the sheet is taken along, or the word that it cannot be", "way of the sheet's middle behind the capsule, "
-             "in the capsule's radius", 0.0, _pierce, SHEETS, dict.fromkeys(SHEETS, ("stable", "not_converged"))),
+        case("instrument_through_thin_wall", "a capsule moves through a held sheet, 15 times its thickness in one step",
+             "the sheet moves with it, or no convergence is reported", "distance of the sheet's middle behind "
+             "the capsule / its radius", 0.0, _pierce, SHEETS, dict.fromkeys(SHEETS, ("stable", "not_converged"))),
         case("dropped_from_100_sizes", "a body is dropped from 100 times its size", "it stays above the floor", BELOW,
              0.0, _drop, SOLIDS),
         *(
@@ -58,11 +58,11 @@ def cases() -> list[Case]:
                  source="Li et al. 2020 (IPC), time steps")
             for name, h in {"1e-3": 1e-3, "0.1": 0.1, "0.5": 0.5}.items()
         ),
-        case("spike_on_spike", "a cone falls point first on the point of another", "neither enters the other", CROSSING,
+        case("spike_on_spike", "a cone falls tip first on the tip of another", "no penetration", CROSSING,
              0.0, lambda model: _meet(model, [_cone(1.0), _cone(-1.0)], [0.0, 0.0, 0.205], 0.2), source=ERLEBEN),
-        case("spike_in_crack", "a cone falls point first into a crack narrower than itself", "it stays out of walls",
+        case("spike_in_crack", "a cone falls tip first into a gap narrower than itself", "no penetration of walls",
              CROSSING, 0.0, lambda model: _crack(model, _cone(-1.0)), source=ERLEBEN),
-        case("wedge_in_crack", "a wedge falls edge first into a crack narrower than itself", "it stays out of walls",
+        case("wedge_in_crack", "a wedge falls edge first into a gap narrower than itself", "no penetration of walls",
              CROSSING, 0.0, lambda model: _crack(model, _roof(0.0)), source=ERLEBEN),
     ]  # fmt: skip
 
@@ -77,7 +77,7 @@ def _block() -> TetMesh:
 
 
 def _roof(degrees: float) -> TetMesh:
-    """A tetrahedron with a level edge above, along x or turned from it about z, and one below across it."""
+    """Make a tetrahedron with an upper edge along x, rotated by ``degrees`` about z, and a perpendicular lower edge."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     flat = 0.05 * np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, -1.0, -1.0], [0.0, 1.0, -1.0]])
     nodes = flat @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -85,7 +85,7 @@ def _roof(degrees: float) -> TetMesh:
 
 
 def _cone(up: float) -> TetMesh:
-    """A cone of 0.1 m around z, its point up or down."""
+    """Make a cone of height 0.1 m around z, its tip up (1) or down (-1)."""
     angles = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
     rim = np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles), np.full(8, -0.05 * up)])
     nodes = np.vstack([rim, [0.0, 0.0, -0.05 * up], [0.0, 0.0, 0.05 * up]])
@@ -98,7 +98,7 @@ def _outward(nodes: np.ndarray, tetrahedra: np.ndarray) -> TetMesh:
 
 
 def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: float) -> float:
-    """The second body falls on the first, which is held; what crosses in all frames."""
+    """Drop the second body on the first, which is held, and count crossing triangles in all frames."""
     particles = together([_nodes(meshes[0], True), _nodes(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
     return _crossings(particles, _played(model, particles, duration_s, {"held": None}))
 
@@ -106,10 +106,10 @@ def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: flo
 def _played(
     model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact
 ) -> Motion:
-    """The motion under gravity with contact, every step of it."""
+    """Simulate the motion under gravity with contact and keep every step."""
     h = step_s or STEP_S.get(model, SHORT_S)
     settings = GRAVITY | {"contact": {"friction": 0.3, **contact}} | more
-    if model == "shapes_linear":  # one cluster a piece, and hardly damped, so that it falls
+    if model == "shapes_linear":  # one cluster a piece, and weak damping, so that it falls
         settings |= {"shape_matching": SHAPED, "velocity_damping": {"rate_1_s": 0.1}}
     motion = play(model, particles, h, duration_s, settings, frames=100_000)
     finite(motion.positions)
@@ -130,13 +130,13 @@ def _crossings(particles: Particles, motion: Motion) -> float:
 
 
 def _check_touched(motion: Motion) -> None:
-    """A scene in which nothing meets says nothing."""
+    """Raise AssertionError if nothing touched, since such a scene tests nothing."""
     if motion.contacts.empty:
         raise AssertionError("nothing ever touched")
 
 
 def _below(motion: Motion, height: float) -> float:
-    """By how much the surface is ever below a floor, in sizes of the body: what is inside may be, if turned out."""
+    """Return the largest depth of the surface below a floor / the body's size; inner nodes do not count."""
     lowest = motion.positions[:, np.unique(motion.triangles), 2].min()
     return float(height - lowest) / float(np.ptp(motion.rest, axis=0).max())
 
@@ -185,7 +185,7 @@ def _cloth(divisions: list[int], held: np.ndarray) -> Particles:
 
 
 def _fold(model: str) -> float:
-    """Hung by its middle line, so that both halves swing down and meet."""
+    """Simulate a sheet that hangs by its middle line, so that both halves swing down and collide."""
     mesh = sheet([0.2, 0.1], [8, 4], 0.002)
     particles = _cloth([8, 4], np.flatnonzero(np.isclose(mesh.nodes[:, 0], 0.1)))
     motion = _played(model, particles, 0.4, {"held": None}, instruments=[], self_contact=True)
@@ -194,7 +194,7 @@ def _fold(model: str) -> float:
 
 
 def _pierce(model: str) -> float:
-    """One step takes the capsule 0.02 m farther, from above a sheet 2 mm thick to below where it was."""
+    """Move a capsule in one step from above a sheet of 2 mm thickness to 0.02 m below it."""
     mesh = sheet([0.2, 0.1], [8, 4], 0.002)
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
     particles = _cloth([8, 4], np.flatnonzero((x == 0.0) | (x == x.max()) | (y == 0.0) | (y == y.max())))

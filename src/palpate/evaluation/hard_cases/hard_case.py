@@ -1,4 +1,4 @@
-"""What a hard case is, and how the outcome of a model in it is judged."""
+"""A hard case, and the judgement of a model's outcome in it."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -10,17 +10,17 @@ import numpy as np
 from palpate.errors import InputError, NotConverged
 
 OUTCOMES = ("stable", "refused", "not_converged", "wrong", "nan")
-"""Of which ``wrong`` and ``nan`` are never acceptable, ``refused`` and ``not_converged`` where a case says so."""
+"""All outcomes: ``wrong`` and ``nan`` are never acceptable, ``refused`` and ``not_converged`` only where declared."""
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One situation in which numerics may fail, with what was expected of it beforehand.
+    """One situation in which numerics may fail, with the result that was expected beforehand.
 
-    family : kernel, fem, dynamics or contact; source : who thought of it; scene : what happens; expected : what a good
-        model does; all in words
-    measure : what the number is that each of ``models`` returns when called; it must not exceed ``bound``
-    declared : outcomes that are acceptable for a model; ``stable`` for those that are not named
+    family : enrichment, fem, dynamics or contact; source : author of the idea; scene : the situation; expected : the
+        behaviour of a good model; all in words
+    measure : meaning of the number that each of ``models`` returns when called; it must not exceed ``bound``
+    declared : acceptable outcomes by model; ``stable`` for models that are not named
     """
 
     name: str
@@ -35,11 +35,11 @@ class Case:
 
     @classmethod
     def of(cls, *words, run: Callable[[str], float], models: Iterable[str], declared: dict | None = None) -> "Case":
-        """A case whose models all have one function, which is told the model's name."""
+        """Make a case whose models share one function, which receives the model's name."""
         return cls(*words, {model: partial(run, model) for model in models}, declared or {})
 
     def acceptable(self, model: str) -> tuple[str, ...]:
-        """The outcomes declared for a model."""
+        """Return the outcomes declared for a model."""
         return self.declared.get(model, ("stable",))
 
 
@@ -51,9 +51,10 @@ def finite(*arrays: np.ndarray) -> None:
 
 
 def judge(case: Case, model: str) -> dict:
-    """The row of one model in one case: what came out, and whether that was declared.
+    """Return the row of one model in one case: the outcome, and whether it was declared.
 
-    Any error but the two in which palpate says no is ``wrong``: a crash is no refusal. ``message`` is what was said.
+    Every exception except InputError and NotConverged is judged ``wrong``, since a crash does not count as a refusal;
+    FloatingPointError is judged ``nan``. ``message`` : the text of the exception
     """
     value, message = math.nan, ""
     try:

@@ -1,4 +1,4 @@
-"""What linear tetrahedra lack when a material keeps its volume: their deflection against that of quadratic ones."""
+"""Volumetric locking of linear tetrahedra: their deflection against that of quadratic ones."""
 
 from functools import cache
 
@@ -12,11 +12,11 @@ from palpate.solvers.equilibrium import Equilibrium
 
 SIZES_M, YOUNG_PA, POISSON, INSTEAD = [0.2, 0.05, 0.05], 3000.0, 0.4999, 0.45
 CASES = {"level_0": (0, POISSON), "level_1": (1, POISSON), "level_2": (2, POISSON), "level_2_softer": (2, INSTEAD)}
-"""Level of the mesh and Poisson's ratio that is computed with."""
+"""Level of the mesh and Poisson's ratio of each computation."""
 
 
 def missing(model: str) -> float:
-    """The share of a bar's deflection under a small load at its end that one of CASES lacks or has too much of."""
+    """Compute the relative deflection error of one of CASES for a bar under a small load at its end."""
     level, poisson = CASES[model]
     mesh = box(SIZES_M, [8, 2, 2])
     body = nest("bar", mesh, level, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(YOUNG_PA, poisson, 1000.0))
@@ -27,7 +27,7 @@ def missing(model: str) -> float:
 
 @cache
 def _quadratic() -> float:
-    """The mean deflection [m] of the loaded face with quadratic elements, which hardly lock, under 1 N."""
+    """Compute the mean deflection [m] of the loaded face under 1 N with quadratic elements, which hardly lock."""
     from skfem import Basis, ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet, asm, condense, solve
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 

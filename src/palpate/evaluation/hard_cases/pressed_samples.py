@@ -1,4 +1,4 @@
-"""A small body that is really pressed: the samples on which methods of enrichment are tried."""
+"""Simulated samples of a small body, on which methods of enrichment are tested."""
 
 from dataclasses import replace
 from functools import cache
@@ -28,7 +28,10 @@ METHODS = (*BLENDS, "interpolation", "ridge_upsampling", "kernel_ridge_detail", 
 
 @cache
 def pressed() -> tuple[Body, Database, Compliance]:
-    """A bar of 0.2 m held at one end, CONTACTS contacts pressed with 0.02 and 0.04 N, and its linear responses."""
+    """Simulate a bar of 0.2 m, held at one end and pressed at CONTACTS contacts with 0.02 and 0.04 N.
+
+    Returns the body, its samples and its linear responses.
+    """
     mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
     body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
     compliance = compute_compliance(body, 0.0)
@@ -70,26 +73,26 @@ def _database(body: Body, contacts, forces, coarse, fine) -> Database:
 
 
 def chosen(db: Database, rows: np.ndarray) -> Database:
-    """The database with these samples only, in this order; a sample may come twice."""
+    """Return the database with these samples only, in this order; a sample may occur twice."""
     names = ("contact", "force", "fine", "coarse_paper", "coarse_live", "residual")
     return replace(db, **{name: getattr(db, name)[rows] for name in names})
 
 
 def scaled(db: Database, factor: np.ndarray | float) -> Database:
-    """The database with displacements and forces times ``factor``, a number or (k,)."""
+    """Return the database with displacements and forces times ``factor``, a number or (k,)."""
     factor = np.reshape(factor, (-1, 1, 1))
     more = {name: getattr(db, name) * factor for name in ("fine", "coarse_paper", "coarse_live")}
     return replace(db, force=db.force * factor[:, 0], **more)
 
 
 def methods(db: Database, train: np.ndarray, settings: Settings = SETTINGS) -> dict:
-    """All METHODS, fitted with cross-validation on the samples ``train`` of the live protocol."""
+    """Fit all METHODS with cross-validation on the samples ``train`` of the live protocol."""
     return build(db, pressed()[2], train, "live", settings)
 
 
 def blends(db: Database, train: np.ndarray, sigma: float, settings: Settings = SETTINGS) -> dict:
-    """The regressors BLENDS, with a width of ``sigma`` median distances between features instead of the best one."""
-    fold = np.zeros(len(train), dtype=int)  # as nothing is chosen, nothing is held out, and one sample will do
+    """Fit the regressors BLENDS with a fixed width of ``sigma`` median distances between features."""
+    fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
     training = Training(
         db.coarse_live[train], db.fine[train], db.contact[train], db.force[train], db.peaks[train], fold
     )

@@ -1,4 +1,4 @@
-"""Small bodies, the models that move them, and runs whose every frame is looked at."""
+"""Small bodies, the models that move them, and runs whose every frame is checked."""
 
 import numpy as np
 
@@ -38,18 +38,18 @@ SHEETS = {
     )
 }
 MODELS = FEM | SPRINGS | EXPLICIT | SHAPES | SHEETS
-"""Each model's integrator and its effects with their settings, None for those that it takes by itself."""
+"""Integrator and effects of each model with their settings; None for effects without settings."""
 
 
 def bar(held: bool = True, material: Material = SOFT) -> Particles:
-    """A bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra, with or without its end at x = 0 held."""
+    """Make a bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra, with its end at x = 0 ``held`` or free."""
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
     ends = np.flatnonzero(mesh.nodes[:, 0] == 0.0) if held else np.array([], dtype=np.int64)
     return solid(mesh, ends, material, "bar")
 
 
 def scene(model: str, step_s: float, duration_s: float, more: dict[str, dict] | None = None, **rest) -> Scene:
-    """A scene of one of MODELS, with ``more`` effects and their settings."""
+    """Make a scene of one of MODELS, with ``more`` effects and their settings."""
     integrator, effects = MODELS[model]
     effects = effects | (more or {})
     settings = {name: value for name, value in effects.items() if value is not None}
@@ -57,12 +57,12 @@ def scene(model: str, step_s: float, duration_s: float, more: dict[str, dict] | 
 
 
 def play(model: str, particles: Particles, step_s: float, duration_s: float, more=None, **rest) -> Motion:
-    """Run such a scene; raises what ``run`` raises."""
+    """Run a scene of ``scene``; raises the errors of ``run``."""
     return run(scene(model, step_s, duration_s, more, **rest), particles).motion
 
 
 class Stepper:
-    """A model of MODELS that is taken by hand from one state to the next, with ``more`` effects."""
+    """Time steps of one of MODELS, with ``more`` effects, from any state."""
 
     def __init__(self, model: str, particles: Particles, more: dict[str, dict] | None = None, tolerance: float = 1e-8):
         self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
@@ -70,8 +70,10 @@ class Stepper:
         self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, {"tolerance": tolerance})
 
     def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 3) [m] and velocities [m/s] after some steps; ``gained`` [J] is what energy ever exceeded that
-        of their beginning by, of models that have one."""
+        """Compute positions (n, 3) [m] and velocities [m/s] after some steps.
+
+        ``gained`` [J] becomes the largest excess of the energy over its value at the start, for models with an energy.
+        """
         counts = self.system.effects.keys().isdisjoint({"shape_matching"})
         first = self.total(x, v) if counts else 0.0
         self.gained = 0.0
@@ -85,12 +87,12 @@ class Stepper:
         return x, v
 
     def total(self, x: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic and potential energy [J]."""
+        """Return the sum of kinetic and potential energy [J]."""
         return 0.5 * float(np.vdot(self.system.masses[:, None] * v, v)) + self.system.energy(x)
 
 
-def edges_off(particles: Particles, x: np.ndarray) -> float:
-    """The largest change of an edge of the tetrahedra at ``x`` (n, 3) [m], in its length at rest."""
+def edge_error(particles: Particles, x: np.ndarray) -> float:
+    """Return the largest relative change of length of the tetrahedra's edges at ``x`` (n, 3) [m]."""
     finite(x)
     pairs = TetMesh(particles.nodes, particles.tetrahedra).edges
     now, rest = (np.linalg.norm(p[pairs[:, 1]] - p[pairs[:, 0]], axis=1) for p in (x, particles.nodes))
@@ -98,7 +100,7 @@ def edges_off(particles: Particles, x: np.ndarray) -> float:
 
 
 def end_face(mesh: TetMesh) -> np.ndarray:
-    """Each node's share, (n,), of a traction on the face of largest x."""
+    """Return each node's share, (n,), of a uniform traction on the face of largest x."""
     end = mesh.nodes[:, 0].max()
     corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]
     a, b, c = (mesh.nodes[corners[:, i]] for i in range(3))

@@ -1,6 +1,6 @@
-"""Hard starts: bodies that begin in states that no good body should ever be in.
+"""Hard initial states: bodies that start inverted, collapsed or in a random state.
 
-Springs are asked not to gain energy only: a mirror image is at rest for them too, so they need not come back.
+For springs only the energy is checked: a mirror image is a rest state for them too, so they need not return.
 """
 
 from functools import partial
@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from palpate.evaluation.hard_cases.hard_case import Case
-from palpate.evaluation.hard_cases.stage import EXPLICIT, FEM, SHAPES, SPRINGS, Stepper, bar, edges_off
+from palpate.evaluation.hard_cases.stage import EXPLICIT, FEM, SHAPES, SPRINGS, Stepper, bar, edge_error
 from palpate.scenes.initial_states import start_of
 
 SOURCES = {
@@ -19,22 +19,28 @@ SOURCES = {
     "random": "Li et al. 2020 (IPC), random",
 }
 BREATH = 1e-9
-"""Of the body's size, added to starts that have to come back. Trap: with exactly no width a thread or a dot stays one:
-an unstable balance of the corotational energy, whose fold is rounded off there, so that no force leads out of it."""
+"""Perturbation, relative to the body's size, of starts that have to return to rest. Trap: a start of exactly zero width
+stays so, in an unstable equilibrium of the corotational energy, which is smoothed there, so that no force arises."""
 STEP_S = {"fem_implicit": 0.05, "springs_implicit": 0.05, "springs_explicit": 5e-4, "fem_explicit": 5e-4}
-GAIN = "energy that came from nowhere, in that of the start"
+GAIN = "energy gain / energy at the start"
 
 
 def cases() -> list[Case]:
-    """The cases of this family: the declared list."""
+    """Return the declared cases of this family."""
     found = []
     for kind, source in SOURCES.items():
-        words = (f"start_{kind}", "fem", source, f"a free body starts {kind}", "its rest shape, somewhere, turned")
-        measure = "largest edge off after 20 s, in its length"
+        words = (
+            f"start_{kind}",
+            "fem",
+            source,
+            f"a free body starts {kind}",
+            "its rest shape, at any place and rotation",
+        )
+        measure = "largest relative edge error after 20 s"
         found.append(Case.of(*words, measure, 0.01, run=partial(_back, kind), models=(*FEM, *SHAPES)))
     for kind, source in SOURCES.items():
-        words = (f"energy_from_{kind}", "fem", source, f"a held body starts {kind}, exactly", "energy is never gained")
-        # no force tells a spring of no length where to go
+        words = (f"energy_from_{kind}", "fem", source, f"a held body starts exactly {kind}", "no gain of energy")
+        # a spring of zero length has no direction
         declared = {"springs_implicit": ("stable", "not_converged")} if kind == "point" else {}
         models = (*FEM, *SPRINGS, *EXPLICIT)
         found.append(Case.of(*words, GAIN, 1e-9, run=partial(_gain, kind), models=models, declared=declared))
@@ -47,7 +53,7 @@ def _back(kind: str, model: str) -> float:
     x = x + BREATH * particles.size * np.random.default_rng(2).normal(size=x.shape)
     step_s, steps = (0.05, 400) if model in FEM else (0.01, 2000)
     x, _ = Stepper(model, particles).go(x, np.zeros_like(x), step_s, steps)
-    return edges_off(particles, x)
+    return edge_error(particles, x)
 
 
 def _gain(kind: str, model: str) -> float:

@@ -1,13 +1,13 @@
-"""How enrichment grows: queries and fits of random deformations, since what blending costs is not in the numbers."""
+"""Growth of enrichment: queries and fits of random deformations, whose values do not affect the cost."""
 
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.liver import liver
-from palpate.evaluation.scaling.scaling_kernels import LENGTH_M, MATERIAL, Size
+from palpate.evaluation.scaling.scaling_components import LENGTH_M, MATERIAL, Size
 
 SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
-"""Paper 1's liver, where something else grows; of its contacts some are enough."""
+"""Sizes of paper 1's liver, kept while another size grows; a part of its contacts is enough."""
 
 
 def fine_nodes(count: int, meter) -> Size:
@@ -26,13 +26,13 @@ def fine_nodes(count: int, meter) -> Size:
 
 
 def samples(count: int, meter) -> Size:
-    """The paper's enrichment from so many samples."""
+    """Measure the paper's enrichment with ``count`` samples."""
     _paper(*_database(FINE_NODES, count), meter)
     return "training samples", count
 
 
 def _paper(db, training, settings, meter) -> None:
-    """Contact-ordered features and non-negative weights (a), with σ found by cross-validation."""
+    """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
     from palpate.enrichment.blend import Blend, Known
     from palpate.enrichment.feature_vectors import kinds
 
@@ -45,8 +45,10 @@ def _paper(db, training, settings, meter) -> None:
 
 
 def _database(fine: int, count: int):
-    """Random displacements of the liver's coarse mesh and of a ball with so many ``fine`` nodes, and how they are
-    fitted: what blending costs does not depend on what is blended."""
+    """Make random displacements of the liver's coarse mesh and of a ball with ``fine`` nodes, and the fit's options.
+
+    The cost of blending does not depend on the displacements.
+    """
     from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
     from palpate.enrichment.training_samples import Settings, gather
     from palpate.samples.database import Database

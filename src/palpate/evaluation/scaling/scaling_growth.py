@@ -1,25 +1,25 @@
-"""What the table of scaling says: with which power of its size each kernel's cost and memory grow."""
+"""Exponents of scaling.csv: the growth of each component's time and memory with its size."""
 
 import numpy as np
 import pandas as pd
 
 LARGEST = 4
-"""Sizes over which a power is fitted, the largest there are: smaller ones tell what it takes to call the kernel."""
+"""Number of largest sizes over which an exponent is fitted: at smaller ones the cost of the call itself matters."""
 LEAST_MB = 10.0
-"""Memory that is looked at: less than that hides in what the process had before."""
+"""Least memory [MB] that is considered: less is hidden in the memory that the process already had."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Slopes of log seconds and log memory over log size: kernel, stage, seconds_exponent, memory_exponent.
+    """Fit the slopes of log seconds and log memory over log size.
 
-    NaN where fewer than two sizes tell.
+    The columns are component, stage, seconds_exponent and memory_exponent; NaN where there are fewer than two sizes.
     """
     rows = []
-    for (kernel, stage), group in table.groupby(["kernel", "stage"], sort=False):
+    for (component, stage), group in table.groupby(["component", "stage"], sort=False):
         largest = group.sort_values("size").tail(LARGEST)
         held = largest[largest["memory_mb"] >= LEAST_MB]
-        rows.append((kernel, stage, _slope(largest, "seconds"), _slope(held, "memory_mb")))
-    return pd.DataFrame(rows, columns=["kernel", "stage", "seconds_exponent", "memory_exponent"])
+        rows.append((component, stage, _slope(largest, "seconds"), _slope(held, "memory_mb")))
+    return pd.DataFrame(rows, columns=["component", "stage", "seconds_exponent", "memory_exponent"])
 
 
 def _slope(group: pd.DataFrame, column: str) -> float:

@@ -1,4 +1,4 @@
-"""What a hand on an instrument would feel: force and depth over time."""
+"""Force on an instrument and its depth over time, as a hand on the instrument would feel them."""
 
 import numba
 import numpy as np
@@ -9,25 +9,24 @@ from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.scenes.motion import Motion, Moved
 
 ALONG = 9
-"""Points of a rod's axis at which its depth is looked for."""
+"""Points of a rod's axis at which its depth is evaluated."""
 COLUMNS = ["scene", "instrument", "time_s", "force_x_n", "force_y_n", "force_z_n", "force_n", "depth_m"]
 
 
 def contact_force(motion: Motion) -> pd.DataFrame:
-    """One row a step and instrument that moves: scene, instrument, time_s, force_x_n, force_y_n, force_z_n, force_n,
-    depth_m.
+    """Tabulate the force on every moving instrument: one row for each step and instrument, with the columns COLUMNS.
 
-    force : what the instrument feels, friction included [N]; force_n its size. depth_m : how far a ball, the axis of a
-    rod or a corner of a mesh, each with its radius, has come below the surface at rest; negative while it is above it,
-    as a surface that gives way keeps it from being inside. It is nan for a floor, of which everything above has left
-    the inside, and where the surface is open, as a sheet's is, and has none.
+    force_x_n … : force of the body on the instrument, friction included [N]; force_n : its magnitude. depth_m : largest
+    depth of the instrument (a ball, the axis of a rod or the corners of a mesh, each with its radius) below the surface
+    at rest; negative while it is above. It is nan for a floor, and where the surface is open, as a sheet's, so that it
+    has no inside.
     """
     tables = [_felt(motion, thing) for thing in motion.obstacles if np.ptp(_middles(motion, thing), axis=0).any()]
     return pd.concat(tables, ignore_index=True)[COLUMNS] if tables else pd.DataFrame(columns=COLUMNS)
 
 
 def _middles(motion: Motion, thing: Moved) -> np.ndarray:
-    """Where the middle of a thing's points is, (steps + 1, 3) [m]: at first, and after each step."""
+    """Return the mean of an instrument's points, (steps + 1, 3) [m]: at the start and after each step."""
     seen = motion.observed[[f"{thing.name}_{axis}_m" for axis in "xyz"]].to_numpy()
     return np.vstack([thing.positions[0].mean(axis=0), seen])
 
@@ -45,12 +44,12 @@ def _felt(motion: Motion, thing: Moved) -> pd.DataFrame:
 
 
 def _samples(points: np.ndarray) -> np.ndarray:
-    """Where an instrument may be deepest: all its points, and along the axis of a rod."""
+    """Return the points at which an instrument may be deepest: its points, or points along the axis of a rod."""
     return np.linspace(points[0], points[1], ALONG) if len(points) == 2 else np.unique(points, axis=0)
 
 
 def closed(triangles: np.ndarray) -> bool:
-    """Whether triangles (m, 3) have an inside: every edge is run through as often one way as the other."""
+    """Return whether triangles (m, 3) enclose a volume: every edge occurs equally often in both directions."""
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     ways, counts = np.unique(edges, axis=0, return_counts=True)
     back, others = np.unique(edges[:, ::-1], axis=0, return_counts=True)
@@ -58,11 +57,11 @@ def closed(triangles: np.ndarray) -> bool:
 
 
 def nearest(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """The least signed distance (s,) [m] of ``points`` (n, 3) + ``shifts[i]``, (s, 3), from a closed surface.
+    """Compute the least signed distance (s,) [m] of ``points`` (n, 3) + ``shifts[i]``, (s, 3), to a closed surface.
 
-    corners : (m, 3, 3) [m] of its triangles, wound outward; inside is negative
+    corners : (m, 3, 3) [m] of its triangles, oriented outward; the distance is negative inside
 
-    A point that moved by less than its distance has not changed sides, so few are asked for theirs more than once.
+    A point that moved by less than its distance is still on the same side, so that few winding numbers are computed.
     """
     x = np.vstack([np.zeros((1, 3)), corners.reshape(-1, 3)])
     nodes = np.column_stack([np.zeros(len(corners), np.int64), 1 + np.arange(3 * len(corners)).reshape(-1, 3)])
@@ -80,7 +79,7 @@ def nearest(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.n
 
 @numba.njit(cache=True)
 def _distances(points, x, nodes, low, high):
-    """Distances (n,) [m] of ``points`` from triangles in boxes ``low`` to ``high``; row 0 of ``x`` is overwritten."""
+    """Compute the distances (n,) [m] of ``points`` to triangles in boxes ``low`` to ``high``; overwrites ``x[0]``."""
     found, weights = np.empty(len(points)), np.empty(4)
     for i in range(len(points)):
         x[0] = points[i]

@@ -1,4 +1,4 @@
-"""What each effect of a scene costs, and how wrong the scene gets without it."""
+"""Cost of each effect of a scene, and the scene's error without it."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,17 +14,17 @@ from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 
 ENOUGH_S = 5.0
-"""Runs are not repeated beyond this: a long one is a mean over many steps already."""
+"""Total time [s] after which runs are not repeated: a long run is a mean over many steps."""
 
 REST = "integrator"
-"""What the table calls the part of a step that is no effect's: linear solves and the loop itself."""
+"""Name in the table of the rest of a step, outside all effects: linear solves and the loop itself."""
 
 
 def cost(scene: Scene, particles: Particles, repeats: int) -> pd.DataFrame:
-    """One row an effect and one for the integrator: scene, effect, ms_per_step, share_of_step, memory_kb.
+    """Measure the cost of each effect and of the integrator, one row each.
 
-    The run whose steps are the median of ``repeats``, or of as many as take ENOUGH_S, counts; two steps before them
-    compile.
+    The columns are scene, effect, ms_per_step, share_of_step and memory_kb. They are those of the run with the median
+    time of ``repeats`` runs, or of as many as take ENOUGH_S; a short run before them compiles the code.
     """
     run(replace(scene, duration_s=2 * scene.step_s), particles)
     runs = [run(scene, particles)]
@@ -46,11 +46,11 @@ def cost(scene: Scene, particles: Particles, repeats: int) -> pd.DataFrame:
 
 
 def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callable = iter) -> pd.DataFrame:
-    """One row an effect: scene, effect, error_if_left_out, note.
+    """Compute the error of the scene without each effect, one row each: scene, effect, error_if_left_out, note.
 
-    The error is the root mean square over frames and nodes of how far the motion without the effect is from the
-    ``whole`` one, divided by the largest displacement in that. The elastic effect has none: without it there is no
-    body. Where the scene cannot be run without an effect the error is NaN and the note says why.
+    The error is the root mean square over frames and nodes of the distance to the ``whole`` motion, divided by the
+    largest displacement in the latter. The elastic effect has no error, since without it there is no body. Where the
+    scene cannot be run without an effect, the error is NaN and the note gives the reason.
     """
     effects = named(scene, particles)
     rows = [[scene.name, effects[0], np.nan, "it holds the body together"]]

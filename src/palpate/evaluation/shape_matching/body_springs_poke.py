@@ -15,15 +15,15 @@ MOVED = 0.1
 SPRINGS = {"structural_n_m": 60.0, "shear_n_m": 30.0, "bending_n_m": 15.0}
 DAMPING_RATIO = 0.5
 DAMPED_LIKE = 10.0
-"""The body springs [N/m] whose dampers are also tried without them, to tell what springs do from what damping does."""
+"""Stiffness [N/m] of the body springs whose dampers are also tested alone, to separate springs from damping."""
 
 
 def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
-    """Rows of body_springs.csv: case and time, for rings of nodes by their distance from a poke of ``force_n``.
+    """Measure the rows of body_springs.csv: one for each case, time and ring of nodes around a poke of ``force_n`` [N].
 
-    case : none, dampers_only or body_springs; body_springs_n_m : their stiffness a node, 0 in the first two
-    phase : press, hold, release or after; distance_m : mean rest distance of the ring's nodes from the poked one
-    moved : how many of the ring's nodes move more than a tenth of the largest displacement at that time
+    case : none, dampers_only or body_springs; body_springs_n_m : stiffness per node, 0 in the first two cases
+    phase : press, hold, release or after; distance_m : mean rest distance of the ring's nodes from the poked node
+    moved : number of the ring's nodes that move more than a tenth of the largest displacement at that time
     """
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
@@ -39,14 +39,17 @@ def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
 
 
 def tube() -> Particles:
-    """The surface of paper 1's cylinder, 182 nodes and 360 triangles, held at both ends."""
+    """Make the surface of paper 1's cylinder, 182 nodes and 360 triangles, held at both ends."""
     mesh = cylinder(LENGTH_M, RADIUS_M)
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 2], [0.0, LENGTH_M]))
     return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
 
 
 def _run(particles: Particles, force_n: float, extra: dict[str, dict]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (f,) [s], displacements (f, n) [m] and distances from the poke (n,) [m], for some effects more."""
+    """Simulate the poke with ``extra`` effects.
+
+    Returns times (f,) [s], displacements (f, n) [m] and rest distances from the poked node (n,) [m].
+    """
     at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
     load = {"at_m": at, "force_n": [-force_n, 0.0, 0.0], "radius_m": 0.0, "start_s": 0.0}
     load |= {"press_s": PRESS_S, "hold_s": HOLD_S, "release_s": RELEASE_S}
@@ -68,7 +71,7 @@ def _run(particles: Particles, force_n: float, extra: dict[str, dict]) -> tuple[
 
 
 def _table(case: str, stiffness: float, found: tuple[np.ndarray, np.ndarray, np.ndarray]) -> pd.DataFrame:
-    """One row a time and ring; ring 0 is the poked node."""
+    """Tabulate one row for each time and ring; ring 0 is the poked node."""
     times, moved, distance = found
     ring = (distance / RING_M + 0.5).astype(int)
     rows = []

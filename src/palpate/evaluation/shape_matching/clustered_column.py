@@ -1,4 +1,4 @@
-"""Paper 3's figure 3.11: a column of 60 particles in 1, 2 and 5 clusters under one load."""
+"""Column of 60 particles in 1, 2 and 5 clusters under one load (paper 3's figure 3.11)."""
 
 import numpy as np
 import pandas as pd
@@ -15,14 +15,14 @@ from palpate.solvers.system import System
 SPACING_M = 0.02
 LAYERS = 15
 EDGES_M = {1: 14 * SPACING_M, 2: 28 / 3 * SPACING_M, 5: 14 / 3 * SPACING_M}
-"""Sides of the cubes that make so many clusters of the column, each sharing half with the next."""
+"""Sides of the cubes by the number of clusters that they form; neighbouring cubes overlap by half."""
 
 STEP_S, RATE_1_S = 1e-3, 100.0
 STILL_M, MOST_STEPS = 1e-12, 100_000
 
 
 def measure(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
-    """Where every particle comes to rest: clusters, force_n, particle, rest_x_m … rest_z_m, x_m, y_m, z_m.
+    """Compute the equilibrium of every particle: clusters, force_n, particle, rest_x_m … rest_z_m, x_m, y_m, z_m.
 
     The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; ``force_n`` [N] on the top
     layer bends it along x. ``alpha`` and ``beta`` are its stiffness and deformation.
@@ -48,7 +48,7 @@ def _column() -> Particles:
 
 
 def _settle(column: Particles, edge: float, force_n: float, alpha: float, beta: float) -> np.ndarray:
-    """Positions (n, 3) [m] at which the pushed column stands still."""
+    """Compute the positions (n, 3) [m] of the loaded column at rest."""
     cubes = {"kind": "cubes", "edge_m": edge, "overlap": 0.5}
     settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
     top = column.nodes[:, 2] == column.nodes[:, 2].max()

@@ -1,8 +1,8 @@
-"""How fast each integrator lets one spring swing up or down a step: by paper 3's eigenvalues, and in a run.
+"""Growth of one spring's oscillation in a step of each integrator: by paper 3's eigenvalues, and in a simulation.
 
-A run's growth is the slope of the logarithm of its size over many steps, as ratios of single steps swing with the
-motion. Size is displacement and velocity over the frequency, in which a free swing is nearly a circle; it is set
-back to a small value after each step, where the spring is linear and nothing overflows.
+The growth of a simulation is the slope of the logarithm of its amplitude over many steps, because ratios of single
+steps oscillate. The amplitude is the norm of displacement and velocity / frequency, in which a free oscillation is
+nearly a circle. It is reset to a small value after each step, so that the spring stays linear and nothing overflows.
 """
 
 import math
@@ -22,20 +22,20 @@ from palpate.solvers.system import System
 MASS_KG, STIFFNESS_N_M, REST_M, SIZE_M = 0.04, 25.0, 1.0, 1e-5
 FREQUENCY = math.sqrt(STIFFNESS_N_M / MASS_KG)
 STEPS = np.geomspace(0.01, 100.0, 41)
-"""h/sqrt(m/k) of the table."""
+"""Values of h/sqrt(m/k) in the table."""
 LENGTH = 400
-"""Steps of a run."""
+"""Number of steps of a simulation."""
 NODES = np.array([[-REST_M, 0.0, 0.0], [0.0, 0.0, 0.0]])
-"""The held end of the spring and the mass, whose rest is the origin, where displacements lose no digits."""
+"""Held end of the spring, and the mass; its rest is the origin, where displacements lose no digits."""
 
 
 def measure(alphas: list[float]) -> pd.DataFrame:
-    """Rows of integrator_stability.csv: each scheme over h/sqrt(m/k), its growth a step and its limits.
+    """Measure the rows of integrator_stability.csv: each scheme over h/sqrt(m/k), its growth per step and its limits.
 
     alphas : stiffnesses of the goal-position schemes
-    spectral_radius : of the scheme's matrix; growth_measured : of our integrator's motion
-    limit_stated, blow_up_measured : h/sqrt(m/k), inf where there is none; found by bisection between the smallest
-    and the largest step of the table
+    spectral_radius : of the scheme's matrix; growth_measured : growth per step in a simulation
+    limit_stated, blow_up_measured : h/sqrt(m/k) at the limit of stability, inf where there is none; the measured one
+    by bisection between the smallest and the largest step of the table
     """
     rows = []
     for case in cases(alphas):
@@ -50,7 +50,7 @@ def measure(alphas: list[float]) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Case:
-    """One scheme: its module, its spectral radius over h/sqrt(m/k), and the α of its goals or nan."""
+    """One scheme: its constructor, its spectral radius over h/sqrt(m/k), and the α of its goals or nan."""
 
     scheme: str
     make: Callable
@@ -58,7 +58,7 @@ class Case:
     alpha: float = math.nan
 
     def integrator(self):
-        """The scheme's integrator for a mass on a spring along x or, if it goes to goals, with its goal at rest."""
+        """Make the scheme's integrator for a mass on a spring along x or, for goal positions, with its goal at rest."""
         none, material = np.empty((0, 3), dtype=np.int64), Material(1.0, 0.0, 1.0)
         particles = Particles("spring", NODES, np.full(2, MASS_KG), np.array([0]), none, none, material)
         spring = Springs(np.array([[0, 1]]), np.array([STIFFNESS_N_M]), np.array([REST_M]))
@@ -66,7 +66,7 @@ class Case:
         return self.make(System(particles, {"elastic": elastic, "held": Held(particles.held)}), {"tolerance": 1e-8})
 
     def frequency(self, h: float) -> float:
-        """Of the swing [1/s]: sqrt(k/m), or as goals have the stiffness α m/h², sqrt(α)/h."""
+        """Return the frequency [1/s]: sqrt(k/m), or sqrt(α)/h, since goals have the stiffness α m/h²."""
         return FREQUENCY if math.isnan(self.alpha) else math.sqrt(self.alpha) / h
 
 
@@ -81,24 +81,24 @@ class _Goal:
 
 
 def explicit_radius(step: float) -> float:
-    """Spectral radius of [[1, −hk/m], [h, 1 − h²k/m]] (paper 3), ``step`` being h/sqrt(m/k)."""
+    """Compute the spectral radius of [[1, −hk/m], [h, 1 − h²k/m]] (paper 3); ``step`` is h/sqrt(m/k)."""
     root = np.sqrt(complex(step**4 - 4.0 * step**2))
     return max(abs(1.0 - (step**2 + sign * root) / 2.0) for sign in (1, -1))
 
 
 def goal_radius(alpha: float) -> float:
-    """Spectral radius of [[1, −α/h], [h, 1 − α]] (paper 3), whatever h is."""
+    """Compute the spectral radius of [[1, −α/h], [h, 1 − α]] (paper 3), which does not depend on h."""
     root = np.sqrt(complex(alpha**2 - 4.0 * alpha))
     return max(abs(1.0 - alpha / 2.0 + sign * root / 2.0) for sign in (1, -1))
 
 
 def implicit_radius(step: float) -> float:
-    """Modulus of 1/(1 ± i h sqrt(k/m)), backward Euler's eigenvalues."""
+    """Compute the modulus of backward Euler's eigenvalues, 1/(1 ± i h sqrt(k/m))."""
     return 1.0 / math.hypot(1.0, step)
 
 
 def cases(alphas: list[float]) -> list[Case]:
-    """The schemes that are compared."""
+    """Return the schemes that are compared."""
     return [
         Case("symplectic_euler", symplectic_euler.make, explicit_radius),
         *(Case("goal_position", goal_position.make, lambda step, a=a: goal_radius(a), a) for a in alphas),
@@ -107,7 +107,7 @@ def cases(alphas: list[float]) -> list[Case]:
 
 
 def _sizes(case: Case, integrator, step: float) -> np.ndarray:
-    """Logarithm of the motion's size after each of LENGTH steps of ``step`` sqrt(m/k), (LENGTH,)."""
+    """Compute the logarithm of the amplitude after each of LENGTH steps of ``step`` sqrt(m/k), (LENGTH,)."""
     h = step / FREQUENCY
     frequency, logs, total = case.frequency(h), np.empty(LENGTH), 0.0
     u, w = SIZE_M, 0.0
@@ -124,9 +124,9 @@ def _sizes(case: Case, integrator, step: float) -> np.ndarray:
 
 
 def _blow_up(case: Case, integrator) -> float:
-    """The smallest h/sqrt(m/k), to 1e-4, from which a run grows a thousandfold; inf if none of STEPS' range does.
+    """Find the smallest h/sqrt(m/k), to 1e-4, at which a run grows by a factor of 1000; inf if none in STEPS' range.
 
-    At the double eigenvalue −1 size grows by the same amount a step, which is no blow-up: far less than that.
+    At the double eigenvalue −1 the amplitude grows linearly, by a much smaller factor, which does not count.
     """
     stable, unstable = math.log(STEPS[0]), math.log(STEPS[-1])
     if _sizes(case, integrator, STEPS[-1])[-1] < math.log(1e3):

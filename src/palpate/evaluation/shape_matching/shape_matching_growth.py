@@ -1,17 +1,20 @@
-"""What the table of shape matching's cost says: the headline, and how the cost grows with particles."""
+"""Results from shape_matching_timing.csv: the headline case, and the growth of the cost with particles."""
 
 import numpy as np
 import pandas as pd
 
 HEADLINE = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
-"""What the thesis ran at 50 steps a second."""
+"""The case that the thesis ran at 50 steps a second."""
 
 FEWEST = 3000
-"""Particles from which on the exponent is fitted: with fewer, what it takes to call the kernels shows in it."""
+"""Least number of particles for the fit of exponents: below it the cost of calling compiled functions matters."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Slope of log ms_per_step over log all_particles, for objects of 100 particles: mode, clusters, exponent."""
+    """Fit the slope of log ms_per_step over log all_particles for objects of 100 particles.
+
+    The columns are mode, clusters and exponent.
+    """
     kept = table[(table["particles"] == 100) & (table["all_particles"] >= FEWEST)]
     rows = []
     for (mode, clusters), group in kept.groupby(["mode", "clusters"], sort=False):
@@ -21,7 +24,7 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def headline(table: pd.DataFrame) -> float:
-    """Milliseconds of a step of 100 objects of 100 particles in 8 quadratic clusters each."""
+    """Look up the milliseconds of a step of 100 objects of 100 particles in 8 quadratic clusters each."""
     rows = table
     for column, value in HEADLINE.items():
         rows = rows[rows[column] == value]

@@ -1,4 +1,4 @@
-"""Paper 3's figure 3.12: what a step of shape matching costs."""
+"""Cost of a step of shape matching (paper 3's figure 3.12)."""
 
 import time
 import timeit
@@ -18,20 +18,20 @@ from palpate.solvers.system import System
 SPACING_M, STEP_S = 0.02, 0.01
 
 DIVISIONS = {100: (3, 4, 4), 1000: (9, 9, 9), 10_000: (19, 19, 24), 100_000: (39, 49, 49)}
-"""Cells of a box with so many particles."""
+"""Cells of a box by its number of particles."""
 
 EDGES = {8: 0.6, 18: 0.5}
-"""Sides of the cubes that make so many clusters, as a part of the box's longest; 18 for 100 particles only."""
+"""Sides of the cubes / the box's longest side, by the number of clusters; 18 for 100 particles only."""
 
 OBJECTS = (1, 10, 30, 100, 300, 1000)
 
 
 def measure(repeats: int) -> pd.DataFrame:
-    """Milliseconds of a goal-position step: the median of ``repeats`` turns over all rows, on one thread.
+    """Measure the milliseconds of a goal-position step: medians of ``repeats`` passes over all rows, on one thread.
 
-    Columns: particles and clusters of an object, mode, objects, all_particles and memberships of all objects
-    together, ms_per_step, threads. Objects of 100 particles vary in number, clusters and mode; one object of 8
-    clusters varies in particles. It is processor time, so that what else the machine does is left out.
+    The columns are particles and clusters of an object, mode, objects, all_particles and memberships of all objects
+    together, ms_per_step and threads. Objects of 100 particles vary in number, clusters and mode; one object of 8
+    clusters varies in particles. Times are processor times, which exclude other processes.
     """
     scans = [(100, objects, clusters) for clusters in (1, 8, 18) for objects in OBJECTS]
     scans += [(particles, 1, 8) for particles in DIVISIONS if particles > 100]
@@ -48,16 +48,16 @@ def measure(repeats: int) -> pd.DataFrame:
 
 
 def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> float:
-    """How often faster ``rotations`` is than batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
+    """Measure the speed-up of ``rotations`` over batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
     matrices = np.random.default_rng(seed).normal(size=(count, 3, 3))
     calls = partial(goal_shapes.rotations, matrices), partial(np.linalg.svd, matrices)
-    ours, lapacks = np.median([[_seconds(call) for call in calls] for _ in range(repeats)], axis=0)
-    return float(lapacks / ours)
+    fast, lapack = np.median([[_seconds(call) for call in calls] for _ in range(repeats)], axis=0)
+    return float(lapack / fast)
 
 
 @cache
 def _objects(particles: int, objects: int) -> Particles:
-    """Boxes of so many particles each, beside each other as one body that falls into so many pieces."""
+    """Make ``objects`` separate boxes of ``particles`` each, side by side in one body."""
     divisions = DIVISIONS[particles]
     mesh = box([SPACING_M * n for n in divisions], list(divisions))
     shifts = np.arange(objects)[:, None, None]
@@ -75,7 +75,7 @@ def _objects(particles: int, objects: int) -> Particles:
 
 
 def stepper(particles: int, objects: int, clusters: int, mode: str):
-    """A function without arguments that takes one step of so many jolted ``objects``, and their shape matching."""
+    """Return a function without arguments that takes one step of perturbed ``objects``, and their shape matching."""
     bodies = _objects(particles, objects)
     described = {"kind": "one"}
     if clusters > 1:
@@ -84,8 +84,8 @@ def stepper(particles: int, objects: int, clusters: int, mode: str):
     settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": described}
     matched = goal_shapes.make(bodies, settings)
     integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
-    jolt = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
-    state = [bodies.nodes + jolt, np.zeros_like(jolt)]
+    perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
+    state = [bodies.nodes + perturbation, np.zeros_like(perturbation)]
 
     def step() -> None:
         state[:] = integrator.step(*state, STEP_S)
@@ -95,7 +95,7 @@ def stepper(particles: int, objects: int, clusters: int, mode: str):
 
 
 def _seconds(call) -> float:
-    """Mean over as many calls as take about 5 ms."""
+    """Time a call as the mean over about 5 ms of calls."""
     timer = timeit.Timer(call, timer=time.thread_time)
     number = max(1, int(5e-3 / timer.timeit(number=1)))
     return timer.timeit(number=number) / number

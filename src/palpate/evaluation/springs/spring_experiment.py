@@ -1,4 +1,4 @@
-"""Paper 2's experiment: its cube, pressed on three faces, and how finite elements move then."""
+"""Paper 2's experiment: its cube, pressed on three faces, and its motion by finite elements."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +23,7 @@ Motion = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """What springs are fitted to, and how their motion is computed; the volume force comes with ``with_volume``."""
+    """The presses that springs are fitted to, and the settings of their motion; ``with_volume`` adds a volume force."""
 
     particles: Particles
     model: SpringModel
@@ -32,29 +32,29 @@ class Experiment:
     limits: Range
 
     def start(self) -> np.ndarray:
-        """Where searches begin that need a start: the geometric middle of the range at each node, (n,) [Pa]."""
+        """Return the start of iterative searches: the geometric mean of the range's ends at each node, (n,) [Pa]."""
         return np.full(len(self.model.masses), np.sqrt(self.limits.low_pa * self.limits.high_pa))
 
     def with_volume(self, stiffness_n_m: float) -> "Experiment":
-        """The same with a volume force of this stiffness; InputError if the step is too long for it."""
+        """Return the experiment with a volume force of this stiffness; raises InputError if the step is too long."""
         settings = replace(self.settings, volume_n_m=stiffness_n_m)
         check_step(self.particles, self.model, settings, self.limits)
         return replace(self, settings=settings)
 
     def volume_n_m(self) -> float:
-        """The stiffness that gives springs the bulk modulus of the material."""
+        """Return the stiffness [N/m] at which the springs have the bulk modulus of the material."""
         return volume_stiffness(self.model, self.particles.material)
 
     def fitness(self, press: str, references: dict[str, Motion]) -> Fitness:
-        """How well springs follow the reference of one press."""
+        """Return the fitness function of one press against its reference."""
         return Fitness(self.model, self.presses[press], self.settings, *references[press])
 
 
 def experiment(calibration: dict, poisson: float) -> Experiment:
-    """The experiment that the config describes, with a reference of this Poisson ratio.
+    """Build the experiment that the config describes, with a reference of this Poisson ratio.
 
-    calibration : the config's block of this name
-    Raises InputError if the range is empty, a key point outside the cube, or the step too long.
+    calibration : the config's block of the experiment
+    Raises InputError if the range is empty, a key point is outside the cube, or the step is too long.
     """
     mesh = paper_cube(calibration["side_m"])
     material = Material(calibration["material"]["young_pa"], poisson, calibration["material"]["density_kg_m3"])
@@ -68,7 +68,7 @@ def experiment(calibration: dict, poisson: float) -> Experiment:
     if steps < 1:
         raise InputError(
             f"calibration.duration_s is {calibration['duration_s']:g} s and a step {calibration['step_s']:g} s; "
-            "give the time of one step at least."
+            "set it to at least one step."
         )
     settings = Settings(calibration["step_s"], steps, calibration["damping_ratio"], keys)
     limits = Range(*calibration["young_pa"])
@@ -78,7 +78,7 @@ def experiment(calibration: dict, poisson: float) -> Experiment:
 
 
 def simulate_references(found: Experiment, substeps: int) -> dict[str, Motion]:
-    """How finite elements move under each press."""
+    """Simulate the motion of finite elements under each press."""
     return {
         name: reference_motion(found.particles, found.model, press, found.settings, substeps)
         for name, press in found.presses.items()
@@ -93,6 +93,6 @@ def save_references(references: dict[str, Motion], path: str | Path) -> None:
 
 
 def load_references(path: str | Path) -> dict[str, Motion]:
-    """What ``save_references`` wrote."""
+    """Read the motions that ``save_references`` wrote."""
     with np.load(path) as file:
         return {name: (file[f"{name}_x"], file[f"{name}_v"]) for name in FACES}

@@ -1,4 +1,4 @@
-"""Every way of finding spring parameters on paper 2's cube: fitted to one press, judged by all three."""
+"""Methods for spring parameters on paper 2's cube: fitted to one press and evaluated on all three."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from palpate.evaluation.springs.spring_experiment import Experiment, Motion
 CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
 SEEDED = ["genetic", "cma_es"]
 METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
-"""In table order. gradient_smooth keeps moduli as alike as the fitted press lets it; gradient_all is fitted to all
-presses, and tells what the model could do if it saw them."""
+"""All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
+presses and shows the accuracy that the model can reach when it sees them."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How long searches may go on: generations and population of the genetic algorithm, evaluations of the others."""
+    """Limits of the searches: generations and population of the genetic algorithm, evaluations of the others."""
 
     population: int
     generations: int
@@ -33,7 +33,7 @@ class Budget:
 
 
 def budget(searches: dict, volume_force: bool) -> Budget:
-    """What the config grants, and where motions take longer only its ``volume_share`` of what many of them make."""
+    """Return the config's limits; with a volume force, whose motions cost more, only ``volume_share`` of them."""
     share = searches["volume_share"] if volume_force else 1.0
     generations, evaluations = (max(1, round(share * searches[key])) for key in ("generations", "cma_es_evaluations"))
     return Budget(searches["population"], generations, evaluations, searches["gradient_evaluations"])
@@ -41,7 +41,7 @@ def budget(searches: dict, volume_force: bool) -> Budget:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A ``fit`` and the ``model`` that its moduli are for."""
+    """A ``fit`` and the ``model`` that its moduli belong to."""
 
     model: SpringModel
     fit: Fit
@@ -56,7 +56,7 @@ def find(
     checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda count, best: None,
 ) -> Fitted:
-    """The parameters that one of METHODS finds; all but gradient_all look at the first of ``fitnesses`` only."""
+    """Find the parameters by one of METHODS; all but gradient_all use the first of ``fitnesses`` only."""
     model, fitness, limits, nodes = trial.model, fitnesses[0], trial.limits, len(trial.model.masses)
     if method in CLOSED:
         begin = perf_counter()
@@ -86,37 +86,38 @@ def find(
 
 
 def history(fit: Fit) -> pd.DataFrame:
-    """How the best fitness rises: a row a generation, iteration or, where nothing is searched, the one there is."""
+    """Tabulate the best fitness over generations or iterations; closed forms have a single row."""
     table = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
     table.insert(0, "generation", np.arange(len(table)))
     return table.astype({"evaluations": int})
 
 
 def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
-    """A row a press: how far key points are off over all steps, relative to the farthest that the reference moves.
+    """Evaluate the error of the key points over all steps, one row for each press.
 
-    rmse_m : over steps and key points; max_x_m … : the largest of any; used : the presses that were fitted
+    rmse_m : over steps and key points; rmse_of_peak : the same / the reference's largest displacement; max_x_m … : the
+    largest error along each axis; used : the presses that were fitted
     """
     rows = []
     rest = trial.settings.keys.of(trial.model.nodes)
     for press, (positions, velocities) in references.items():
-        off = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
-        rmse = float(np.sqrt((off**2).sum(axis=2).mean()))
+        error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        rmse = float(np.sqrt((error**2).sum(axis=2).mean()))
         peak = float(np.linalg.norm(positions - rest, axis=2).max())
         scored = Fitness(fitted.model, trial.presses[press], trial.settings, positions, velocities)
         value = float(scored(fitted.fit.young[None])[0])
-        rows.append((press, press in used, rmse, rmse / peak, *np.abs(off).max(axis=(0, 1)), value))
+        rows.append((press, press in used, rmse, rmse / peak, *np.abs(error).max(axis=(0, 1)), value))
     names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
     return pd.DataFrame(rows, columns=names.split())
 
 
 def errors(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
-    """A row a press and step: the largest error of a key point along each axis (paper 2's figure 3)."""
+    """Evaluate the largest error of a key point along each axis, for each press and step (paper 2's figure 3)."""
     tables = []
     for press, (positions, _) in references.items():
-        off = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
-        largest = pd.DataFrame(np.abs(off).max(axis=1), columns=["error_x_m", "error_y_m", "error_z_m"])
-        largest.insert(0, "step", np.arange(1, len(off) + 1))
+        error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        largest = pd.DataFrame(np.abs(error).max(axis=1), columns=["error_x_m", "error_y_m", "error_z_m"])
+        largest.insert(0, "step", np.arange(1, len(error) + 1))
         tables.append(largest.assign(press=press, used_in_fit=press in used))
     return pd.concat(tables, ignore_index=True)
 
@@ -130,10 +131,10 @@ def tables(
     runs: dict[int, Path],
     report: Callable[[int, int, float], None],
 ) -> dict[str, pd.DataFrame]:
-    """The method's part of spring_fit, spring_history and spring_errors, a run a seed.
+    """Compute the method's part of spring_fit, spring_history and spring_errors, with one run for each seed.
 
-    references : that of the fitted press first; runs : by seed, where the genetic algorithm keeps its state
-    report : is told seed, generation and best fitness
+    references : that of the fitted press first; runs : path of the genetic algorithm's checkpoint by seed
+    report : called with seed, generation and best fitness
     """
     trial = found.with_volume(found.volume_n_m()) if volume_force else found
     fitnesses = [trial.fitness(press, references) for press in references]
@@ -160,7 +161,7 @@ def tables(
 
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
-    """Compile what a search calls, which is not to be timed."""
+    """Run the functions that a search calls once, so that compilation is not timed."""
     from palpate.calibration.gradient_descent import value_and_slopes
 
     fitness(young[None])

@@ -1,4 +1,4 @@
-"""How well springs can follow a material at all: fitted to all presses, for references of many Poisson ratios."""
+"""Least error that springs can reach: fitted to all presses, for references of several Poisson ratios."""
 
 import numpy as np
 import pandas as pd
@@ -9,14 +9,15 @@ from palpate.evaluation.springs.spring_experiment import Experiment, Motion
 from palpate.evaluation.springs.spring_fit import Budget, Fitted, find, judge
 
 INCOMPRESSIBLE = 0.49
-"""The Poisson ratio whose volume force is the stiffest that a fit may choose."""
+"""Poisson ratio of the stiffest volume force that a fit may choose."""
 
 
 def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: float, evaluations: int) -> pd.DataFrame:
-    """Rows of spring_floor.csv for one Poisson ratio: each press, without and with a volume force, fitted to all three.
+    """Measure the rows of spring_floor.csv for one Poisson ratio: each press, without and with a volume force.
 
-    stiffest_n_m : up to this [N/m] the volume force's stiffness is fitted, together with the moduli
-    Not the error to expect from springs fitted to one press, but the least that there is.
+    stiffest_n_m : upper bound [N/m] of the volume force's stiffness, which is fitted together with the moduli
+    The springs are fitted to all presses, so that the error is the least possible one and not that of a fit to one
+    press.
     """
     budget = Budget(population=0, generations=0, cma_es_evaluations=0, gradient_evaluations=evaluations)
     alone = find("gradient_all", found, [found.fitness(press, references) for press in references], budget, seed=0)
@@ -35,9 +36,9 @@ def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: floa
 def _with_volume(
     found: Experiment, references: dict[str, Motion], alone: np.ndarray, stiffest_n_m: float, evaluations: int
 ) -> tuple[Fit, float]:
-    """The better of two descents: from the material's volume force, and from none and the best moduli ``alone``.
+    """Fit from the material's volume force, and from none with the best moduli ``alone``; keep the better fit.
 
-    So the volume force, which may be next to nothing, never seems to do harm only because a descent ends too early.
+    So a volume force cannot seem to increase the error only because a descent ended too early.
     """
     starts = ((found.start(), min(found.volume_n_m(), stiffest_n_m)), (alone, 0.0))
     ends = []

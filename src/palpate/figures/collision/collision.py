@@ -1,4 +1,4 @@
-"""Paper 3, chapter 4: what bounding structures cost, and how many false pairs they pass to the triangle test."""
+"""Times of bounding structures, and the false pairs that they pass to the triangle test (paper 3, chapter 4)."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -11,10 +11,10 @@ TABLES = ("collision",)
 
 @style.styled
 def draw(collision) -> Figure:
-    """A column a scene. Above: query time against false pairs; below: query (hollow) and whole frame (filled).
+    """Draw one column for each scene: query time over false pairs, and below query (hollow) and whole frame (filled).
 
     collision : the table of this name. Composite trees of different depths are joined by a line; a rival does not
-    tell how many pairs it tests, so its query is a line across.
+    report the number of pairs that it tests, so its query time is a horizontal line.
     """
     table = ranked(collision)
     names, among = tables.scenes(table), depths_of(table)
@@ -37,8 +37,8 @@ def draw(collision) -> Figure:
 
 
 def _accuracy(axis, here, looks: dict) -> None:
-    """False pairs against time in one scene."""
-    ours, joined = here[~here["rival"].astype(bool)], []
+    """Draw query time over false pairs in one scene."""
+    counted, joined = here[~here["rival"].astype(bool)], []
     for row in here.itertuples():
         shown = looks[row.structure, row.depths]
         if row.rival:
@@ -46,29 +46,29 @@ def _accuracy(axis, here, looks: dict) -> None:
             continue
         false = row.triangle_tests - row.pairs
         joined += [(false, row.query_ms)] if row.depths else []
-        # stars lie under what they coincide with
+        # stars are drawn below markers at the same place
         size, order = (10, 3) if row.depths else (5.5, 4)
         axis.plot(false, row.query_ms, shown.marker, color=shown.colour, ms=size, mec="white", mew=0.6, zorder=order)
     axis.plot(*zip(*joined, strict=True), color=style.FAINT, lw=0.8, zorder=2)
-    axis.set(xscale="log", yscale="log", xlabel="false pairs tested a frame")
-    false = (ours["triangle_tests"] - ours["pairs"]).clip(lower=1)
+    axis.set(xscale="log", yscale="log", xlabel="false pairs tested per frame")
+    false = (counted["triangle_tests"] - counted["pairs"]).clip(lower=1)
     axis.set_xlim(false.min() / 1.6, false.max() * 1.6)
     style.plain_log(axis.xaxis)
 
 
 def _frames(axis, here, looks: dict) -> None:
-    """Query and whole frame in one scene, a row a structure."""
+    """Draw query and whole frame in one scene, one row for each structure."""
     order = list(looks)
     for row in here.itertuples():
         shown, y = looks[row.structure, row.depths], order.index((row.structure, row.depths))
         axis.plot([row.query_ms, row.frame_ms], [y, y], color=shown.colour, lw=1.2)
         axis.plot(row.query_ms, y, "o", color=shown.colour, mfc="white", ms=5)
         axis.plot(row.frame_ms, y, "o", color=shown.colour, ms=5)
-    axis.set(xscale="log", xlabel="query, and whole frame [ms]")
+    axis.set(xscale="log", xlabel="query and whole frame [ms]")
     style.plain_log(axis.xaxis)
 
 
 def _handle(shown, rival: bool) -> Line2D:
-    """A mark for a structure of ours, a line for a rival."""
+    """Return a marker for a structure of palpate, a line for a rival."""
     drawn = {"ls": ":"} if rival else {"ls": "", "marker": shown.marker, "ms": 7}
     return Line2D([], [], color=shown.colour, label=shown.label, **drawn)

@@ -1,4 +1,4 @@
-"""What each bounding structure is called and drawn as, in every figure and sentence about collision."""
+"""Label, colour and marker of each bounding structure, in every figure and sentence about collision."""
 
 from palpate.errors import InputError
 from palpate.figures.style import Look
@@ -14,17 +14,17 @@ STRUCTURES = {
     "obb_coal": Look("coal, OBBs, rebuilt", "#6a6a6a", "X"),
     "obb_rss_fcl": Look("python-fcl, OBB-RSS, rebuilt", "#222222", "h"),
 }
-"""Every structure that a table may name, in the order of figures."""
+"""Every structure that may occur in a table, in the order of figures."""
 
 
 _DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")
-"""Shades of the composite trees, the deeper the darker."""
+"""Shades of the composite trees, darker with depth."""
 
 
 def look(structure: str, depths: str = "", among: list[str] = ()) -> Look:
-    """The look of a structure; InputError for one that has none, so that no figure invents a colour.
+    """Look up the look of a structure; raises InputError for an unknown one, so that no figure invents a colour.
 
-    depths : of a composite tree, for a label and a shade of its own ``among`` all those of its figure
+    depths : of a composite tree, which gets a label and a shade of its own ``among`` all depths of the figure
     """
     try:
         shown = STRUCTURES[structure]
@@ -41,18 +41,18 @@ def look(structure: str, depths: str = "", among: list[str] = ()) -> Look:
 
 
 def depths_of(table) -> list[str]:
-    """The depths of all composite trees in a table, by layers of spheres, then of both."""
+    """Return the depths of all composite trees in a table, sorted by layers of spheres, then of both."""
     found = [depths for depths in table["depths"].unique() if depths]
     return sorted(found, key=lambda depths: [int(layers) for layers in depths.split("/")])
 
 
 def ranked(table):
-    """The rows of a table in the order of STRUCTURES and depths, which are text ("" where there are none)."""
+    """Sort the rows of a table by STRUCTURES and depths, which become text ("" where there are none)."""
     table = table.assign(depths=table["depths"].fillna("").astype(str))
     for structure in table["structure"].unique():
         look(structure)
     order = {"structure": list(STRUCTURES), "depths": ["", *depths_of(table)]}
-    # the second sort is stable, so that scenes and numbers of triangles stay in their order
+    # stable sorts, so that scenes and numbers of triangles keep their order
     for column in ("depths", "structure"):
         table = table.sort_values(
             column, key=lambda values, column=column: values.map(order[column].index), kind="stable"

@@ -1,4 +1,4 @@
-"""How building, refitting and querying grow up to a million triangles."""
+"""Times of building, refitting and querying up to a million triangles."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,7 +13,7 @@ _TITLES = {"build_ms": "build", "refit_ms": "refit", "query_ms": "query"}
 
 @style.styled
 def draw(collision_scaling) -> Figure:
-    """A panel a stage, a curve a structure with its fitted exponent; dotted: in proportion to n.
+    """Draw one panel for each stage, one curve with its exponent for each structure; dotted: proportional to n.
 
     collision_scaling : the table of this name
     """
@@ -35,10 +35,10 @@ def draw(collision_scaling) -> Figure:
                 label=f"{shown.label}{grows}",
             )
         ends = np.array([table["triangles"].min(), table["triangles"].max()])
-        axis.loglog(ends, 1e-4 * ends, color=style.FAINT, lw=0.8, ls=":", label="100 ns a triangle")
+        axis.loglog(ends, 1e-4 * ends, color=style.FAINT, lw=0.8, ls=":", label="100 ns per triangle")
         axis.set(title=_TITLES[stage], xlabel="triangles, n")
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, ncols=2)
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
-    figure.axes[0].set_ylabel("of two bodies, one core [ms]")
+    figure.axes[0].set_ylabel("time for two bodies on one core [ms]")
     return figure

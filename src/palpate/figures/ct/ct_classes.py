@@ -1,4 +1,4 @@
-"""What a CT's values are taken for in a volume rendering: gap, skin, muscle, bone or organ (paper 3, chapter 2)."""
+"""Classification of CT values in a volume rendering: gap, skin, muscle, bone or organ (paper 3, chapter 2)."""
 
 import numpy as np
 
@@ -19,15 +19,15 @@ CLASSES = [
     (220, _BONE, 0.06),
     (500, _BONE, 0.60),
 ]
-"""Corners of the classification: value, colour, opacity a millimetre. Gaps and lungs are transparent, skin and fat
-light and nearly so, muscle is darker, bone grey-white."""
+"""Corners of the classification: value, colour, opacity per millimetre. Gaps and lungs are transparent, skin and fat
+light and nearly transparent, muscle is darker, bone grey-white."""
 
 
 def values(image: Image, mask: np.ndarray) -> np.ndarray:
-    """What CLASSES classifies, (nz, ny, nx) int16: CT numbers [HU], and far below all of them in the organ.
+    """Compute the values for CLASSES, (nz, ny, nx) int16: CT numbers [HU], and far below all of them in the organ.
 
-    The mask's steps from slice to slice are smoothed, as shading would show them. Trap: the organ must lie on the far
-    side of the gaps, so that what is interpolated between it and its neighbours is taken for nothing else.
+    The mask's steps between slices are smoothed, because shading would show them. Trap: the organ's values must lie
+    below those of gaps, so that interpolation between the organ and its neighbours gives no other opaque class.
     """
     from scipy import ndimage
 

@@ -6,20 +6,20 @@ from matplotlib.figure import Figure
 from palpate.bodies.ct.image import Image
 from palpate.figures import style
 
-_WINDOW = (-160, 240)  # [HU], as the abdomen is usually looked at
+_WINDOW = (-160, 240)  # [HU], the usual window for the abdomen
 _OUTLINE = "#ffb000"
 _INCHES = 10.5
 
-# each slice's name, the array axis it is cut across, and which array axes run across and up the picture
+# name, normal axis of the array, and the array axes that point right and up in the picture
 _SLICES = (("axial", 0, 2, 1), ("coronal", 1, 2, 0), ("sagittal", 2, 1, 0))
 _ENDS = {2: ("right", "left"), 1: ("front", "back"), 0: ("feet", "head")}
 
 
 @style.styled
 def draw(image: Image, mask: np.ndarray, name: str) -> Figure:
-    """Slices through the middle of the organ ``mask``, (nz, ny, nx) bool, of the body ``name``, to one scale.
+    """Draw slices through the middle of the organ ``mask``, (nz, ny, nx) bool, of the body ``name``, to one scale.
 
-    As radiologists look: the patient's right is on the left, the front is on top of the axial slice.
+    Radiological convention: the patient's right is on the left, the front is at the top of the axial slice.
     """
     size = 1e3 * np.array(image.hu.shape) * image.spacing_m[::-1]
     across = [size[a] for _, _, a, _ in _SLICES]
@@ -35,12 +35,12 @@ def draw(image: Image, mask: np.ndarray, name: str) -> Figure:
 
 
 def _richest(mask, cut: int) -> int:
-    """Where along an axis the organ's cross-section is largest."""
+    """Find the index along an axis at which the organ's cross-section is largest."""
     return int(mask.sum(axis=tuple(axis for axis in range(3) if axis != cut)).argmax())
 
 
 def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> None:
-    """One slice, its axes in mm; ``cut`` is across which array axis and where, ``shown`` what runs right and up."""
+    """Draw one slice with axes in mm; ``cut`` is its normal axis and index, ``shown`` the axes to the right and up."""
     right, up = shown
     grey, inside = np.take(image.hu, cut[1], axis=cut[0]), np.take(mask, cut[1], axis=cut[0])
     low = 1e3 * (image.to_world(np.full(3, -0.5)))

@@ -1,4 +1,4 @@
-"""A CT's volume rendering by ray casting, and the body that was made from it, seen from the same place."""
+"""Volume rendering of a CT by ray casting, and the body made from it, from the same direction."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ _STEP = 0.5  # of the smallest voxel side, between samples along a ray
 
 @style.styled
 def draw(image: Image, mask: np.ndarray, body: Body) -> Figure:
-    """Left the CT by ray casting, then the coarse and the fine surface of ``body``; dark balls are held nodes.
+    """Draw the CT by ray casting, then the coarse and the fine surface of ``body``; dark balls are held nodes.
 
     Classification, then one ray a pixel with evenly spaced trilinear samples, shaded by normals from central
     differences and composited front to back (paper 3, chapter 2).
@@ -39,7 +39,7 @@ def draw(image: Image, mask: np.ndarray, body: Body) -> Figure:
 
 
 def _view(points: np.ndarray) -> render.View:
-    """From the front, a little from the patient's right and from above; z up."""
+    """Choose a view from the front, slightly from the patient's right and from above; z is up."""
     toward = np.array([np.sin(_TURN) * np.cos(_RISE), -np.cos(_TURN) * np.cos(_RISE), np.sin(_RISE)])
     right = np.cross([0.0, 0.0, 1.0], toward)
     right /= np.linalg.norm(right)
@@ -47,19 +47,19 @@ def _view(points: np.ndarray) -> render.View:
 
 
 def _corners(image: Image) -> np.ndarray:
-    """The corners of the grid, (8, 3) [m]."""
+    """Return the corners of the grid, (8, 3) [m]."""
     last = np.array(image.hu.shape) - 1
     return image.to_world(np.array(list(np.ndindex(2, 2, 2))) * last)
 
 
 def _volume(image: Image, mask: np.ndarray):
-    """The CT as a VTK volume for VTK's ray caster on the processor, which needs no graphics card.
+    """Convert the CT to a VTK volume for VTK's ray caster on the processor, which needs no graphics card.
 
-    Early ray termination is built into that caster: a ray ends as soon as less than 1 % of what lies behind would
-    show. It leaps over empty blocks, too. Traps: left to itself it casts fewer rays the slower the machine is; its
-    leaps go wrong for voxels of four components, so that classes must be told by one value.
+    That caster terminates rays early: a ray ends when less than 1 % of the light from behind would pass. It also skips
+    empty blocks. Traps: by default it casts fewer rays on a slower machine; skipping fails for voxels of four
+    components, so that classes must be encoded in one value.
     """
-    import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  without it the caster has nothing to draw on
+    import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  registers the caster's rendering backend
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkRenderingCore import vtkVolume
@@ -85,7 +85,7 @@ def _volume(image: Image, mask: np.ndarray):
 
 
 def _look():
-    """Colour and opacity by CLASSES, shaded; ambient and diffuse light add up to less than 1, above which it wraps."""
+    """Set colour, opacity and shading by CLASSES; ambient plus diffuse light stay below 1, above which values wrap."""
     from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
     from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolumeProperty
 

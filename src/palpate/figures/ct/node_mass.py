@@ -1,4 +1,4 @@
-"""Total mass of an organ's mesh against that of its voxels, and the mean density, over resolutions (paper 2)."""
+"""Total mass of an organ's mesh against that of its voxels, and mean density, over mesh resolutions (paper 2)."""
 
 from matplotlib.figure import Figure
 
@@ -11,7 +11,7 @@ _ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
 
 @style.styled
 def draw(node_mass) -> Figure:
-    """Left: deviation of the total mass from the voxels, with and without regard to the organ's rim; right: density.
+    """Draw the deviation of the total mass, with and without the correction at the organ's rim, and the mean density.
 
     node_mass : the table of this name
     """
@@ -24,9 +24,9 @@ def draw(node_mass) -> Figure:
         left.plot(rows["elements"], 100 * rows["deviation_from_voxels"], color=colour, marker="o", ms=4, label=body)
         right.plot(rows["elements"], rows["mean_density_kg_m3"], color=colour, marker="o", ms=4, label=body)
     _bounds(left, node_mass["elements"])
-    left.plot([], [], color=style.INK, label="inside of the organ only")
-    left.plot([], [], color=style.INK, ls="--", alpha=0.7, label="voxels as they are (paper 2)")
-    left.set(title="total mass against the voxels", ylabel="deviation [%]")
+    left.plot([], [], color=style.INK, label="densities of the organ only")
+    left.plot([], [], color=style.INK, ls="--", alpha=0.7, label="densities of all voxels (paper 2)")
+    left.set(title="deviation of the total mass from the voxels", ylabel="deviation [%]")
     left.legend(loc="lower right")
     right.set(title="mean density", ylabel="total mass / volume [kg/m³]")
     low, high = right.get_ylim()
@@ -40,7 +40,7 @@ def draw(node_mass) -> Figure:
 
 
 def _bounds(axis, elements) -> None:
-    """What paper 2 reports, and what is asked of meshes with enough elements."""
+    """Draw the range that paper 2 reports, and the bound for meshes with enough elements."""
     axis.axhspan(-_PAPERS, _PAPERS, color="#f3f3f3", zorder=0)
     axis.annotate(
         f"±{_PAPERS:g} %: paper 2's meshes", (elements.min(), _PAPERS), (0, -10), textcoords="offset points", fontsize=8

@@ -1,4 +1,4 @@
-"""What became of each model in each hard case: a matrix of outcomes."""
+"""Matrices of the outcomes of every model in every hard case."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,22 +11,23 @@ TABLES = ("hard_cases",)
 LOOKS = {
     "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
     "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
-    "not_converged": style.Look("not converged, and said so", "#f0c94a", "n"),
+    "not_converged": style.Look("not converged, and reported", "#f0c94a", "n"),
     "wrong": style.Look("wrong", "#d55e00", "w"),
     "nan": style.Look("not a number", "#111111", "∞"),
 }
-"""Each outcome: its colour, and the letter that tells it without colour."""
-COLUMNS = ((("fem", "dynamics"),), (("kernel",), ("contact",)))
-"""Families by matrix, and matrices from left to right and from above."""
-TITLES = {"fem": "bodies in balance", "dynamics": "bodies in motion", "kernel": "enrichment", "contact": "contact"}
+"""Each outcome's label, colour, and the letter that shows it without colour."""
+COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",)))
+"""Families by matrix, and matrices from left to right and from top to bottom."""
+TITLES = {"fem": "statics", "dynamics": "dynamics", "enrichment": "enrichment", "contact": "contact"}
 CELL = 0.165  # [inch]
 LEFT, TOP, BELOW = 2.2, 1.55, 0.75  # [inch] for names of cases, of models, and the legend
 
 
 @style.styled
 def draw(hard_cases) -> Figure:
-    """Cases (rows) and models (columns), a matrix for families that share models; a cross where an outcome was not
-    declared.
+    """Draw cases (rows) and models (columns), one matrix for families that share models.
+
+    A cross marks an outcome that was not declared.
 
     hard_cases : the table of this name
     """
@@ -61,7 +62,7 @@ def _named(shown: style.Look) -> str:
 
 
 def _matrix(axis, table) -> None:
-    """The cells of some families, with a line between them."""
+    """Draw the cells of some families, with a line between families."""
     cases, models = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model"]))
     for row in table.itertuples():
         x, y = models.index(row.model), cases.index(row.case)

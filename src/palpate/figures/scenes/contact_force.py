@@ -1,4 +1,4 @@
-"""What a hand on an instrument would feel: force and depth over time, and one against the other."""
+"""Force on an instrument and its depth over time, and force over depth."""
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -17,8 +17,9 @@ _ROW = 4.2
 
 @style.styled
 def draw(contact_force: pd.DataFrame, *, scene: str) -> Figure:
-    """Of each instrument, left: the force on it over time, over its depth below the surface at rest; right: force by
-    depth. What has no depth has its force only; a scene in which nothing moves, an empty panel that says so.
+    """Draw for each instrument its force and depth below the surface at rest over time, and its force over depth.
+
+    An instrument without a depth has its force only; a scene in which no instrument moves has a panel with a note.
 
     contact_force : the table of this name, which may have no rows
     """
@@ -29,12 +30,12 @@ def draw(contact_force: pd.DataFrame, *, scene: str) -> Figure:
     figure = Figure(figsize=(9.5, _ROW * len(names)), layout="constrained")
     for part, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
         rows = tables.where(felt, instrument=name)
-        title = f"{scene}: what the {name} feels"
+        title = f"{scene}: force on the {name}"
         if rows["depth_m"].notna().any():
             _with_depth(part, rows, title)
         else:
             force = part.subplots()
-            _force(force, rows, f"{title}; it has no depth here")
+            _force(force, rows, f"{title}, which has no depth")
             force.set(xlabel="time [s]")
     return figure
 
@@ -55,12 +56,12 @@ def _with_depth(part, rows: pd.DataFrame, title: str) -> None:
     dots = loop.scatter(millimetres[touched], rows["force_n"][touched], c=t[touched], cmap="viridis", s=14, zorder=3)
     if touched.any():
         part.colorbar(dots, ax=loop, label="time [s]", shrink=0.8)
-    loop.set(title="force by depth", xlabel="depth below the surface at rest [mm]", ylabel="force [N]")
+    loop.set(title="force over depth", xlabel="depth below the surface at rest [mm]", ylabel="force [N]")
 
 
 def _force(axis, rows: pd.DataFrame, title: str) -> None:
-    """Size and parts over time, named beside the curves, which fill the panel."""
-    axis.plot(rows["time_s"], rows["force_n"], color=style.INK, lw=2, label="size")
+    """Draw magnitude and components over time, with the legend beside the panel."""
+    axis.plot(rows["time_s"], rows["force_n"], color=style.INK, lw=2, label="magnitude")
     for column, label, colour in _PARTS:
         axis.plot(rows["time_s"], rows[column], color=colour, label=label)
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -1,4 +1,4 @@
-"""What each effect of a scene costs a step, and how wrong the scene gets without it."""
+"""Time of each effect of a scene per step, and the scene's error without it."""
 
 import numpy as np
 import pandas as pd
@@ -10,12 +10,12 @@ from palpate.figures.number_format import percent, seconds
 
 TABLES = ("effects",)
 _INCHES, _ROW = 9.0, 0.27
-_LEAST = 1e-4  # errors below are drawn here, so that one of nothing does not stretch the axis
+_LEAST = 1e-4  # smaller errors are drawn here, so that an error near zero does not stretch the axis
 
 
 @style.styled
 def draw(effects: pd.DataFrame) -> Figure:
-    """One row of panels a scene: bars of the time a step, and beside them the error if the effect is left out.
+    """Draw one row of panels for each scene: the time per step, and beside it the error if the effect is left out.
 
     effects : the table of this name. The error is the root mean square over frames and nodes, as a share of the
     largest displacement; effects without one (the elastic one, the integrator, runs that fail) have a dash.
@@ -34,13 +34,13 @@ def draw(effects: pd.DataFrame) -> Figure:
         _bars(left, rows)
         _dots(right, rows, top)
         left.set_title(scene)
-    grid[-1, 0].set_xlabel("time a step [ms]")
+    grid[-1, 0].set_xlabel("time per step [ms]")
     grid[0, 1].set_title("error if left out [% of peak]")
     return figure
 
 
 def _bars(axis, rows: pd.DataFrame) -> None:
-    """Milliseconds a step, the dearest first, with the share of the step."""
+    """Draw the milliseconds per step in table order, with their share of the step."""
     longest = rows["ms_per_step"].max()
     for y, row in enumerate(rows.itertuples()):
         axis.barh(y, row.ms_per_step, color=style.effect_colour(row.effect), height=0.7)
@@ -52,7 +52,7 @@ def _bars(axis, rows: pd.DataFrame) -> None:
 
 
 def _dots(axis, rows: pd.DataFrame, top: float) -> None:
-    """The errors on a logarithmic scale that all scenes share."""
+    """Draw the errors on a logarithmic scale that all scenes share."""
     for y, row in enumerate(rows.itertuples()):
         error = row.error_if_left_out
         if np.isfinite(error):

@@ -1,4 +1,4 @@
-"""The energies of every scene over time: where they go, and that none comes from nowhere."""
+"""The energies of every scene over time, and their balance with the external work."""
 
 import numpy as np
 import pandas as pd
@@ -11,17 +11,17 @@ from palpate.scenes.effect_registry import ELASTIC
 TABLES = ("energy",)
 _COLUMNS, _INCHES = 3, (3.7, 2.4)
 _UNITS = (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9))
-_FREE = "gravity_j"  # potential without a natural zero: counted from its first value
+_FREE = "gravity_j"  # potential without a natural zero: relative to its first value
 _BESIDES = ("scene", "time_s", "outer_work_j", "total_j")
 
 
 @style.styled
 def draw(energy: pd.DataFrame) -> Figure:
-    """One panel a scene: every energy, their sum, and the sum minus the work done from outside.
+    """Draw one panel for each scene: every energy, their sum, and the sum minus the external work.
 
-    energy : the table of this name. Gravity's potential is counted from the first frame. Where the sum minus the
-    outer work (black) rises, energy came from nowhere; where it falls, damping took it. A scene whose elastic effect
-    has no energy (shape matching) has neither sum nor black line, which would say nothing.
+    energy : the table of this name. Gravity's potential is relative to the first frame. Where the sum minus the
+    external work (black) rises, the scheme has created energy; where it falls, damping has dissipated it. A scene whose
+    elastic effect has no energy (shape matching) has neither sum nor black line, which would be incomplete.
     """
     names = tables.scenes(energy)
     columns = min(_COLUMNS, len(names))
@@ -37,7 +37,7 @@ def draw(energy: pd.DataFrame) -> Figure:
 
 
 def counted(rows: pd.DataFrame) -> pd.DataFrame:
-    """The energies [J] of one scene, those it does not have left out, and ``balance_j``: sum minus outer work."""
+    """Return the energies [J] that one scene has, and ``balance_j``: their sum minus the external work."""
     rows = rows.dropna(axis="columns", how="all").copy()
     if _FREE in rows:
         first = rows[_FREE].iloc[0]
@@ -47,17 +47,17 @@ def counted(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_effects(table: pd.DataFrame) -> list[str]:
-    """The columns of kinetic energy and of the effects' energies, in order."""
+    """Return the columns of kinetic energy and of the effects' energies, in order."""
     return [c for c in table if c.endswith("_j") and c not in (*_BESIDES, "balance_j")]
 
 
 def whole(rows: pd.DataFrame) -> bool:
-    """Whether the sum of one scene's energies has that of its elastic effect in it."""
+    """Return whether the sum of one scene's energies includes that of its elastic effect."""
     return any(f"{name}_j" in rows for name in ELASTIC)
 
 
 def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
-    """One scene, in the unit that suits its largest energy."""
+    """Draw one scene in the unit that suits its largest energy."""
     parts = of_effects(rows)
     drawn = [*parts, *(c for c in ("total_j", "outer_work_j") if c in rows)]
     largest = float(np.nanmax(np.abs(rows[drawn].to_numpy())))
@@ -78,7 +78,7 @@ def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
 
 
 def _legend(energy: pd.DataFrame) -> list[Line2D]:
-    """Every energy that some scene has, then what is made of them; elastic effects share their colour and line."""
+    """Return the handles of every energy in some scene, then of the sums; elastic effects share colour and line."""
     names: dict[str, list[str]] = {}
     for column in of_effects(energy.dropna(axis="columns", how="all")):
         name = column.removesuffix("_j")
@@ -86,6 +86,6 @@ def _legend(energy: pd.DataFrame) -> list[Line2D]:
     return [
         *(Line2D([], [], color=colour, label=", ".join(sharing)) for colour, sharing in names.items()),
         Line2D([], [], color="#c4c4c4", lw=4, label="sum"),
-        Line2D([], [], color=style.effect_colour("outer_work"), ls="--", label="work done from outside"),
-        Line2D([], [], color=style.INK, lw=1.1, label="sum − work from outside"),
+        Line2D([], [], color=style.effect_colour("outer_work"), ls="--", label="external work"),
+        Line2D([], [], color=style.INK, lw=1.1, label="sum − external work"),
     ]

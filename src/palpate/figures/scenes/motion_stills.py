@@ -1,4 +1,4 @@
-"""A scene in motion: a row of stills, and a short animation that loops."""
+"""Pictures of a scene in motion: a row of stills, and a short animation that loops."""
 
 from dataclasses import replace
 from functools import partial
@@ -18,10 +18,11 @@ _COARSE = 800  # triangles; the edges of more would darken the picture
 
 @style.styled
 def stills(motion: Motion, count: int) -> Figure:
-    """``count`` moments in a row, coloured by displacement from the rest shape on one scale; dark balls are held.
+    """Draw ``count`` moments in a row, coloured by displacement from the rest shape on one scale.
 
-    The moments share out both the time and the way that the surface covers, so that a fast press is not missed, and
-    one is that of the largest displacement. The grey line is the outline of the rest shape. Nothing is exaggerated.
+    The moments are evenly spaced in both time and the distance that the surface travels, so that a fast press is not
+    missed, and one is that of the largest displacement. Dark balls are held nodes, the grey line is the outline of the
+    rest shape. Displacements are to scale.
     """
     scenery = Scenery(motion)
     frames = _moments(motion, scenery.surface, count)
@@ -47,34 +48,34 @@ def animate(motion: Motion, path: str | Path) -> None:
 
 
 class Scenery:
-    """What all pictures of a motion share: view, surface, displacements [mm], their limit, held nodes and things."""
+    """Common parts of all pictures of a motion: view, surface, displacements [mm], limit, held nodes and things."""
 
     def __init__(self, motion: Motion):
         self._motion = motion
         self.surface = np.unique(motion.triangles)
         moved = motion.positions - motion.rest
         self.millimetres = 1e3 * np.linalg.norm(moved, axis=2)
-        self.limit = float(self.millimetres[:, self.surface].max()) or 1.0  # a body that stays is all of one colour
+        self.limit = float(self.millimetres[:, self.surface].max()) or 1.0  # a body at rest has one colour
         self.held = np.intersect1d(motion.held, self.surface)
         cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
         self.things = [_seen(thing, cloud) for thing in motion.obstacles]
         peak = self.surface[np.argmax(self.millimetres[:, self.surface].max(axis=0))]
         normal = _normal(motion.rest, motion.triangles, peak)
         if any(thing.kind == "floor" for thing in self.things):
-            normal[motion.up] = max(normal[motion.up], 0.0)  # from below a floor would hide everything
+            normal[motion.up] = max(normal[motion.up], 0.0)  # seen from below, a floor would hide everything
         axes = render.directions(cloud, normal, motion.up)
         view = render.frame(axes, [cloud, *(_corners(thing) for thing in self.things)])
-        low, high = _ASPECTS  # what falls far or lies flat gets room at its sides
+        low, high = _ASPECTS  # very high or very flat views get more space at the sides
         self.view = replace(view, width=max(view.width, low * view.height), height=max(view.height, view.width / high))
         self._ball = 0.011 * self.view.width
 
     def picture(self, stage: render.Stage, frame: int) -> np.ndarray:
-        """One frame, (height, width, 3) uint8."""
+        """Render one frame, (height, width, 3) uint8."""
         things = [partial(render.Stage.rigid, points=t.positions[frame], thing=t) for t in self.things]
         return self.draw(stage, self._motion.positions[frame], self.millimetres[frame], things)
 
     def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray, things=()) -> np.ndarray:
-        """Nodes (n, 3) [m] coloured by their displacement (n,) [mm], as ``picture`` gives it, and ``things`` beside."""
+        """Render nodes (n, 3) [m], coloured by their displacement (n,) [mm], and ``things``, as ``picture`` does."""
         motion = self._motion
         actors = [
             *things,
@@ -89,7 +90,7 @@ class Scenery:
 
 
 def _seen(thing: Moved, cloud: np.ndarray) -> Moved:
-    """The thing as it is drawn: of a floor the part that is under the points ``cloud`` (n, 3) [m]."""
+    """Return the thing as it is drawn: for a floor, the part below the points ``cloud`` (n, 3) [m]."""
     if thing.kind != "floor":
         return thing
     up = int(np.argmin(np.ptp(thing.positions[0], axis=0)))
@@ -104,13 +105,13 @@ def _seen(thing: Moved, cloud: np.ndarray) -> Moved:
 
 
 def _corners(thing: Moved) -> np.ndarray:
-    """The corners of boxes around all places of a thing, (n, 3) [m]."""
+    """Return the corners of boxes around all positions of a thing, (n, 3) [m]."""
     places = thing.positions.reshape(-1, 3)
     return np.vstack([places - thing.radius_m, places + thing.radius_m])
 
 
 def _normal(nodes: np.ndarray, triangles: np.ndarray, node: int) -> np.ndarray:
-    """The surface's normal (3,) at a node; zero if its triangles have no area."""
+    """Compute the surface's normal (3,) at a node; zero if its triangles have no area."""
     around = triangles[(triangles == node).any(axis=1)]
     a, b, c = nodes[around].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a).sum(axis=0)
@@ -118,7 +119,7 @@ def _normal(nodes: np.ndarray, triangles: np.ndarray, node: int) -> np.ndarray:
 
 
 def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
-    """Frames from first to last, evenly spread over the mean of the time's and the way's share; one is the peak."""
+    """Choose frames from first to last, evenly spaced in the mean of relative time and distance; one is the peak."""
     moved = motion.positions[:, surface] - motion.positions[0, surface]
     peak = int(np.linalg.norm(moved, axis=2).max(axis=1).argmax())
     steps = np.linalg.norm(np.diff(moved, axis=0), axis=2).mean(axis=1)
@@ -133,5 +134,5 @@ def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
 
 
 def _size(aspect: float) -> tuple[int, int]:
-    """Width and height of a picture [pixel]."""
+    """Return width and height of a picture [pixel]."""
     return round(_PIXELS * min(1.0, aspect)), round(_PIXELS / max(1.0, aspect))

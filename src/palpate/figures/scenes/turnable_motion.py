@@ -1,4 +1,4 @@
-"""A scene in motion, to be turned and played in the page."""
+"""Interactive motion of a scene, which the reader can rotate and play in the report."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ _FRAMES = 60
 
 
 def write(motion: Motion, path: str | Path) -> None:
-    """Write at most 60 frames of the surface, coloured as in the stills, the things beside it, and its times."""
+    """Write at most 60 frames of the surface, coloured as in the stills, of the rigid things, and their times."""
     scenery = Scenery(motion)
     kept = gif.evenly(len(motion.times), _FRAMES)
     norm = Normalize(0.0, scenery.limit)

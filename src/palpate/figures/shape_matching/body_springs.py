@@ -1,4 +1,4 @@
-"""How local a poke of a surface model stays, and how the body comes back, with and without virtual body springs."""
+"""Extent of a poke on a surface model, and its recovery, with and without virtual body springs (paper 3)."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -11,7 +11,7 @@ _SHADES = ("#c5e29f", "#8cc63f", "#3f6b12")  # the hue of body springs in style.
 
 @style.styled
 def draw(body_springs) -> Figure:
-    """Left: displacement at the end of the hold by distance from the poke. Right: the largest one over time.
+    """Draw the displacement at the end of the hold over the distance from the poke, and the largest one over time.
 
     body_springs : the table of this name
     """
@@ -33,20 +33,20 @@ def draw(body_springs) -> Figure:
     back.axvline(released, color=style.FAINT, ls=":", lw=1)
     back.annotate("release", (released, 0.01), (-3, 2), xycoords=("data", "axes fraction"),
                   textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=7)  # fmt: skip
-    local.set(xlabel="distance from the poke at rest [mm]", ylabel="mean displacement [mm]", title="while poked")
-    back.set(xlabel="time [s]", ylabel="largest displacement [% of that while poked]", title="and released")
+    local.set(xlabel="rest distance from the poke [mm]", ylabel="mean displacement [mm]", title="during the hold")
+    back.set(xlabel="time [s]", ylabel="largest displacement [% of that during the hold]", title="over time")
     back.set(yscale="log", ylim=(1e-2, 300))
     style.plain_log(back.yaxis)
-    title = "moved: more than a tenth of the largest"
+    title = "moved: by more than 10 % of the largest"
     figure.legend(handles=handles, loc="outside right upper", labelspacing=0.9, title=title)
     return figure
 
 
 def _look(case: str, stiffness: float, shades) -> tuple[str, str, str]:
-    """Colour, dashes and name of a case."""
+    """Return colour, line style and label of a case."""
     if case == "body_springs":
         return next(shades), "-", f"body springs, {stiffness:g} N/m a node"
     return {
-        "none": (style.INK, "-", "surface springs alone"),
-        "dampers_only": (style.FAINT, "--", "dampers alone, without body springs"),
+        "none": (style.INK, "-", "surface springs only"),
+        "dampers_only": (style.FAINT, "--", "dampers only, without body springs"),
     }[case]

@@ -1,4 +1,4 @@
-"""Paper 3's figure 3.11: more clusters bend finer and farther under the same load."""
+"""Bending of a column with more clusters under the same load (paper 3's figure 3.11)."""
 
 import matplotlib
 import numpy as np
@@ -12,7 +12,7 @@ _COLOURS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e6b400")
 
 @style.styled
 def draw(clusters) -> Figure:
-    """A column a panel, seen from the side, its particles coloured by displacement, its rest shape outlined.
+    """Draw one column per panel from the side, its particles coloured by displacement, and its rest shape in grey.
 
     clusters : the table of this name
     """
@@ -64,6 +64,6 @@ def _lattice(axis, group, columns: list[str], colour: str, width: float) -> None
 
 
 def _profile(group) -> tuple[np.ndarray, np.ndarray]:
-    """Height at rest and mean displacement along x of each layer, both [cm]."""
+    """Compute the height at rest and the mean displacement along x of each layer, both [cm]."""
     layers = (group["x_m"] - group["rest_x_m"]).groupby(group["rest_z_m"]).mean()
     return 100.0 * layers.index.to_numpy(), 100.0 * layers.to_numpy()

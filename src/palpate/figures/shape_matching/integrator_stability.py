@@ -1,4 +1,4 @@
-"""Which integrator blows up, and from which step on."""
+"""Growth per step of each integrator, and the step at which it becomes unstable."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,7 +18,7 @@ _LOOKS = {
 
 @style.styled
 def draw(integrator_stability) -> Figure:
-    """Growth a step over the step, by the formulas (lines) and in runs (markers), and how far runs are off.
+    """Draw the growth per step over the step, by formulas (lines) and simulations (markers), and their difference.
 
     integrator_stability : the table of this name
     """
@@ -37,20 +37,20 @@ def draw(integrator_stability) -> Figure:
             label = _NAMES[scheme] + (f", α = {alpha:g}" if np.isfinite(alpha) else "")
             handles.append(Line2D([], [], color=colour, marker=marker, ms=5, mec="white", mew=0.5, label=label))
     _threshold(growth, stability)
-    growth.set(xscale="log", yscale="log", ylabel="growth a step", title="One spring, stepped")
-    error.set(yscale="log", xlabel="h / sqrt(m/k)", ylabel="|run/formula − 1|", xlim=(0.009, 110))
+    growth.set(xscale="log", yscale="log", ylabel="growth per step", title="one mass on a spring")
+    error.set(yscale="log", xlabel="h / sqrt(m/k)", ylabel="|simulation/formula − 1|", xlim=(0.009, 110))
     style.plain_log(error.xaxis)
-    figure.legend(handles=handles, loc="outside right upper", title="line: spectral radius\nmarker: run")
+    figure.legend(handles=handles, loc="outside right upper", title="line: spectral radius\nmarker: simulation")
     return figure
 
 
 def _threshold(axis, stability) -> None:
-    """Where runs begin to blow up, for the schemes that do."""
+    """Mark the step at which simulations become unstable, for schemes with such a step."""
     finite = stability[np.isfinite(stability["blow_up_measured"])]
     for scheme, rows in finite.groupby("scheme"):
         at, stated = rows[["blow_up_measured", "limit_stated"]].iloc[0]
         axis.axvline(at, color=style.FAINT, ls=":", lw=1)
-        text = f"{_NAMES[scheme]} blows up\nfrom {at:.4f} (stated limit {stated:.4f})"
+        text = f"{_NAMES[scheme]} unstable\nfrom {at:.4f} (stated limit {stated:.4f})"
         axis.annotate(
             text, (at, 0.97), (-6, 0), xycoords=("data", "axes fraction"),
             textcoords="offset points", ha="right", va="top", fontsize=8,

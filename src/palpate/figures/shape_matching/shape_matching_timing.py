@@ -1,4 +1,4 @@
-"""Paper 3's figure 3.12: a step's cost over particles, clusters and modes."""
+"""Time of a step over particles, clusters and modes (paper 3's figure 3.12)."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,16 +8,16 @@ from palpate.figures import style
 
 TABLES = ("shape_matching_timing",)
 _MODES = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}
-"""Colour, marker and its size; rigid and linear cost the same, so one must show around the other."""
+"""Colour, marker and its size; rigid and linear cost the same, so that one marker must surround the other."""
 
 _THESIS_MS, _NS = 20.0, 20.0
 
 
 @style.styled
 def draw(shape_matching_timing) -> Figure:
-    """Left: objects of 100 particles, a panel for each number of clusters; right: one object of many particles.
+    """Draw objects of 100 particles, one panel for each number of clusters, and one object of many particles.
 
-    The powers of n are fitted from FEWEST particles on, below which the cost of calling the kernels shows.
+    Exponents are fitted from FEWEST particles on, below which the cost of calling compiled functions matters.
 
     shape_matching_timing : the table of this name
     """
@@ -35,7 +35,7 @@ def draw(shape_matching_timing) -> Figure:
             _mark_headline(axis, headline(table))
     largest = one[one["clusters"] == HEADLINE["clusters"]]
     _curves(axes[-1], largest, f"one object,\n{HEADLINE['clusters']} clusters", {m: m for m in _MODES})
-    axes[0].set_ylabel("a step on one core [ms]")
+    axes[0].set_ylabel("time of a step on one core [ms]")
     axes[0].set_ylim(table["ms_per_step"].min() / 12, 60)
     for axis in axes:
         style.plain_log(axis.xaxis)
@@ -49,13 +49,13 @@ def _curves(axis, rows, title: str, labels: dict[str, str]) -> None:
         curve = rows[rows["mode"] == mode].sort_values("all_particles")
         axis.loglog(curve["all_particles"], curve["ms_per_step"], color=colour, marker=marker, ms=size, label=label)
     ends = np.array([rows["all_particles"].min(), rows["all_particles"].max()])
-    axis.loglog(ends, 1e-6 * _NS * ends, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns a particle")
-    axis.set(title=title, xlabel="particles in all, n")
+    axis.loglog(ends, 1e-6 * _NS * ends, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns per particle")
+    axis.set(title=title, xlabel="total number of particles, n")
     axis.legend(loc="lower right")
 
 
 def _mark_headline(axis, milliseconds: float) -> None:
-    """What the thesis reached with 100 quadratic objects, and what this machine does."""
+    """Mark the thesis' time for 100 quadratic objects, and this machine's."""
     particles = HEADLINE["objects"] * HEADLINE["particles"]
     axis.plot(particles, _THESIS_MS, "*", color=style.INK, ms=9)
     axis.annotate(

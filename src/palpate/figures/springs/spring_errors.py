@@ -1,4 +1,4 @@
-"""How the error along x, y and z grows over the steps, for the fitted press and the two others (paper 2's figure 3)."""
+"""Errors along x, y and z over the steps, for the fitted press and the two others (paper 2's figure 3)."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -8,17 +8,17 @@ from palpate.figures.springs.spring_looks import DASHES, FITS, FORCES, look
 
 TABLES = ("spring_errors",)
 SHOWN = ["uniform", "genetic", "gradient", "gradient_smooth", "gradient_all"]
-"""The simplest way, the paper's and ours; the table has the others."""
+"""The simplest method, the paper's, and the fits by gradient; the table has the others."""
 
 
 @style.styled
 def draw(spring_errors) -> Figure:
-    """A row a press, a column an axis; the largest error of a key point, of the median of the seeds.
+    """Draw the largest error of a key point, one row for each press and one column for each axis; median of the seeds.
 
     spring_errors : the table of this name
     """
     errors = spring_errors
-    # one way is fitted to all of them, which says nothing about the others
+    # gradient_all is fitted to all presses, which is not counted here
     presses = errors.groupby("press", sort=False)["used_in_fit"].mean() > 0.5
     figure = Figure(figsize=(9.5, 2.1 * len(presses) + 1.1), layout="constrained")
     grid = figure.subplots(len(presses), 3, sharex=True, sharey="row", squeeze=False)

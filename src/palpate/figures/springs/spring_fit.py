@@ -1,4 +1,4 @@
-"""How good each way of finding spring parameters gets, over generations (paper 2's figure 2) and over time."""
+"""Best fitness of each method for spring parameters over generations (paper 2's figure 2) and over time."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,16 +10,16 @@ from palpate.figures.springs.spring_looks import FITS, FORCES, look
 
 TABLES = ("spring_history",)
 _POINTS = 200
-"""Over so many generations or times the seeds of a search are compared."""
+"""Number of generations or times at which the seeds of a search are compared."""
 
 
 @style.styled
 def draw(spring_history) -> Figure:
-    """A row without and one with the volume force: −fitness over generations on the left, over time on the right.
+    """Draw −fitness over generations (left) and over time (right), without and with the volume force.
 
     spring_history : the table of this name
-    A line is the median of the seeds and a band their range. What needs no search is a marker at its time and a line
-    from there on, as it gets no better.
+    A line is the median of the seeds and a band their range. A method without a search is a marker at its time and a
+    constant line from there.
     """
     history = spring_history[spring_history["method"] != "gradient_all"]  # its fitness is a sum of three presses
     figure = Figure(figsize=(9.5, 6.2), layout="constrained")
@@ -45,7 +45,7 @@ def draw(spring_history) -> Figure:
 
 
 def best_so_far(found, column: str, places: np.ndarray) -> np.ndarray:
-    """−fitness of each seed at ``places`` of ``column``, (seeds, places); nan before its first value.
+    """Compute −fitness of each seed at ``places`` of ``column``, (seeds, places); nan before its first value.
 
     A seed that has ended keeps its last value.
     """
@@ -59,7 +59,7 @@ def best_so_far(found, column: str, places: np.ndarray) -> np.ndarray:
 
 
 def _band(axis, found, column, look, spread) -> None:
-    """Median and range of the seeds of one search, from where each of them has a value."""
+    """Draw the median and range of the seeds of one search, from the place where all seeds have a value."""
     starts, ends = found.groupby("seed")[column].agg(["min", "max"]).max()
     places = spread(starts, ends, _POINTS)
     curves = best_so_far(found, column, places)
@@ -68,14 +68,14 @@ def _band(axis, found, column, look, spread) -> None:
 
 
 def _at_once(axis, found, look, last: float) -> None:
-    """What needs no search."""
+    """Draw a method without a search."""
     at, error = found["seconds"].median(), -found["fitness"].median()
     axis.plot([at, last], [error, error], color=look.colour, lw=0.8, ls=":")
     axis.plot(at, error, look.marker, color=look.colour, mec="white", mew=0.6, ms=8)
 
 
 def _legend(history) -> list:
-    """Every way that is there, in table order, and what a band is."""
+    """Return the handles of all methods in the table, in table order, and of the band."""
     searched = history.groupby("method")["generation"].max() > 0
     handles = []
     for method, way in FITS.items():

@@ -1,4 +1,4 @@
-"""How well springs can follow materials of other Poisson ratios than their own 1/4: the floor of the model."""
+"""Least error of springs for materials with other Poisson ratios than their own, 1/4: the floor of the model."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -14,7 +14,9 @@ _MARKERS = {False: "o", True: "s"}
 
 @style.styled
 def draw(spring_floor) -> Figure:
-    """A panel a press: error over the reference's Poisson ratio, fitted by gradient to all, with and without volume.
+    """Draw the error over the reference's Poisson ratio, one panel for each press, with and without the volume force.
+
+    The springs are fitted to all presses by gradient.
 
     spring_floor : the table of this name
     """

@@ -1,4 +1,4 @@
-"""What each way of finding spring parameters is called and drawn as, in every figure and sentence."""
+"""Label, colour and marker of each method for spring parameters, in every figure and sentence."""
 
 from palpate.errors import InputError
 from palpate.figures.style import Look
@@ -10,19 +10,19 @@ FITS = {
     "genetic": Look("genetic algorithm (the paper)", "#d55e00", "o"),
     "cma_es": Look("CMA-ES", "#0072b2", "s"),
     "gradient": Look("gradient by the adjoint", "#009e73", "*"),
-    "gradient_smooth": Look("gradient, moduli kept alike", "#cc79a7", "D"),
+    "gradient_smooth": Look("gradient, regularised moduli", "#cc79a7", "D"),
     "gradient_all": Look("gradient, fitted to all presses", "#66c2a5", "*"),
 }
-"""Every way that a table may name, in table order."""
+"""Every method that may occur in a table, in table order."""
 
 DASHES = {False: "--", True: "-"}
-"""Without the volume force, and with it."""
+"""Line styles without and with the volume force."""
 
 FORCES = {False: "springs alone", True: "springs and volume force"}
 
 
 def look(method: str) -> Look:
-    """The look of a way; InputError for one that has none, so that no figure invents a colour."""
+    """Look up the look of a method; raises InputError for an unknown one, so that no figure invents a colour."""
     try:
         return FITS[method]
     except KeyError:

@@ -1,4 +1,4 @@
-"""The kernels whose growth is measured: each runs at one size, and hands its stages to a meter."""
+"""The components whose growth is measured: each runs at one size and passes its stages to a meter."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from palpate.bodies.liver import liver
 LENGTH_M = 0.2
 MATERIAL = Material(3000.0, 0.3, 1000.0)
 PEAK_OF_SIZE, RADIUS_M = 0.05, 0.02
-"""How far the liver is pressed, by linear elasticity on its coarse mesh, and on how wide a disc."""
+"""Depth of the press / the liver's length, by linear elasticity on the coarse mesh, and radius of the disc [m]."""
 TOLERANCE = 1e-8
 OBJECT, CLUSTERS = 100, 8
-"""Particles and clusters of each object that shape matching moves: paper 3's."""
+"""Particles and clusters of each object of shape matching, as in paper 3."""
 POPULATION = 60
 CUBE = {
     "side_m": 0.01,
@@ -24,13 +24,13 @@ CUBE = {
     "key_points_m": [[0.005, 0.005, 0.01]],
     "young_pa": [300.0, 3000.0],
 }
-"""Paper 2's experiment, cut short: a generation is to be timed and not to get anywhere."""
+"""Paper 2's experiment with a short duration, since only the time of a generation is measured."""
 
 Size = tuple[str, int]
 
 
 def fem(refinements: int, meter) -> Size:
-    """A press of the liver on a mesh refined so often, by Newton's method and multigrid: tetrahedra."""
+    """Press the liver on a mesh of so many ``refinements`` by Newton's method and multigrid; the size in tetrahedra."""
     from palpate.effects.patch_load import nodal_load
     from palpate.solvers.equilibrium import Equilibrium
 
@@ -47,28 +47,28 @@ def fem(refinements: int, meter) -> Size:
 
 
 def _liver(refinements: int) -> Body:
-    """The liver with its thick end held, and its surface worked out."""
+    """Make the liver with its thick end held, and its surface computed."""
     mesh = liver(LENGTH_M)
     held = np.flatnonzero(mesh.nodes[:, 0] < mesh.nodes[:, 0].min() + 0.2 * LENGTH_M)
     body = nest("liver", mesh, refinements, held, MATERIAL)
-    _ = body.fine.normals, body.fine.areas  # which the mesh keeps
+    _ = body.fine.normals, body.fine.areas  # computed once and kept by the mesh
     return body
 
 
 def triangles(count: int, meter) -> Size:
-    """Composite trees of two crossing sheets of together about so many triangles."""
-    from palpate.evaluation.collision.compare_trees import Ours
+    """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
+    from palpate.evaluation.collision.compare_trees import RefittedTrees
     from palpate.evaluation.collision.deforming_surfaces import crossing_waves
 
     scene = crossing_waves(count)
-    trees = meter.often("build", Ours, "composite", (1, 1), scene.triangles, scene.at(0.0))
+    trees = meter.often("build", RefittedTrees, "composite", (1, 1), scene.triangles, scene.at(0.0))
     meter.often("refit", trees.update, scene.at(0.002))
     meter.often("query", trees.query)
     return "triangles", sum(map(len, scene.triangles))
 
 
 def particles(count: int, meter) -> Size:
-    """A step of shape matching of so many particles, in objects of OBJECT with CLUSTERS quadratic clusters each."""
+    """Step shape matching of ``count`` particles, in objects of OBJECT with CLUSTERS quadratic clusters each."""
     from palpate.evaluation.shape_matching.shape_matching_timing import stepper
 
     step = meter.once("set up", stepper, OBJECT, count // OBJECT, CLUSTERS, "quadratic")[0]
@@ -77,14 +77,14 @@ def particles(count: int, meter) -> Size:
 
 
 def cores(count: int, meter) -> Size:
-    """A generation of paper 2's genetic algorithm on so many cores, or as many as this process may use."""
+    """Compute a generation of paper 2's genetic algorithm on ``count`` cores."""
     import numba
 
     from palpate.calibration.genetic_algorithm import Genetic, Rules
     from palpate.evaluation.springs.spring_experiment import experiment
 
     found = experiment(CUBE, 0.3)
-    # a reference that stays at rest makes the same work as one that moves
+    # a reference at rest costs as much as a moving one
     still = np.zeros((found.settings.steps, len(found.settings.keys.corners), 3))
     fitness = found.fitness("top", {"top": (still, still)})
     before = numba.get_num_threads()

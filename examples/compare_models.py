@@ -1,0 +1,36 @@
+"""Compare models, one of them one's own, on presses at contacts that none of them has learnt from."""
+
+import sys
+from pathlib import Path
+
+import plot
+from case_of_a_liver import errors, make_case
+
+from palpate.models.model_registry import model
+
+OWN = {"nearest": Path(__file__).parents[1] / "docs/example_model.py"}
+NAMES = {
+    "nearest": "model of one's own: nearest sample, scaled",
+    "fem_coarse": "coarse FEM",
+    "linear_fem": "linear fine FEM, precomputed",
+    "warped_compliance": "warped Green's functions",
+    "detail_correction": "corrected coarse FEM",
+}
+
+
+def main(picture=None):
+    """Return the mean error of each model, RMSE over peak, by its name."""
+    case, asked = make_case()
+    found = {}
+    for name in NAMES:
+        candidate = model(name, OWN)
+        setting = candidate.settings(case)[-1]  # the most expensive one
+        found[name] = errors(candidate.prepare(case, setting), asked).mean()
+    if picture:
+        plot.dots(picture, "error, RMSE / peak [%]", {NAMES[name]: 100 * error for name, error in found.items()})
+    return found
+
+
+if __name__ == "__main__":
+    for name, error in main(*sys.argv[1:]).items():
+        print(f"{NAMES[name]}: {100 * error:.1f} % of the peak")

@@ -1,0 +1,40 @@
+"""Fit springs to a pressed cube of finite elements, by the gradient of an adjoint (the cube of paper 2)."""
+
+import sys
+
+import numpy as np
+import plot
+
+from palpate.bodies.body import Material, nest
+from palpate.bodies.particles import particles_of
+from palpate.calibration.fem_motion import reference_motion
+from palpate.calibration.fitness import Fitness, Range
+from palpate.calibration.gradient_descent import descend
+from palpate.calibration.paper_cube import middle, paper_cube
+from palpate.calibration.spring_model import Press, key_points, spring_model
+from palpate.calibration.spring_motion import Settings, simulate
+
+
+def main(picture=None):
+    """Return the errors of springs of the material's own modulus and of the fitted ones, RMSE over peak."""
+    mesh = paper_cube(0.01)  # 10 mm; 120 nodes, 590 springs
+    body = nest("cube", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(1000.0, 0.3, 1000.0))
+    cube, (node, inward) = particles_of(body, level=0, surface=False), middle(mesh, "top")
+    press, top = Press("top", node, 0.001 * inward, rise_s=0.02), mesh.nodes[mesh.nodes[:, 2] == 0.01]
+    settings = Settings(0.0005, 80, damping_ratio=0.1, keys=key_points(mesh.nodes, mesh.tetrahedra, top, "top"))
+    springs = spring_model(cube)
+    wanted, speeds = reference_motion(cube, springs, press, settings, substeps=1)  # (steps, points, 3) [m], [m/s]
+    given, fitness = np.full(120, 1000.0), Fitness(springs, press, settings, wanted, speeds)
+    fitted = descend([fitness], given, Range(300.0, 3000.0), evaluations=40).young  # a modulus a node [Pa]
+
+    found = [simulate(springs, young, press, settings)[0] for young in (given, fitted)]
+    way = [np.linalg.norm(motion - top, axis=2) for motion in (wanted, *found)]
+    if picture:
+        names, time = ["finite elements", "springs of 1000 Pa", "fitted springs"], 0.5 * np.arange(1, 81)
+        motions = {name: (time, 1e3 * each.max(axis=1)) for name, each in zip(names, way, strict=True)}
+        plot.curves(picture, [("time [ms]", "largest displacement [mm]", motions)])
+    return [np.sqrt(((motion - wanted) ** 2).sum(axis=2).mean()) / way[0].max() for motion in found]
+
+
+if __name__ == "__main__":
+    print("error {:.3f} of the peak, and of the fitted springs {:.3f}".format(*main(*sys.argv[1:])))

@@ -5,14 +5,14 @@ import numpy as np
 from palpate.models.memory import held_mb
 
 
-def knobs(case):
+def settings(case):
     """Settings from cheap to dear: how many of the training samples are kept."""
     return [{"samples": max(1, case.n_training * part // 5)} for part in (1, 2, 3, 4, 5)]
 
 
-def prepare(case, knob):
+def prepare(case, setting):
     """Offline work: it is timed, and what simulating the training samples took is added."""
-    return Nearest(case.first(knob["samples"]).training)
+    return Nearest(case.first(setting["samples"]).training)
 
 
 class Nearest:

@@ -92,13 +92,13 @@ def trade_off() -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
 
     Errors are 1, 2, 3 and 2 parts at the contacts, and those of POD + RBF the other way round.
     """
-    told = [  # model, knob, error, median and p95 [ms], offline [s], memory [MB], failures
+    told = [  # model, setting, error, median and p95 [ms], offline [s], memory [MB], failures
         ("springs", "iterations=1", 0.3, 0.1, 0.11, 2.0, 1.0, 2),
         ("shape_matching", "steps=30", 0.2, 0.5, 0.6, 1.0, 1.0, 0),
         ("linear_fem", "default", 0.05, 0.01, 0.012, 3.0, 50.0, 0),
-        ("ours", "samples=10", 0.01, 4.0, 5.0, 8.0, 3.0, 0),
+        ("detail_correction", "samples=10", 0.01, 4.0, 5.0, 8.0, 3.0, 0),
         ("pod_rbf", "modes=8", 0.00412, 4.5, 6.0, 30.0, 9.0, 0),
-        ("ours", "samples=60", 0.004, 5.0, 6.0, 40.0, 3.0, 0),
+        ("detail_correction", "samples=60", 0.004, 5.0, 6.0, 40.0, 3.0, 0),
         ("fem_coarse", "iterations=8", 0.002, 12.0, 14.5, 0.1, 2.0, 0),
         ("fem_fine", "tolerance=1e-08", 1e-9, 400.0, 500.0, 0.5, 40.0, 0),
         ("reference", "extrapolated", 0.006, 5000.0, 5000.0, 0.0, 900.0, 0),
@@ -107,12 +107,12 @@ def trade_off() -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
     rows, samples = [], {}
     for body, regime, harder in (("liver", "small", 1.0), ("own", "large", 10.0)):
         scene, found = f"{body}_{regime}", []
-        for model, knob, error, median, p95, offline, memory, failures in told:
+        for model, setting, error, median, p95, offline, memory, failures in told:
             error *= harder if model != "fem_fine" else 1
             each = error * (2 - parts if model == "pod_rbf" else parts)
             each[:failures] = np.nan
             mean, paid = np.nanmean(each), offline / (0.4 - 1e-3 * median) if median < 400 else np.inf
-            labels = [scene, body, regime, model, knob, "live", "contacts", 12, failures]
+            labels = [scene, body, regime, model, setting, "live", "contacts", 12, failures]
             wrong = [0.01 * mean, mean, 2 * mean, 4 * mean]
             rows.append(
                 [
@@ -128,8 +128,8 @@ def trade_off() -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
                     "not found" if failures else "",
                 ]
             )
-            found += [[model, knob, 3 + i, i // 3, e] for i, e in enumerate(each)]
-        samples[scene] = pd.DataFrame(found, columns=["model", "knob", "sample", "contact", "rmse_of_peak"])
+            found += [[model, setting, 3 + i, i // 3, e] for i, e in enumerate(each)]
+        samples[scene] = pd.DataFrame(found, columns=["model", "setting", "sample", "contact", "rmse_of_peak"])
     return pd.DataFrame(rows, columns=ACCURACY_VS_TIME), samples
 
 
@@ -151,7 +151,7 @@ def trade_off_folder(trade_off, tmp_path) -> Path:
 @pytest.fixture(scope="session")
 def slab_case(slab, slab_compliance) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
-    from palpate.enrichment.training_samples import Settings
+    from palpate.enrichment.training_samples import FitOptions
     from palpate.models.model import Case, rows_of
     from palpate.samples.assemble import assemble
     from palpate.samples.loads import choose_loads
@@ -162,6 +162,6 @@ def slab_case(slab, slab_compliance) -> tuple:
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)
     db = assemble(slab, loads, fine.displacement, coarse.displacement, fine.residual, "abc")
     train, test = split(db.contact, 12, 6, "contacts", 1)
-    settings = Settings(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
-    case = Case(slab, "large", 0.0, rows_of(db, train), slab_compliance, settings, 1e-8, np.full(12, 2.0))
+    options = FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
+    case = Case(slab, "large", 0.0, rows_of(db, train), slab_compliance, options, 1e-8, np.full(12, 2.0))
     return case, rows_of(db, test), test

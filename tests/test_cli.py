@@ -23,7 +23,7 @@ def said(capsys, folder, *words) -> tuple[int, str]:
 def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_folder):
     code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7")
     assert code == 0
-    assert text.startswith("liver_small, within 16.7 ms: ours samples=60\n")
+    assert text.startswith("liver_small, within 16.7 ms: detail_correction samples=60\n")
     assert re.search(r"error +0\.4 % of the peak displacement \(0\.\d+ % to 0\.\d+ % in 90 % of draws", text)
     assert re.search(r"time +5 ms an answer, 6 ms at the 95th percentile", text)
     assert "64 % of the budget to spare" in text and "40 s of preparation, 3 MB" in text

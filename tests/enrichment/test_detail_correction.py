@@ -7,17 +7,17 @@ import pandas as pd
 import pytest
 
 from palpate.bodies.mesh import TetMesh
-from palpate.enrichment.detail_correction import TwoLevel
+from palpate.enrichment.detail_correction import DetailCorrection
 from palpate.enrichment.interpolation import Interpolation
 from palpate.enrichment.node_rotations import NodalRotations
-from palpate.enrichment.training_samples import Settings, gather
+from palpate.enrichment.training_samples import FitOptions, gather
 from palpate.samples.assemble import assemble
 from palpate.samples.loads import COLUMNS
 from palpate.samples.press import press
 
 PROTOCOLS = ("paper", "live")
 FORCE = np.array([0.1, 0.2, -0.4])
-SETTINGS = Settings(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0)
+SETTINGS = FitOptions(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0)
 
 
 def simulate(body, contacts, forces):
@@ -65,7 +65,7 @@ def ratios(method, db, coarse, contact, force):
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_tiny_loads_are_exact_to_first_order(slab_compliance, tiny, protocol):
-    method = TwoLevel(tiny, slab_compliance, protocol)
+    method = DetailCorrection(tiny, slab_compliance, protocol)
     errors = [error(method, tiny, protocol, i) for i in range(3)]
     assert errors[2] < 1e-4
     assert errors[1] / errors[2] == pytest.approx(10, rel=0.15)
@@ -75,7 +75,7 @@ def test_tiny_loads_are_exact_to_first_order(slab_compliance, tiny, protocol):
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_a_linear_world_is_exact(slab, slab_compliance, tiny, protocol):
     """Coarse and fine linear responses of any size, as long as no rotation is seen in them."""
-    method = TwoLevel(tiny, slab_compliance, protocol)
+    method = DetailCorrection(tiny, slab_compliance, protocol)
     seen = {"paper": slab_compliance.restricted, "live": slab_compliance.coarse}[protocol]
     row = slab_compliance.row(44)
     for factor in (1e-9, 1e-7):
@@ -88,7 +88,7 @@ def test_a_linear_world_is_exact(slab, slab_compliance, tiny, protocol):
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_turns_with_body_and_force(slab, slab_compliance, db, rotation, protocol):
     """Turning and moving a deformed body and its force turns and moves the answer."""
-    method, coarse, fine = TwoLevel(db, slab_compliance, protocol), db.coarse_nodes, db.nodes_fine_surface
+    method, coarse, fine = DetailCorrection(db, slab_compliance, protocol), db.coarse_nodes, db.nodes_fine_surface
     for i in (0, 5):
         contact, force, u = int(db.contact[i]), db.force[i], db.coarse(protocol)[i]
         here = fine + method.predict(u, contact, force)
@@ -101,14 +101,14 @@ def test_turns_with_body_and_force(slab, slab_compliance, db, rotation, protocol
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_without_force_it_interpolates(slab_compliance, db, protocol):
-    method, coarse = TwoLevel(db, slab_compliance, protocol), db.coarse(protocol)[3]
+    method, coarse = DetailCorrection(db, slab_compliance, protocol), db.coarse(protocol)[3]
     found = method.predict(coarse, int(db.contact[3]), np.zeros(3))
     assert np.array_equal(found, db.prolongation @ coarse)
 
 
 def test_kept_nodes_stay_where_the_subsample_has_them(slab, slab_compliance, db):
     """With the paper's protocol the coarse nodes' displacements are given: the detail must vanish there."""
-    method = TwoLevel(db, slab_compliance, "paper")
+    method = DetailCorrection(db, slab_compliance, "paper")
     kept = np.searchsorted(slab.fine.surface, slab.coarse.surface)
     found = method.predict(db.coarse_paper[3], int(db.contact[3]), db.force[3])
     assert np.abs(found[kept] - db.coarse_paper[3][slab.coarse.surface]).max() < 1e-14
@@ -120,7 +120,7 @@ def test_a_gain_is_learnt_that_helps_on_other_contacts(slab_compliance, db, prot
     contacts = np.unique(db.contact)
     train = np.flatnonzero(np.isin(db.contact, contacts[::2]))
     test = np.setdiff1d(np.arange(len(db.contact)), train)
-    plain, learnt = TwoLevel(db, slab_compliance, protocol), TwoLevel(db, slab_compliance, protocol)
+    plain, learnt = DetailCorrection(db, slab_compliance, protocol), DetailCorrection(db, slab_compliance, protocol)
     assert not plain.beta.any()
     learnt.learn(gather(db, train, protocol, SETTINGS), SETTINGS)
     rivals = [np.mean([error(m, db, protocol, i) for i in test]) for m in (learnt, plain, Interpolation(db))]
@@ -131,7 +131,7 @@ def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
     """Something systematic that neither interpolation nor detail knows, fixed to the turning body, is found again."""
     mesh, k = TetMesh(db.coarse_nodes, db.coarse_tetrahedra), len(db.contact)
     mode = np.random.default_rng(0).normal(size=db.fine.shape[1:])
-    plain, learnt = (TwoLevel(db, slab_compliance, "live") for _ in range(2))
+    plain, learnt = (DetailCorrection(db, slab_compliance, "live") for _ in range(2))
     fine = []
     for i in range(k):
         turned = NodalRotations(mesh).at(3 * db.coarse_live[i]).reshape(-1, 9)
@@ -150,7 +150,7 @@ def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
 
 
 def test_without_turning_the_force_acts_on_the_rest_shape(slab, slab_compliance, db, tiny, rotation):
-    flat, method = (TwoLevel(db, slab_compliance, "live", turned=t) for t in (False, True))
+    flat, method = (DetailCorrection(db, slab_compliance, "live", turned=t) for t in (False, True))
     contact, force, coarse = int(tiny.contact[2]), tiny.force[2], tiny.coarse_live[2]
     small = [m.predict(coarse, contact, force) for m in (flat, method)]
     assert np.abs(small[0] - small[1]).max() < 1e-3 * np.abs(small[1]).max()
@@ -159,7 +159,7 @@ def test_without_turning_the_force_acts_on_the_rest_shape(slab, slab_compliance,
 
 
 def test_the_gain_is_linear_in_the_ratios(slab_compliance, db):
-    method = TwoLevel(db, slab_compliance, "live")
+    method = DetailCorrection(db, slab_compliance, "live")
     contact, force, coarse = int(db.contact[3]), db.force[3], db.coarse_live[3]
     first, second = ratios(method, db, coarse, contact, force)
     assert abs(first - 1.0) > 0.01 and abs(second - 1.0) > 0.01
@@ -172,7 +172,7 @@ def test_the_gain_is_linear_in_the_ratios(slab_compliance, db):
 
 def test_ratios_compare_motion_and_dent_with_the_linear_ones(slab_compliance, db):
     """Twice the linear motion: both ratios are two. Moved as a whole besides: the dent is the same."""
-    method, row, force = TwoLevel(db, slab_compliance, "live"), slab_compliance.row(44), 1e-8 * FORCE
+    method, row, force = DetailCorrection(db, slab_compliance, "live"), slab_compliance.row(44), 1e-8 * FORCE
     linear = np.tensordot(force, slab_compliance.coarse[row], 1)
     assert ratios(method, db, 2 * linear, 44, force) == pytest.approx(2.0, rel=1e-4)
     shift = 100 * linear[44]

@@ -24,9 +24,9 @@ OTHERS = [
     "kernel_ridge_detail",
     "pod_rbf",
     "linear_fem",
-    "ours_unturned",
-    "ours_untaught",
-    "ours",
+    "detail_correction_unturned",
+    "detail_correction_untaught",
+    "detail_correction",
 ]
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from palpate.bodies.body import Material
-from palpate.enrichment.training_samples import Settings
+from palpate.enrichment.training_samples import FitOptions
 from palpate.samples.database import Database
 
 
@@ -36,5 +36,5 @@ def db() -> Database:
 
 
 @pytest.fixture(scope="session")
-def settings() -> Settings:
-    return Settings(5, {"min": 0.1, "max": 10, "count": 4}, 3, "samples", 1)
+def settings() -> FitOptions:
+    return FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "samples", 1)

@@ -31,7 +31,7 @@ def test_one_thread_inside():
 
 
 def test_rows():
-    calls = {"unordered": [lambda: None] * 5, "ours": [lambda: None] * 5}
+    calls = {"unordered": [lambda: None] * 5, "detail_correction": [lambda: None] * 5}
     table = timing_rows("liver", calls, 2, {"unordered": 0.603})
     assert table.columns.tolist() == [
         "body",

@@ -11,7 +11,7 @@ from palpate.errors import InputError
 from palpate.figures import style
 from palpate.scenes.effect_registry import EFFECTS
 
-RIVALS = ["interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "linear_fem", "ours"]
+RIVALS = ["interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "linear_fem", "detail_correction"]
 
 # Machado, Oliveira, Fernandes 2009, severity 1, on linear RGB
 DICHROMATS = {

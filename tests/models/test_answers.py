@@ -9,22 +9,23 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import errors
 from palpate.models.fem_statics import Simulation, contact_shares, to_surface
-from palpate.models.model import knob_text
+from palpate.models.model import setting_text
 from palpate.models.model_registry import FEATURES, WEIGHTS, model
 
 BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
 LEARNT = ["ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *BLENDS]
+OURS = ["warped_compliance", "detail_correction"]
 FREE = ["linear_fem", "interpolation"]
-NAMES = ["fem_coarse", "fem_fine", "ours", *FREE, *LEARNT]
+NAMES = ["fem_coarse", "fem_fine", *OURS, *FREE, *LEARNT]
 
 
 @pytest.fixture(scope="module")
 def answer(slab_case):
-    """Mean rmse_of_peak of a model's knob over the test samples, and the solver."""
+    """Mean rmse_of_peak of a model's setting over the test samples, and the solver."""
     case, test, _ = slab_case
 
-    def ask(name, knob):
-        solver = model(name, {}).prepare(case, knob)
+    def ask(name, setting):
+        solver = model(name, {}).prepare(case, setting)
         asked = zip(test.contact, test.force, test.fine, strict=True)
         return np.mean([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]), solver
 
@@ -32,17 +33,18 @@ def answer(slab_case):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_knobs_are_many_and_told_apart(slab_case, name):
-    knobs = model(name, {}).knobs(slab_case[0])
-    assert len(knobs) >= (1 if name in FREE else 4)  # of 12 samples, 25 and 40 % are one setting
-    assert len({knob_text(knob) for knob in knobs}) == len(knobs)
+def test_settings_are_many_and_told_apart(slab_case, name):
+    settings = model(name, {}).settings(slab_case[0])
+    few = dict.fromkeys(FREE, 1) | {"warped_compliance": 2}
+    assert len(settings) >= few.get(name, 4)  # of 12 samples, 25 and 40 % are one setting
+    assert len({setting_text(setting) for setting in settings}) == len(settings)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bad_contact_is_refused(slab_case, name):
     case = slab_case[0]
     made = model(name, {})
-    solver = made.prepare(case, made.knobs(case)[-1])
+    solver = made.prepare(case, made.settings(case)[-1])
     for contact in (int(case.body.anchors[0][0]), len(case.body.coarse.nodes)):
         with pytest.raises(InputError, match="no free surface node"):
             solver.respond(contact, np.ones(3))
@@ -50,7 +52,7 @@ def test_a_bad_contact_is_refused(slab_case, name):
 
 
 def test_what_the_middle_is_needs_three_levels(slab_case):
-    assert model("fem_middle", {}).knobs(slab_case[0]) == []
+    assert model("fem_middle", {}).settings(slab_case[0]) == []
 
 
 def test_converged_fine_elements_are_the_reference(answer):
@@ -96,18 +98,19 @@ def test_interpolation_is_the_converged_coarse_mesh(answer):
     assert answer("interpolation", {})[0] == pytest.approx(answer("fem_coarse", {"tolerance": 1e-8})[0], rel=1e-12)
 
 
-def test_ours_without_rotations_on_the_linear_coarse_response_is_linear_fem(slab_case):
+def test_compliance_that_is_not_warped_is_linear_fem(slab_case):
     case, test, _ = slab_case
-    ours = model("ours", {}).prepare(case, {"coarse": "linear", "samples": 0, "turned": False})
+    unturned = model("warped_compliance", {}).prepare(case, {"samples": 0, "turned": False})
     linear = model("linear_fem", {}).prepare(case, {})
     for contact, force in zip(test.contact, test.force, strict=True):
         expected = linear.respond(int(contact), force)
-        assert np.abs(ours.respond(int(contact), force) - expected).max() < 1e-9 * np.abs(expected).max()
+        assert np.abs(unturned.respond(int(contact), force) - expected).max() < 1e-9 * np.abs(expected).max()
 
 
-def test_our_parts_are_each_worth_something(answer, slab_case):
-    wrong = [answer("ours", knob)[0] for knob in model("ours", {}).knobs(slab_case[0])]
-    texts = [knob_text(knob) for knob in model("ours", {}).knobs(slab_case[0])]
+def test_parts_of_detail_correction_are_each_worth_something(answer, slab_case):
+    tried = model("detail_correction", {}).settings(slab_case[0])
+    wrong = [answer("detail_correction", setting)[0] for setting in tried]
+    texts = [setting_text(setting) for setting in tried]
     by_text = dict(zip(texts, wrong, strict=True))
     unturned, untaught = by_text["tolerance=0.001, samples=0, turned=false"], by_text["tolerance=0.001, samples=0"]
     assert untaught < unturned < answer("interpolation", {})[0]
@@ -115,12 +118,17 @@ def test_our_parts_are_each_worth_something(answer, slab_case):
     assert min(wrong) < answer("linear_fem", {})[0]
 
 
+def test_learning_improves_warped_compliance_and_warping_linear_fem(answer):
+    learnt, untaught = (answer("warped_compliance", {"samples": count})[0] for count in (12, 0))
+    assert learnt < untaught < answer("linear_fem", {})[0]
+
+
 def test_a_learnt_model_pays_for_its_samples_and_no_other_does(slab_case):
     case = slab_case[0]
     for name, used in (("pod_rbf", {"training"}), ("linear_fem", {"compliance"}), ("fem_fine", set())):
         fresh = replace(case, used={})
         made = model(name, {})
-        made.prepare(fresh, made.knobs(fresh)[0])
+        made.prepare(fresh, made.settings(fresh)[0])
         assert set(fresh.used) == used
 
 

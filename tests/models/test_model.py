@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError, NotConverged
-from palpate.models.model import checked, knob_text, rows_of
+from palpate.models.model import checked, rows_of, setting_text
 
 
 @pytest.fixture
@@ -49,9 +49,9 @@ def test_rows(slab_case):
     assert part.nodes_fine_surface is db.nodes_fine_surface
 
 
-def test_knobs_as_text():
-    assert knob_text({}) == "default"
-    assert knob_text({"iterations": 2, "tolerance": 1e-3, "turned": False}) == (
+def test_settings_as_text():
+    assert setting_text({}) == "default"
+    assert setting_text({"iterations": 2, "tolerance": 1e-3, "turned": False}) == (
         "iterations=2, tolerance=0.001, turned=false"
     )
 

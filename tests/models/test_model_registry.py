@@ -12,7 +12,7 @@ from palpate.models import model_registry
 @pytest.mark.parametrize("name", model_registry.MODELS)
 def test_every_model_has_its_module(name):
     model = model_registry.model(name, {})
-    assert callable(model.knobs) and callable(model.prepare)
+    assert callable(model.settings) and callable(model.prepare)
 
 
 def test_names_alone_import_no_solver():
@@ -23,11 +23,11 @@ def test_names_alone_import_no_solver():
 def test_an_unknown_name_is_told():
     with pytest.raises(InputError, match="linear_fen, which is unknown; did you mean linear_fem"):
         model_registry.model("linear_fen", {})
-    assert model_registry.unknown(["mine", "ours"], {"mine": ""}) == ""
-    for taken in ("ours", "fem", "reference"):
+    assert model_registry.unknown(["mine", "detail_correction"], {"mine": ""}) == ""
+    for taken in ("detail_correction", "fem", "reference"):
         assert f"{taken}, which palpate uses itself" in model_registry.unknown([], {taken: ""})
 
 
 def test_a_family_is_what_one_module_makes():
-    found = model_registry.families(["fem_fine", "ours", "fem_coarse", "mine"], {"mine": "mine.py"})
-    assert found == {"fem": ["fem_fine", "fem_coarse"], "ours": ["ours"], "mine": ["mine"]}
+    found = model_registry.families(["fem_fine", "detail_correction", "fem_coarse", "mine"], {"mine": "mine.py"})
+    assert found == {"fem": ["fem_fine", "fem_coarse"], "detail_correction": ["detail_correction"], "mine": ["mine"]}

@@ -11,19 +11,19 @@ from palpate.models.model_registry import model
 from palpate.models.own_model import load
 
 DOCS = Path(__file__).parents[2] / "docs"
-KNOBS = "def knobs(case):\n    return [{}]\n"
+SETTINGS = "def settings(case):\n    return [{}]\n"
 SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, contact, force):\n        %s\n"
-PREPARE = "def prepare(case, knob):\n    return S()\n"
+PREPARE = "def prepare(case, setting):\n    return S()\n"
 
 
 def test_the_example_is_measured_like_any_other(slab_case):
     case, test, numbers = slab_case
-    samples, knobs = measure(
+    samples, settings = measure(
         case, "nearest", model("nearest", {"nearest": DOCS / "example_model.py"}), test, numbers, 6, 0.1
     )
-    assert len(knobs) == 5 and (knobs["failures"] == 0).all() and len(samples) == 5 * 6
-    assert knobs["offline_s"].is_monotonic_increasing and (knobs["offline_s"] > 4.0).all()
-    assert knobs["memory_mb"].is_monotonic_increasing
+    assert len(settings) == 5 and (settings["failures"] == 0).all() and len(samples) == 5 * 6
+    assert settings["offline_s"].is_monotonic_increasing and (settings["offline_s"] > 4.0).all()
+    assert settings["memory_mb"].is_monotonic_increasing
     assert samples["rmse_of_peak"].between(0.01, 1.5).all()
 
 
@@ -35,13 +35,13 @@ def test_the_guide_shows_the_example():
     ("text", "said"),
     [
         ("x = ", "cannot be imported"),
-        ("x = 1", r"no function knobs\(case\)"),
-        (KNOBS, r"no function prepare\(case, knob\)"),
-        ("def knobs(case):\n    return 3\n" + PREPARE, "no list of dictionaries"),
-        ("def knobs(case):\n    return [case.nothing]\n" + PREPARE, "does not work"),
-        (KNOBS + "def prepare(case, knob):\n    return 3\n", "lacks respond or memory_mb"),
-        (KNOBS + SOLVER % "return 1 / 0" + PREPARE, "ZeroDivisionError"),
-        (KNOBS + SOLVER % "return force" + PREPARE, "shape"),
+        ("x = 1", r"no function settings\(case\)"),
+        (SETTINGS, r"no function prepare\(case, setting\)"),
+        ("def settings(case):\n    return 3\n" + PREPARE, "no list of dictionaries"),
+        ("def settings(case):\n    return [case.nothing]\n" + PREPARE, "does not work"),
+        (SETTINGS + "def prepare(case, setting):\n    return 3\n", "lacks respond or memory_mb"),
+        (SETTINGS + SOLVER % "return 1 / 0" + PREPARE, "ZeroDivisionError"),
+        (SETTINGS + SOLVER % "return force" + PREPARE, "shape"),
     ],
 )
 def test_a_bad_one_is_refused_by_name(tmp_path, slab_case, text, said):
@@ -57,7 +57,7 @@ def test_one_that_is_not_finite_has_failed(tmp_path, slab_case):
     case, test, _ = slab_case
     file = tmp_path / "mine.py"
     file.write_text(
-        "import numpy as np\n" + KNOBS + SOLVER % f"return np.full(({case.n_surface}, 3), np.nan)" + PREPARE
+        "import numpy as np\n" + SETTINGS + SOLVER % f"return np.full(({case.n_surface}, 3), np.nan)" + PREPARE
     )
     with pytest.raises(NotConverged):
         load("mine", file).prepare(case, {}).respond(int(test.contact[0]), np.ones(3))

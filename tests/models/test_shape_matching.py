@@ -48,10 +48,10 @@ def test_a_fit_finds_the_softness_that_made_the_samples(slab_case, shapes):
 
 def test_fitted_shapes_answer_contacts_they_never_saw(slab_case, refuses):
     case, test, _ = slab_case
-    knobs = shape_matching.knobs(case)
-    assert len(knobs) >= 5
-    knob = knobs[3]
-    solver = shape_matching.prepare(case, knob)
+    settings = shape_matching.settings(case)
+    assert len(settings) >= 5
+    setting = settings[3]
+    solver = shape_matching.prepare(case, setting)
     asked = zip(test.contact, test.force, test.fine, strict=True)
     assert np.mean([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]) < 0.2
     assert 0.0 < solver.memory_mb < 10.0

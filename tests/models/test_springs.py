@@ -62,9 +62,9 @@ def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
     Under single samples springs turn inside out at the contact; there they are far off, as they should be seen to be.
     """
     case, test, _ = slab_case
-    knobs = model(name, {}).knobs(case)
-    assert len(knobs) >= 5
-    solver = model(name, {}).prepare(case, knobs[-1])
+    settings = model(name, {}).settings(case)
+    assert len(settings) >= 5
+    solver = model(name, {}).prepare(case, settings[-1])
     asked = zip(test.contact, test.force, test.fine, strict=True)
     assert np.median([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]) < 0.18
     assert 0.0 < solver.memory_mb < 10.0
@@ -80,7 +80,7 @@ def test_small_loads_need_one_iteration(slab_case, network):
 
 def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
     case = replace(slab_case[0], database=replace(slab_case[0].database), used={})
-    first, later = springs.knobs(case, nodal=False, volume=False)[:2]
+    first, later = springs.settings(case, nodal=False, volume=False)[:2]
     springs.prepare(case, first, nodal=False, volume=False)
     assert "moduli" not in case.used
     springs.prepare(case, later, nodal=False, volume=False)
@@ -90,7 +90,7 @@ def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
 def test_nothing_is_answered_unchecked(slab_case, network, refuses):
     case = slab_case[0]
     made = model("springs", {})
-    solver = made.prepare(case, made.knobs(case)[0])
+    solver = made.prepare(case, made.settings(case)[0])
     contact = int(case.training.contact[0])
     assert not solver.respond(contact, np.zeros(3)).any()
     refuses(solver, contact, "find no way")

@@ -17,7 +17,7 @@ def test_failed_samples_and_hard_cases():
         {
             "scene": "liver_large",
             "model": ["fem_fine", "mine"],
-            "knob": ["tolerance=1e-08", "default"],
+            "setting": ["tolerance=1e-08", "default"],
             "samples": 45,
             "failures": [2, 0],
             "failure": ["no way down", ""],

@@ -12,9 +12,9 @@ from palpate.report import snapshot
 def results(trade_off, tmp_path):
     settings, samples = trade_off
     advice = [advise(settings[settings["scene"] == s], errors, [0.001, 16.7]) for s, errors in samples.items()]
-    hard = {"family": ["fem", "fem", "kernel"], "outcome": ["stable", "refused", "stable"]}
+    hard = {"family": ["fem", "fem", "enrichment"], "outcome": ["stable", "refused", "stable"]}
     rows = [
-        {"kernel": "fem", "stage": "respond", "size": size, "seconds": 1e-5 * size, "memory_mb": 1e-3 * size}
+        {"component": "fem", "stage": "respond", "size": size, "seconds": 1e-5 * size, "memory_mb": 1e-3 * size}
         for size in (5000, 40_000)
     ]
     tables = {
@@ -40,8 +40,8 @@ def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
     snapshot.write(results, docs)
     page = (docs / "results.md").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert "| liver_small | within 0.001 ms | none |" in page
-    assert "| liver_small | within 16.7 ms | ours (samples=60) | 0.4 % (" in page
-    assert "| family | refused | stable |\n| --- | --- | --- |\n| fem | 1 | 1 |\n| kernel | 0 | 1 |" in page
+    assert "| liver_small | within 16.7 ms | detail correction (samples=60) | 0.4 % (" in page
+    assert "| family | refused | stable |\n| --- | --- | --- |\n| enrichment | 0 | 1 |\n| fem | 1 | 1 |" in page
     assert "| 40000 | 400 ms | 0.04 GB |" in page
     for line in (line for line in page.splitlines() if line.startswith("![")):
         assert (docs / line.split("(")[1].rstrip(")")).is_file()

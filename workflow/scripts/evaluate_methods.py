@@ -2,7 +2,7 @@ import h5py
 import pandas as pd
 
 from palpate.enrichment.methods import build
-from palpate.enrichment.training_samples import Settings
+from palpate.enrichment.training_samples import FitOptions
 from palpate.evaluation.accuracy import accuracy_rows, predict
 from palpate.files import write_whole
 from palpate.job import job, write_table
@@ -14,9 +14,9 @@ with job(snakemake.log[0]), write_whole(snakemake.output.predictions) as path, h
     db, compliance = read(snakemake.input.database), load_compliance(snakemake.input.compliance)
     labels, parts, tables = dict(snakemake.wildcards.items()), pd.read_csv(snakemake.input.split), []
     for protocol, split in snakemake.params.cases:
-        settings = Settings(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
+        options = FitOptions(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
         train, test = sides(parts[split])
-        methods = build(db, compliance, train, protocol, settings)
+        methods = build(db, compliance, train, protocol, options)
         tables.append(accuracy_rows(db, methods, protocol, test, {**labels, "split": split}))
         for name in snakemake.params.shown:
             file[f"{protocol}/{split}/{name}/sample"] = test

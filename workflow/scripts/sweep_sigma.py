@@ -1,6 +1,6 @@
 import pandas as pd
 
-from palpate.enrichment.training_samples import Settings
+from palpate.enrichment.training_samples import FitOptions
 from palpate.evaluation.enrichment.sigma_sweep import sweep_rows
 from palpate.job import job, write_table
 from palpate.samples.database import read
@@ -10,7 +10,7 @@ with job(snakemake.log[0]):
     db, parts = read(snakemake.input.database), pd.read_csv(snakemake.input.split)
     tables = []
     for protocol, split in snakemake.params.cases:
-        settings = Settings(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
+        options = FitOptions(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
         train, test = sides(parts[split])
-        tables.append(sweep_rows(db, train, test, protocol, settings, dict(snakemake.wildcards.items())))
+        tables.append(sweep_rows(db, train, test, protocol, options, dict(snakemake.wildcards.items())))
     write_table(pd.concat(tables), snakemake.output[0])

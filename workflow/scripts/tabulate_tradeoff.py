@@ -7,8 +7,8 @@ from palpate.evaluation.tradeoff.provenance import commit
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):
-    knobs = pd.concat([pd.read_csv(path) for path in snakemake.input.knobs])
-    write_table(accuracy_vs_time(knobs, commit()), snakemake.output.table)
+    settings = pd.concat([pd.read_csv(path) for path in snakemake.input.settings])
+    write_table(accuracy_vs_time(settings, commit()), snakemake.output.table)
     samples = pd.concat([pd.read_csv(path) for path in snakemake.input.samples])
     for path in map(Path, snakemake.output.samples):
         body, regime = path.parts[-4:-2]

@@ -2,7 +2,7 @@ import pandas as pd
 
 from palpate.bodies.body_file import load
 from palpate.enrichment.methods import build
-from palpate.enrichment.training_samples import Settings
+from palpate.enrichment.training_samples import FitOptions
 from palpate.evaluation.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
 from palpate.files import read_yaml
 from palpate.job import job, write_table
@@ -14,8 +14,8 @@ with job(snakemake.log[0]):
     given, params, name = snakemake.input, snakemake.params, snakemake.wildcards.body
     body, db, compliance = load(given.body), read(given.database), load_compliance(given.compliance)
     train, test = sides(pd.read_csv(given.split)["samples"])
-    settings = Settings(**params.enrichment, split="samples", seed=params.seed)
-    methods = {protocol: build(db, compliance, train, protocol, settings) for protocol in ("paper", "live")}
+    options = FitOptions(**params.enrichment, split="samples", seed=params.seed)
+    methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
     samples, repeats = choose_samples(db.peaks, test), params.repeats
     loads = pd.read_csv(given.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, params.tolerance) for level in (len(body.levels) - 1, 0))

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.enrichment.blend_weights import BlendWeights
 from palpate.enrichment.feature_vectors import Features, describe, in_slots
 from palpate.enrichment.gaussian_kernel import squared_distances
-from palpate.enrichment.training_samples import Settings, Training
+from palpate.enrichment.training_samples import FitOptions, Training
 
 
 class Known:
@@ -15,13 +15,13 @@ class Known:
     squared : (k, k) squared distances between features [m²]; scale : their median distance [m]
     """
 
-    def __init__(self, features: Features, training: Training, settings: Settings):
+    def __init__(self, features: Features, training: Training, options: FitOptions):
         self.features, self.training = features, training
         self.described = describe(features, training.contact, training.coarse)
         self.slots = in_slots(features, training.contact, training.fine)
         self.squared = squared_distances(self.described, self.described)
         self.scale = median_distance(self.squared)
-        grid = settings.sigma_relative
+        grid = options.sigma_relative
         self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], grid["count"])
 
     def choose_sigma(self, kind: str) -> float:

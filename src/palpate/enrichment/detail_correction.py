@@ -8,7 +8,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.enrichment.detail_gain import fit_gain
 from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.ridge import KernelRidge
-from palpate.enrichment.training_samples import Settings, Training
+from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
@@ -33,7 +33,7 @@ class Query(NamedTuple):
     ratios: np.ndarray
 
 
-class TwoLevel:
+class DetailCorrection:
     """x_f = P x_c + R (s D (R_cᵀ f) + e): P interpolates, D is the linear response's detail, R turns each node's.
 
     The detail of a unit force is what the linear fine response has and interpolation from the coarse nodes
@@ -60,7 +60,7 @@ class TwoLevel:
         }
         self.beta, self._rest, self._gains = np.zeros(2), None, (-np.inf, np.inf)
 
-    def learn(self, training: Training, settings: Settings) -> "TwoLevel":
+    def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
         """Fit the gain and then the rest to the training samples; only with ``turned``."""
         samples = zip(training.coarse, training.contact, training.force, strict=True)
         queries = [self._query(x, int(c), f) for x, c, f in samples]
@@ -74,7 +74,7 @@ class TwoLevel:
         error = np.mean(np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks)
         unturned = np.array([_turn(q.turned.transpose(0, 2, 1), e) for q, e in zip(queries, left, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
-        rest = KernelRidge(described, unturned.reshape(len(queries), -1), training, settings)
+        rest = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
         if rest.score < GAIN_OF_REST * error:
             self._rest, self.sigma_m = rest, rest.sigma_m
         return self

@@ -6,13 +6,13 @@ import numpy as np
 
 from palpate.enrichment.blend import Blend, Known
 from palpate.enrichment.blend_weights import KINDS
-from palpate.enrichment.detail_correction import TwoLevel
+from palpate.enrichment.detail_correction import DetailCorrection
 from palpate.enrichment.feature_vectors import kinds
 from palpate.enrichment.interpolation import Interpolation
 from palpate.enrichment.linear_fem import LinearFem
 from palpate.enrichment.pod_rbf import PodRbf
 from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.enrichment.training_samples import Settings, gather
+from palpate.enrichment.training_samples import FitOptions, gather
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
@@ -27,24 +27,24 @@ class Method(Protocol):
 
 
 def build(
-    db: Database, compliance: Compliance, train: np.ndarray, protocol: str, settings: Settings
+    db: Database, compliance: Compliance, train: np.ndarray, protocol: str, options: FitOptions
 ) -> dict[str, Method]:
     """Fit every method on the samples ``train`` of one protocol; the names and order are those of the tables.
 
     compliance : linear responses of the fine and coarse meshes, for the methods that use physics
     """
-    training = gather(db, train, protocol, settings)
+    training = gather(db, train, protocol, options)
     methods: dict[str, Method] = {}
-    for name, features in kinds(db, settings.neighbours).items():
-        known = Known(features, training, settings)
+    for name, features in kinds(db, options.neighbours).items():
+        known = Known(features, training, options)
         for kind in KINDS:
             methods[f"{name}_{kind}"] = Blend(known, kind, known.choose_sigma(kind))
     methods["interpolation"] = Interpolation(db)
     methods["ridge_upsampling"] = RidgeUpsampling(db, training)
-    methods["kernel_ridge_detail"] = KernelRidgeDetail(db, training, settings)
+    methods["kernel_ridge_detail"] = KernelRidgeDetail(db, training, options)
     methods["pod_rbf"] = PodRbf(db, training)
     methods["linear_fem"] = LinearFem(compliance)
-    methods["ours_unturned"] = TwoLevel(db, compliance, protocol, turned=False)
-    methods["ours_untaught"] = TwoLevel(db, compliance, protocol)
-    methods["ours"] = TwoLevel(db, compliance, protocol).learn(training, settings)
+    methods["detail_correction_unturned"] = DetailCorrection(db, compliance, protocol, turned=False)
+    methods["detail_correction_untaught"] = DetailCorrection(db, compliance, protocol)
+    methods["detail_correction"] = DetailCorrection(db, compliance, protocol).learn(training, options)
     return methods

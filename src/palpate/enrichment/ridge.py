@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.enrichment.blend import median_distance
 from palpate.enrichment.gaussian_kernel import gaussian, squared_distances
-from palpate.enrichment.training_samples import Settings, Training
+from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.samples.database import Database
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)
@@ -78,10 +78,10 @@ class KernelRidge:
     ``score`` is the cross-validated error of the σ and λ chosen: mean RMSE / peak.
     """
 
-    def __init__(self, described: np.ndarray, targets: np.ndarray, training: Training, settings: Settings):
+    def __init__(self, described: np.ndarray, targets: np.ndarray, training: Training, options: FitOptions):
         self._described = described
         squared, products = squared_distances(described, described), described @ described.T
-        grid = settings.sigma_relative
+        grid = options.sigma_relative
         sigmas = median_distance(squared) * np.geomspace(grid["min"], grid["max"], grid["count"])
         tried = [_choose(training, products * gaussian(squared, sigma), targets) for sigma in sigmas]
         best = min(range(len(tried)), key=lambda i: tried[i][0])
@@ -98,10 +98,10 @@ class KernelRidge:
 class KernelRidgeDetail:
     """Linear interpolation plus its detail by kernel ridge on all coarse surface displacements."""
 
-    def __init__(self, db: Database, training: Training, settings: Settings):
+    def __init__(self, db: Database, training: Training, options: FitOptions):
         self._surface, self._prolongation = db.coarse_surface, db.prolongation
         described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
-        self._learnt = KernelRidge(described, _detail(db, training), training, settings)
+        self._learnt = KernelRidge(described, _detail(db, training), training, options)
         self.sigma_m = self._learnt.sigma_m
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ SMALLEST_M, LARGEST_M = 1e-100, 1e100
 
 
 @dataclass(frozen=True)
-class Settings:
+class FitOptions:
     """How enrichment methods are fitted.
 
     neighbours : nodes of the contact-ordered feature, l
@@ -64,7 +64,7 @@ class Training:
         return total / len(self.fold)
 
 
-def gather(db: Database, train: np.ndarray, protocol: str, settings: Settings) -> Training:
+def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) -> Training:
     """The samples ``train`` of ``db`` and their folds; InputError if there are too few to divide, or if they are of no
     size that a body has."""
     for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
@@ -75,17 +75,17 @@ def gather(db: Database, train: np.ndarray, protocol: str, settings: Settings) -
                 "check their unit."
             )
     contact = db.contact[train]
-    fold = divide(contact if settings.split == "contacts" else np.arange(len(train)), settings)
+    fold = divide(contact if options.split == "contacts" else np.arange(len(train)), options)
     return Training(db.coarse(protocol)[train], db.fine[train], contact, db.force[train], db.peaks[train], fold)
 
 
-def divide(group: np.ndarray, settings: Settings) -> np.ndarray:
+def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
     """Fold of each sample, (k,), all of a ``group`` (k,) in one; as many folds as asked, or one a group."""
     names, member = np.unique(group, return_inverse=True)
     if len(names) < 2:
         raise InputError("enrichment: cross-validation needs two training contacts; raise train in config.")
-    order = np.random.default_rng(settings.seed).permutation(len(names))
-    return order[member] % min(settings.folds, len(names))
+    order = np.random.default_rng(options.seed).permutation(len(names))
+    return order[member] % min(options.folds, len(names))
 
 
 def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:

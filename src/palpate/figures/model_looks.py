@@ -6,6 +6,7 @@ _NAMED = {
     "fem_fine": Look("fine FEM", "#111111", "8"),
     "fem_middle": Look("middle FEM", "#666666", ">"),
     "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),
+    "warped_compliance": Look("warped compliance", "#5aae61", "*"),
     "springs": Look("springs", "#8b1a1a", "o"),
     "springs_volume": Look("springs with volume force", "#c0504d", "s"),
     "springs_nodal": Look("springs, a modulus a node", "#e08e45", "^"),
@@ -26,10 +27,10 @@ def look(model: str) -> Look:
     return Look(model.replace("_", " "), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
 
 
-def label(model: str, knob: str) -> str:
+def label(model: str, setting: str) -> str:
     """A setting inside a sentence: "POD + RBF (modes=8)"."""
-    name = look(model).label.replace(" (corotated two-level)", "")
-    return name if knob == "default" else f"{name} ({knob})"
+    name = look(model).label
+    return name if setting == "default" else f"{name} ({setting})"
 
 
 def minor(model: str) -> bool:

@@ -10,7 +10,7 @@ from palpate.models.model import Case, checked
 from palpate.samples.database import Database
 
 SHARES = (0.25, 0.4, 0.6, 0.8, 1.0)
-"""Of the training samples, where their number is the knob."""
+"""Of the training samples, where their number is the setting."""
 
 
 class Enriched:
@@ -38,7 +38,7 @@ def coarse_simulation(case: Case) -> Simulation:
 def learnt_from(case: Case) -> tuple[Database, Training]:
     """All samples of ``case``, with the folds that choose settings; InputError where they are too few to divide."""
     db = case.training
-    return db, gather(db, np.arange(len(db.contact)), "live", case.settings)
+    return db, gather(db, np.arange(len(db.contact)), "live", case.options)
 
 
 def sample_counts(case: Case) -> list[int]:

@@ -1,35 +1,40 @@
-"""Our method: a coarse answer corrected by the linear detail that it misses, with and without what it learns."""
+"""Correct a coarse simulation by the linear detail that it lacks, with and without what is learnt from samples."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from palpate.enrichment.detail_correction import TwoLevel
+from palpate.enrichment.detail_correction import DetailCorrection
 from palpate.enrichment.training_samples import gather
 from palpate.models.coarse_enriched import Enriched, sample_counts
 from palpate.models.fem import LOOSE, simulated
 from palpate.models.fem_statics import LinearCoarse, Simulation
-from palpate.models.model import Case, Knob
+from palpate.models.model import Case, Setting
 
 
-def knobs(case: Case) -> list[Knob]:
-    """How the coarse mesh is answered (its stored linear response, or so many iterations, or a tolerance), and how
-    many samples are learnt from: none leaves gain and rest out, ``turned`` false the rotations too."""
+def settings(case: Case) -> list[Setting]:
+    """How the coarse mesh is simulated (so many iterations, or to a tolerance), and how many samples are learnt from.
+
+    None leaves gain and rest out, ``turned`` false the rotations too.
+    """
     everything = {"samples": case.n_training}
-    briefly = [{"coarse": "linear", "samples": 0}, {"coarse": "linear"} | everything]
-    briefly += [{"iterations": n} | everything for n in (2, 3)]
+    briefly = [{"iterations": n} | everything for n in (2, 3)]
     loosely = [{"tolerance": LOOSE, "samples": 0, "turned": False}, {"tolerance": LOOSE, "samples": 0}]
     converged = [{"tolerance": case.tolerance, "samples": count} for count in sample_counts(case)]
     return [*briefly, *loosely, {"tolerance": LOOSE} | everything, *converged]
 
 
-def prepare(case: Case, knob: Knob) -> Enriched:
+def prepare(case: Case, setting: Setting) -> Enriched:
     """The detail of every contact, and gain and rest fitted to coarse answers such as queries will get."""
-    coarse = LinearCoarse(case) if "coarse" in knob else Simulation(case, 0, **simulated(case, knob))
-    method = TwoLevel(case.meshes, case.compliance, "live", knob.get("turned", True))
-    if knob["samples"]:
-        db = case.first(knob["samples"]).training
+    return corrected(case, setting, Simulation(case, 0, **simulated(case, setting)))
+
+
+def corrected(case: Case, setting: Setting, coarse: Simulation | LinearCoarse) -> Enriched:
+    """``coarse``, corrected with as many training samples as ``setting`` says."""
+    method = DetailCorrection(case.meshes, case.compliance, "live", setting.get("turned", True))
+    if setting["samples"]:
+        db = case.first(setting["samples"]).training
         answers = [coarse.displacement(int(c), f) for c, f in zip(db.contact, db.force, strict=True)]
         seen = replace(db, coarse_live=np.array(answers))
-        method.learn(gather(seen, np.arange(len(answers)), "live", case.settings), case.settings)
+        method.learn(gather(seen, np.arange(len(answers)), "live", case.options), case.options)
     return Enriched(case, method, coarse)

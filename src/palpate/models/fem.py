@@ -4,31 +4,31 @@ import numpy as np
 
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Knob, checked
+from palpate.models.model import Case, Setting, checked
 
 ITERATIONS = (1, 2, 4)
 LOOSE = 1e-3
 """A relative residual whose error no hand would feel; the case's own tolerance is the tightest."""
 
 
-def knobs(case: Case, level: int) -> list[Knob]:
+def settings(case: Case, level: int) -> list[Setting]:
     """Caps on Newton's iterations, then tolerances; none where the body has no such level between coarse and fine."""
     if level == len(case.body.levels) - 1:
         return []
     return [{"iterations": n} for n in ITERATIONS] + [{"tolerance": LOOSE}, {"tolerance": case.tolerance}]
 
 
-def prepare(case: Case, knob: Knob, level: int) -> "Fem":
+def prepare(case: Case, setting: Setting, level: int) -> "Fem":
     """Matrix patterns and the factor of the rest state."""
-    return Fem(case, knob, level)
+    return Fem(case, setting, level)
 
 
 class Fem:
     """Finite elements of ``level`` (−1: fine), carried to the fine surface by linear interpolation."""
 
-    def __init__(self, case: Case, knob: Knob, level: int):
+    def __init__(self, case: Case, setting: Setting, level: int):
         level %= len(case.body.levels)
-        self._simulation = Simulation(case, level, **simulated(case, knob))
+        self._simulation = Simulation(case, level, **simulated(case, setting))
         self._up, self._n_surface = to_surface(case.body, level), case.n_surface
 
     @property
@@ -41,6 +41,6 @@ class Fem:
         return checked(self._up @ self._simulation.displacement(contact, force), self._n_surface)
 
 
-def simulated(case: Case, knob: Knob) -> dict:
-    """What ``knob`` says of a simulation: iterations at most, or its tolerance."""
-    return {"tolerance": knob.get("tolerance", case.tolerance), "iterations": knob.get("iterations")}
+def simulated(case: Case, setting: Setting) -> dict:
+    """What ``setting`` says of a simulation: iterations at most, or its tolerance."""
+    return {"tolerance": setting.get("tolerance", case.tolerance), "iterations": setting.get("iterations")}

@@ -8,15 +8,15 @@ from palpate.enrichment.linear_fem import LinearFem
 from palpate.errors import InputError
 from palpate.models.fem_statics import no_contact
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Knob, checked
+from palpate.models.model import Case, Setting, checked
 
 
-def knobs(case: Case) -> list[Knob]:
+def settings(case: Case) -> list[Setting]:
     """There is nothing to turn."""
     return [{}]
 
 
-def prepare(case: Case, knob: Knob) -> "Linear":
+def prepare(case: Case, setting: Setting) -> "Linear":
     """Only what the compliance took before."""
     return Linear(case)
 

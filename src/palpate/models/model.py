@@ -1,4 +1,4 @@
-"""What a model is: two functions, ``knobs`` and ``prepare``, and what they may see before anything is asked of them."""
+"""Define a model, two functions ``settings`` and ``prepare``, and the case that it may see before it is asked."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -7,12 +7,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.enrichment.training_samples import Settings
+from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import InputError, NotConverged
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
-Knob = dict[str, int | float | str | bool]
+Setting = dict[str, int | float | str | bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class Case:
 
     radius_m : of the disc that a force is spread over; 0 presses on one node
     database, response : what ``training``, ``meshes`` and ``compliance`` are made of; models look at those
-    settings : how what is learnt is fitted; its ``seed`` is for every random choice
+    options : how what is learnt is fitted; its ``seed`` is for every random choice
     tolerance : relative residual at which run-time solves stop
     samples_s : (k,) what simulating each training sample took [s]
     used : what was looked at, with its cost [s]; the evaluation adds it to the offline time
@@ -32,7 +32,7 @@ class Case:
     radius_m: float
     database: Database
     response: Compliance | None
-    settings: Settings
+    options: FitOptions
     tolerance: float
     samples_s: np.ndarray
     used: dict[str, float] = field(default_factory=dict)
@@ -68,7 +68,7 @@ class Case:
 
     def first(self, count: int) -> "Case":
         """The same with ``count`` training samples of a seeded order: smaller choices are part of larger ones."""
-        order = np.random.default_rng(self.settings.seed).permutation(self.n_training)
+        order = np.random.default_rng(self.options.seed).permutation(self.n_training)
         rows = np.sort(order[:count])
         return replace(self, database=rows_of(self.database, rows), samples_s=self.samples_s[rows])
 
@@ -88,12 +88,12 @@ class Solver(Protocol):
 class Model(NamedTuple):
     """A way of simulating.
 
-    knobs(case) : settings from cheap to dear, at least five where the model has a knob, else [{}]
-    prepare(case, knob) : offline work, timed; InputError or NotConverged if it cannot be done
+    settings(case) : settings from cheap to dear, at least five where the model has a setting, else [{}]
+    prepare(case, setting) : offline work, timed; InputError or NotConverged if it cannot be done
     """
 
-    knobs: Callable[[Case], list[Knob]]
-    prepare: Callable[[Case, Knob], Solver]
+    settings: Callable[[Case], list[Setting]]
+    prepare: Callable[[Case, Setting], Solver]
 
 
 def rows_of(db: Database, rows: np.ndarray) -> Database:
@@ -102,9 +102,9 @@ def rows_of(db: Database, rows: np.ndarray) -> Database:
     return replace(db, **{name: getattr(db, name)[rows] for name in names})
 
 
-def knob_text(knob: Knob) -> str:
-    """A knob as tables have it, such as "iterations=2"."""
-    return ", ".join(f"{name}={_short(value)}" for name, value in knob.items()) or "default"
+def setting_text(setting: Setting) -> str:
+    """A setting as tables have it, such as "iterations=2"."""
+    return ", ".join(f"{name}={_short(value)}" for name, value in setting.items()) or "default"
 
 
 def checked(displacement: np.ndarray, n_surface: int) -> np.ndarray:

@@ -22,7 +22,8 @@ MODELS: dict[str, tuple[str, dict]] = {
     "fem_middle": ("palpate.models.fem", {"level": 1}),
     "fem_fine": ("palpate.models.fem", {"level": -1}),
     "linear_fem": ("palpate.models.linear_fem", {}),
-    "ours": ("palpate.models.detail_correction", {}),
+    "warped_compliance": ("palpate.models.warped_compliance", {}),
+    "detail_correction": ("palpate.models.detail_correction", {}),
     "interpolation": ("palpate.models.interpolation", {}),
     "ridge_upsampling": ("palpate.models.ridge", {"kernel": False}),
     "kernel_ridge_detail": ("palpate.models.ridge", {"kernel": True}),
@@ -40,7 +41,7 @@ MODELS: dict[str, tuple[str, dict]] = {
 
 
 SAVED_AGAINST = "fem_fine"
-"""What is simulated by whoever prepares nothing, at the tightest of its tolerances, its last knob."""
+"""What is simulated by whoever prepares nothing, at the tightest of its tolerances, its last setting."""
 RESERVED = ("reference",)
 """What the table calls the truth's own error, and models therefore are not."""
 
@@ -57,7 +58,7 @@ def model(name: str, own: Mapping[str, Path]) -> Model:
 
     place, what = MODELS[name]
     module = importlib.import_module(place)
-    return Model(partial(module.knobs, **what), partial(module.prepare, **what))
+    return Model(partial(module.settings, **what), partial(module.prepare, **what))
 
 
 def families(names: list[str], own: Mapping[str, object]) -> dict[str, list[str]]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import InputError, NotConverged
-from palpate.models.model import Case, Knob, Model, Solver, checked
+from palpate.models.model import Case, Model, Setting, Solver, checked
 from palpate.scenes.own_effect import opened
 
 GUIDE = "see docs/add-a-model.md"
@@ -17,18 +17,18 @@ GUIDE = "see docs/add-a-model.md"
 def load(name: str, path: Path) -> Model:
     """The model in the file ``path``, which raises InputError naming it for whatever is wrong with it."""
     module = opened(path, f"tradeoff.own_models.{name}")
-    for function in ("knobs(case)", "prepare(case, knob)"):
+    for function in ("settings(case)", "prepare(case, setting)"):
         if not callable(getattr(module, function.partition("(")[0], None)):
             raise InputError(f"{path}: has no function {function}; {GUIDE}.")
 
-    def knobs(case: Case) -> list[Knob]:
-        found = _told(path, module.knobs, case)
-        if not (isinstance(found, list) and all(isinstance(knob, dict) for knob in found)):
-            raise InputError(f"{path}: knobs returns no list of dictionaries; {GUIDE}.")
+    def settings(case: Case) -> list[Setting]:
+        found = _told(path, module.settings, case)
+        if not (isinstance(found, list) and all(isinstance(setting, dict) for setting in found)):
+            raise InputError(f"{path}: settings returns no list of dictionaries; {GUIDE}.")
         return found
 
-    def prepare(case: Case, knob: Knob) -> Solver:
-        solver = _told(path, module.prepare, case, knob)
+    def prepare(case: Case, setting: Setting) -> Solver:
+        solver = _told(path, module.prepare, case, setting)
         if not (hasattr(solver, "respond") and hasattr(solver, "memory_mb")):
             raise InputError(f"{path}: what prepare returns lacks respond or memory_mb; {GUIDE}.")
 
@@ -38,7 +38,7 @@ def load(name: str, path: Path) -> Model:
 
         return SimpleNamespace(respond=respond, memory_mb=solver.memory_mb)
 
-    return Model(knobs, prepare)
+    return Model(settings, prepare)
 
 
 def _told(path: Path, call: Callable, *arguments: Any) -> Any:

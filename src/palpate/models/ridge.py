@@ -2,16 +2,16 @@
 
 from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
 from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from, sample_counts
-from palpate.models.model import Case, Knob
+from palpate.models.model import Case, Setting
 
 
-def knobs(case: Case, kernel: bool) -> list[Knob]:
+def settings(case: Case, kernel: bool) -> list[Setting]:
     """How many training samples are used."""
     return [{"samples": count} for count in sample_counts(case)]
 
 
-def prepare(case: Case, knob: Knob, kernel: bool) -> Enriched:
+def prepare(case: Case, setting: Setting, kernel: bool) -> Enriched:
     """Its settings by cross-validation on the training samples."""
-    db, training = learnt_from(case.first(knob["samples"]))
-    method = KernelRidgeDetail(db, training, case.settings) if kernel else RidgeUpsampling(db, training)
+    db, training = learnt_from(case.first(setting["samples"]))
+    method = KernelRidgeDetail(db, training, case.options) if kernel else RidgeUpsampling(db, training)
     return Enriched(case, method, coarse_simulation(case))

@@ -3,10 +3,10 @@
 import numpy as np
 
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Knob, checked
+from palpate.models.model import Case, Setting, checked
 from palpate.models.shape_statics import Shapes, cubes, fit
 
-KNOBS = (
+SETTINGS = (
     ("quadratic", "one", 30),
     ("quadratic", "one", 100),
     ("linear", "cubes", 100),
@@ -15,20 +15,20 @@ KNOBS = (
 )
 
 
-def knobs(case: Case) -> list[Knob]:
+def settings(case: Case) -> list[Setting]:
     """Mode, clusters and steps, from cheap to dear."""
-    return [dict(zip(("mode", "clusters", "steps"), knob, strict=True)) for knob in KNOBS]
+    return [dict(zip(("mode", "clusters", "steps"), setting, strict=True)) for setting in SETTINGS]
 
 
-def prepare(case: Case, knob: Knob) -> "ShapesAtRest":
+def prepare(case: Case, setting: Setting) -> "ShapesAtRest":
     """Fit the scale of forces and β to training samples after as many steps as will be taken.
 
     Raises InputError for a body that nothing holds, NotConverged if nothing fits.
     """
-    clusters = cubes(case.body.coarse) | {"kind": knob["clusters"]}
-    shapes = Shapes(case, knob["mode"], clusters)
-    shapes.soften(fit(shapes, case.training, knob["steps"]))
-    return ShapesAtRest(shapes, knob["steps"], case.n_surface)
+    clusters = cubes(case.body.coarse) | {"kind": setting["clusters"]}
+    shapes = Shapes(case, setting["mode"], clusters)
+    shapes.soften(fit(shapes, case.training, setting["steps"]))
+    return ShapesAtRest(shapes, setting["steps"], case.n_surface)
 
 
 class ShapesAtRest:

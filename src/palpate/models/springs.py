@@ -6,7 +6,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Knob, checked
+from palpate.models.model import Case, Setting, checked
 from palpate.models.spring_moduli import Moduli, fit
 from palpate.models.spring_statics import Network
 
@@ -18,10 +18,10 @@ FEWER = 20
 """Training samples that serve one modulus on the middle level."""
 
 _fits: WeakKeyDictionary = WeakKeyDictionary()
-"""Moduli and what they took [s], by training samples, level and kind: what one knob setting has found serves all."""
+"""Moduli and what they took [s], by training samples, level and kind: what one setting setting has found serves all."""
 
 
-def knobs(case: Case, nodal: bool, volume: bool) -> list[Knob]:
+def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
     """Iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
     found = [{"level": 0, "iterations": n} for n in ITERATIONS]
     if len(case.body.levels) > 2 and not (nodal or volume):
@@ -29,16 +29,16 @@ def knobs(case: Case, nodal: bool, volume: bool) -> list[Knob]:
     return found
 
 
-def prepare(case: Case, knob: Knob, nodal: bool, volume: bool) -> "SpringsAtRest":
+def prepare(case: Case, setting: Setting, nodal: bool, volume: bool) -> "SpringsAtRest":
     """Fit moduli to the training samples, and factorise the stiffness at rest.
 
     nodal : a modulus a node, not one for all; volume : with paper 2's volume force
     Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
     """
-    network = Network(case, knob["level"])
-    moduli = _fitted(case, network, knob["level"], nodal, volume)
+    network = Network(case, setting["level"])
+    moduli = _fitted(case, network, setting["level"], nodal, volume)
     network.stiffen(moduli.young_pa, moduli.volume_n_m)
-    return SpringsAtRest(network, knob["iterations"], case.n_surface)
+    return SpringsAtRest(network, setting["iterations"], case.n_surface)
 
 
 def _fitted(case: Case, network: Network, level: int, nodal: bool, volume: bool) -> Moduli:

@@ -62,7 +62,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str]) -> Iterator[str]:
     yield _markdown(pd.crosstab(found["hard_cases"]["family"], found["hard_cases"]["outcome"]).reset_index())
     yield _picture("hard_cases")
     yield f"## How far it scales\n\n{_picture('scaling')}"
-    every = tables.where(found["scaling"], kernel="fem")
+    every = tables.where(found["scaling"], component="fem")
     fem, most = tables.where(every, stage="respond"), every.groupby("size")["memory_mb"].max()
     fem = fem.assign(
         seconds=fem["seconds"].map(seconds), memory=[f"{1e-3 * most[size]:.2g} GB" for size in fem["size"]]
@@ -79,7 +79,7 @@ def _advice(advice: pd.DataFrame) -> pd.DataFrame:
         rival = _behind(row) if row["factor"] > 0 else ""
         error = f"{percent(row['rmse_of_peak'])} ({interval(row)})"
         rows.append(
-            [row["scene"], limit(row), label(row["model"], row["knob"]), error, seconds(row["online_p95_s"]), rival]
+            [row["scene"], limit(row), label(row["model"], row["setting"]), error, seconds(row["online_p95_s"]), rival]
         )
     return pd.DataFrame(rows, columns=["scene", "asked", "take", "error", "95th percentile of time", "next best"])
 

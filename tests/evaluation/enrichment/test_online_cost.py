@@ -47,15 +47,15 @@ def test_all_in_is_a_coarse_simulation_and_then_ours(db, methods, asked):
     coarse = [lambda i=i: asked.append(("coarse", i)) for i in range(5)]
     fine = [lambda: None] * 5
     table = online_cost.timing_table(db, methods, fine, coarse, range(5), "bar", 1, {})
-    assert list(table["method"]) == ["fine_fem", "unordered", "contact_ordered", "ours", "live_all_in"]
+    assert list(table["method"]) == ["fine_fem", "unordered", "contact_ordered", "detail_correction", "live_all_in"]
     pairs = [(a, b) for a, b in pairwise(asked) if a[0] == "coarse"]
-    assert pairs and all(b == ("ours", 2.0, a[1]) for a, b in pairs)
+    assert pairs and all(b == ("detail_correction", 2.0, a[1]) for a, b in pairs)
 
 
 def test_live_costs_include_the_coarse_simulation_except_for_linear_fem(db, methods, monkeypatch):
     monkeypatch.setattr(online_cost, "measure", lambda call, repeats: SimpleNamespace(median_s=1.0, p95_s=2.0))
     table = online_cost.cost_table(db, methods, [lambda: None], range(5), "bar", 1).set_index(["protocol", "method"])
-    assert table.loc[("paper", "ours"), "online_median_s"] == 1.0
-    assert table.loc[("live", "ours"), "online_median_s"] == 2.0
-    assert table.loc[("live", "ours"), "online_p95_s"] == 3.0
+    assert table.loc[("paper", "detail_correction"), "online_median_s"] == 1.0
+    assert table.loc[("live", "detail_correction"), "online_median_s"] == 2.0
+    assert table.loc[("live", "detail_correction"), "online_p95_s"] == 3.0
     assert table.loc[("live", "linear_fem"), "online_median_s"] == 1.0

@@ -19,7 +19,7 @@ SIZES = {
 }
 STAGES = {
     "fem": ["mesh", "set up", "linearise", "respond"],
-    "fine_nodes": ["paper 1: prepare", "paper 1: query", "ours: prepare", "ours: query"],
+    "fine_nodes": ["paper 1: prepare", "paper 1: query", "detail correction: prepare", "detail correction: query"],
     "samples": ["paper 1: prepare", "paper 1: query"],
     "triangles": ["build", "refit", "query"],
     "particles": ["set up", "step"],

@@ -23,35 +23,39 @@ def one(liver, **limit):
 
 
 @pytest.mark.parametrize(
-    ("budget_ms", "model", "knob"),
+    ("budget_ms", "model", "setting"),
     [
         (0.02, "linear_fem", "default"),
         (1, "linear_fem", "default"),  # springs failed twice, shape matching is worse
-        (16.7, "ours", "samples=60"),  # tied with POD + RBF in error and time, and smaller
+        (16.7, "detail_correction", "samples=60"),  # tied with POD + RBF in error and time, and smaller
         (100, "fem_coarse", "iterations=8"),
         (1000, "fem_fine", "tolerance=1e-08"),
     ],
 )
-def test_the_least_wrong_that_fits_a_budget(liver, budget_ms, model, knob):
+def test_the_least_wrong_that_fits_a_budget(liver, budget_ms, model, setting):
     row = one(liver, budgets_ms=budget_ms)
-    assert (row.model, row.knob) == (model, knob)
+    assert (row.model, row.setting) == (model, setting)
     assert row.budget_ms == budget_ms and np.isnan(row.max_error)
     assert row.margin == pytest.approx(1 - 1e3 * row.online_p95_s / budget_ms) and row.margin >= 0.2
     assert row.error_low < row.rmse_of_peak < row.error_high
 
 
 @pytest.mark.parametrize(
-    ("max_error", "model", "knob"),
+    ("max_error", "model", "setting"),
     [
         (0.5, "linear_fem", "default"),
-        (0.05, "ours", "samples=60"),  # linear FEM's mean is not surely below; ours' two are tied in time
+        (
+            0.05,
+            "detail_correction",
+            "samples=60",
+        ),  # linear FEM's mean may be above; its own two are tied in time
         (0.003, "fem_coarse", "iterations=8"),
         (0.001, "fem_fine", "tolerance=1e-08"),
     ],
 )
-def test_the_fastest_that_is_surely_accurate_enough(liver, max_error, model, knob):
+def test_the_fastest_that_is_surely_accurate_enough(liver, max_error, model, setting):
     row = one(liver, max_errors=max_error)
-    assert (row.model, row.knob) == (model, knob)
+    assert (row.model, row.setting) == (model, setting)
     assert row.margin == pytest.approx(1 - row.error_high / max_error) and 0 <= row.margin < 1
     assert row.confidence >= 0.95
 
@@ -73,7 +77,7 @@ def test_where_everything_failed_there_is_none(liver):
 
 def test_the_rival_and_how_far_it_is_behind(liver):
     row = one(liver, budgets_ms=1)
-    assert (row.rival, row.rival_knob) == ("shape_matching", "steps=30")
+    assert (row.rival, row.rival_setting) == ("shape_matching", "steps=30")
     assert row.factor == pytest.approx(4)
     fast = one(liver, max_errors=0.003)
     assert fast.rival == "fem_fine" and fast.factor == pytest.approx(400 / 12)
@@ -82,7 +86,7 @@ def test_the_rival_and_how_far_it_is_behind(liver):
 
 
 def test_what_errs_elsewhere_makes_the_choice_less_sure(liver):
-    """POD + RBF is easy where ours is hard: in half the draws it is ahead."""
+    """POD + RBF is accurate where detail correction is not: in half the draws it is ahead."""
     assert one(liver, budgets_ms=1).confidence == 1.0
     assert 0.4 < one(liver, budgets_ms=16.7).confidence < 0.8
 
@@ -101,7 +105,7 @@ def test_reasons_tell_the_numbers(liver):
 
 def test_without_the_mesh_error_nothing_is_said_of_it(liver):
     settings, errors = liver
-    settings = settings[~((settings["model"] == TRUTH) & (settings["knob"] == EXTRAPOLATED))]
+    settings = settings[~((settings["model"] == TRUTH) & (settings["setting"] == EXTRAPOLATED))]
     assert "fine mesh" not in one((settings, errors), budgets_ms=16.7).why
 
 
@@ -114,7 +118,7 @@ def test_another_run_gives_the_same_advice(liver, seed):
     again = settings.copy()
     again["online_median_s"] *= random.uniform(0.95, 1.05) * random.uniform(0.9, 1.1, len(again))
     again["online_p95_s"] *= random.uniform(0.95, 1.05) * random.uniform(0.9, 1.1, len(again))
-    columns = ["model", "knob", "rival", "rival_knob"]
+    columns = ["model", "setting", "rival", "rival_setting"]
     first, second = advise(settings, errors, **limits), advise(again, errors, **limits)
     assert first[columns].equals(second[columns])
     assert first[["error_low", "error_high"]].equals(second[["error_low", "error_high"]])
@@ -124,8 +128,8 @@ def test_tables_that_do_not_belong_together_are_refused(liver):
     settings, errors = liver
     with pytest.raises(InputError, match=r"the samples of shape_matching steps=30 of liver_small disagree"):
         advise(settings, errors.assign(rmse_of_peak=0.5 * errors["rmse_of_peak"]), [1])
-    with pytest.raises(InputError, match=r"the samples of ours samples=10 of liver_small disagree"):
-        advise(settings, errors[errors["model"] != "ours"], [1])
-    twice = settings.assign(knob=settings["knob"].replace("samples=10", "samples=60"))
-    with pytest.raises(InputError, match="ours samples=60 of liver_small twice"):
+    with pytest.raises(InputError, match=r"the samples of detail_correction samples=10 of liver_small disagree"):
+        advise(settings, errors[errors["model"] != "detail_correction"], [1])
+    twice = settings.assign(setting=settings["setting"].replace("samples=10", "samples=60"))
+    with pytest.raises(InputError, match="detail_correction samples=60 of liver_small twice"):
         advise(twice, errors, [1])

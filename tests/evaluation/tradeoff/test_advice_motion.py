@@ -18,7 +18,7 @@ def motions():
         ("shape_matching", "step_s=0.01", 0.01, 0.9, 0.2, 0),  # hardly keeps up
         ("own", "step_s=0.1", np.nan, np.nan, np.nan, 1),
     ]
-    names = ["model", "knob", "rmse_of_peak", "slower_than_life", "step_p95_ms", "failures"]
+    names = ["model", "setting", "rmse_of_peak", "real_time_factor", "step_p95_ms", "failures"]
     table = pd.DataFrame(told, columns=names)
     return table.assign(scene="press", reference_change=1e-4, p95_of_peak=2 * table["rmse_of_peak"])
 
@@ -27,7 +27,7 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
     found = advise_motion(motions, budgets_ms=[0.15, 1, 16.7]).set_index("budget_ms")
     assert found.loc[0.15, "model"] == "none" and "springs step_s=0.001, takes 0.1 s" in found.loc[0.15, "why"]
     row = found.loc[1]
-    assert (row["model"], row["knob"]) == ("springs", "step_s=0.002")
+    assert (row["model"], row["setting"]) == ("springs", "step_s=0.002")
     assert row["online_p95_s"] == pytest.approx(1.5e-4) and row["margin"] == pytest.approx(1 - 0.15)
     assert not row["rival"] and "no other model would do" in row["why"]
     row = found.loc[16.7]

@@ -9,9 +9,9 @@ import pytest
 from palpate.errors import NotConverged
 from palpate.evaluation.accuracy import errors
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
-from palpate.evaluation.tradeoff.measure_model import KNOB_COLUMNS, SAMPLE_COLUMNS, ask, measure
+from palpate.evaluation.tradeoff.measure_model import SAMPLE_COLUMNS, SETTING_COLUMNS, ask, measure
 from palpate.evaluation.tradeoff.provenance import commit
-from palpate.evaluation.tradeoff.reference_error import KNOBS, limit, own_error, refined
+from palpate.evaluation.tradeoff.reference_error import SETTINGS, limit, reference_error, refined
 from palpate.models.model import Model
 
 
@@ -34,15 +34,15 @@ class Scaled:
 def test_a_known_error_is_what_is_measured(slab_case):
     case, test, numbers = slab_case
 
-    def prepare(fresh, knob):
+    def prepare(fresh, setting):
         fresh.training, fresh.compliance  # noqa: B018
-        return Scaled(test, 1.0 - knob["miss"])
+        return Scaled(test, 1.0 - setting["miss"])
 
     made = Model(lambda case: [{"miss": 0.5}, {"miss": 0.1}], prepare)
-    samples, knobs = measure(case, "scaled", made, test, numbers, 12, 1.0)
-    assert samples.columns.tolist() == SAMPLE_COLUMNS and knobs.columns.tolist() == KNOB_COLUMNS
-    assert knobs["knob"].tolist() == ["miss=0.5", "miss=0.1"]
-    for miss, row in zip((0.5, 0.1), knobs.itertuples(), strict=True):
+    samples, settings = measure(case, "scaled", made, test, numbers, 12, 1.0)
+    assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
+    assert settings["setting"].tolist() == ["miss=0.5", "miss=0.1"]
+    for miss, row in zip((0.5, 0.1), settings.itertuples(), strict=True):
         nothing = [errors(np.zeros_like(u), u) for u in test.fine]
         assert row.rmse_of_peak == pytest.approx(miss * np.mean([e.rmse_of_peak for e in nothing]))
         assert row.rmse_m == pytest.approx(miss * np.mean([e.rmse_m for e in nothing]))
@@ -50,37 +50,37 @@ def test_a_known_error_is_what_is_measured(slab_case):
         assert row.samples == 6 and row.failures == 0 and row.threads == 1 and row.memory_mb == 7.0
         assert row.offline_s >= 24.0 + case.compliance.seconds
         assert 0 < row.online_median_s <= row.online_p95_s
-    own = samples[samples["knob"] == "miss=0.5"]
-    assert own["sample"].tolist() == numbers.tolist() and own["rmse_m"].mean() == pytest.approx(knobs["rmse_m"][0])
+    own = samples[samples["setting"] == "miss=0.5"]
+    assert own["sample"].tolist() == numbers.tolist() and own["rmse_m"].mean() == pytest.approx(settings["rmse_m"][0])
 
 
 def test_failures_are_counted_and_told(slab_case):
     case, test, numbers = slab_case
     bad = int(test.contact[2])
-    made = Model(lambda case: [{}], lambda case, knob: Scaled(test, 0.5, bad))
-    samples, knobs = measure(case, "sometimes", made, test, numbers, 20, 1.0)
+    made = Model(lambda case: [{}], lambda case, setting: Scaled(test, 0.5, bad))
+    samples, settings = measure(case, "sometimes", made, test, numbers, 20, 1.0)
     failed = test.contact == bad
-    assert knobs["failures"].item() == failed.sum() == 2
+    assert settings["failures"].item() == failed.sum() == 2
     assert (samples["failure"] == np.where(failed, "no answer", "")).all()
     assert samples["rmse_m"].isna().tolist() == failed.tolist() == samples["seconds"].isna().tolist()
-    assert knobs["max_of_peak"].item() == pytest.approx(0.5)
+    assert settings["max_of_peak"].item() == pytest.approx(0.5)
 
 
 def test_what_cannot_be_prepared_has_failed_everywhere(slab_case):
     case, test, numbers = slab_case
 
-    def prepare(case, knob):
+    def prepare(case, setting):
         raise NotConverged("no fit", [1.0])
 
-    samples, knobs = measure(case, "never", Model(lambda case: [{}], prepare), test, numbers, 2, 1.0)
-    assert (samples["failure"] == "no fit").all() and knobs["failures"].item() == 6
-    assert knobs[["rmse_m", "online_p95_s"]].isna().all(axis=None)
+    samples, settings = measure(case, "never", Model(lambda case: [{}], prepare), test, numbers, 2, 1.0)
+    assert (samples["failure"] == "no fit").all() and settings["failures"].item() == 6
+    assert settings[["rmse_m", "online_p95_s"]].isna().all(axis=None)
 
 
 def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case):
     case, test, numbers = slab_case
-    samples, knobs = measure(case, "none", Model(lambda case: [], None), test, numbers, 2, 1.0)
-    assert samples.columns.tolist() == SAMPLE_COLUMNS and len(samples) == len(knobs) == 0
+    samples, settings = measure(case, "none", Model(lambda case: [], None), test, numbers, 2, 1.0)
+    assert samples.columns.tolist() == SAMPLE_COLUMNS and len(samples) == len(settings) == 0
 
 
 @pytest.mark.parametrize(("repeats", "budget", "calls"), [(3, 9.0, 6), (20, 9.0, 20), (20, 0.0, 6)])
@@ -105,14 +105,14 @@ def test_what_is_asked_cannot_be_changed_by_who_answers(slab_case):
 
 
 def test_queries_that_pay_back():
-    row = dict.fromkeys(KNOB_COLUMNS, 1)
+    row = dict.fromkeys(SETTING_COLUMNS, 1)
     rows = [
-        row | {"scene": "a", "model": "fem_fine", "knob": "iterations=1", "online_median_s": 0.5, "offline_s": 0.0},
-        row | {"scene": "a", "model": "fem_fine", "knob": "converged", "online_median_s": 1.0, "offline_s": 0.0},
-        row | {"scene": "a", "model": "fast", "knob": "", "online_median_s": 0.2, "offline_s": 40.0},
-        row | {"scene": "a", "model": "slow", "knob": "", "online_median_s": 1.5, "offline_s": 0.0},
-        row | {"scene": "b", "model": "fem_fine", "knob": "converged", "online_median_s": 0.4, "offline_s": 0.0},
-        row | {"scene": "b", "model": "fast", "knob": "", "online_median_s": 0.2, "offline_s": 40.0},
+        row | {"scene": "a", "model": "fem_fine", "setting": "iterations=1", "online_median_s": 0.5, "offline_s": 0.0},
+        row | {"scene": "a", "model": "fem_fine", "setting": "converged", "online_median_s": 1.0, "offline_s": 0.0},
+        row | {"scene": "a", "model": "fast", "setting": "", "online_median_s": 0.2, "offline_s": 40.0},
+        row | {"scene": "a", "model": "slow", "setting": "", "online_median_s": 1.5, "offline_s": 0.0},
+        row | {"scene": "b", "model": "fem_fine", "setting": "converged", "online_median_s": 0.4, "offline_s": 0.0},
+        row | {"scene": "b", "model": "fast", "setting": "", "online_median_s": 0.2, "offline_s": 40.0},
     ]
     table = accuracy_vs_time(pd.DataFrame(rows), "abc")
     assert table.columns.tolist() == COLUMNS and (table["commit"] == "abc").all()
@@ -145,9 +145,9 @@ def test_a_refined_body_has_one_more_nested_level(slab):
 
 def test_the_reference_is_wrong_by_less_than_the_coarse_mesh(slab_case):
     case, test, numbers = slab_case
-    samples, knobs = own_error(case, test, numbers, 2, 1e-8)
-    assert knobs["knob"].tolist() == list(KNOBS) and (knobs["model"] == "reference").all()
+    samples, settings = reference_error(case, test, numbers, 2, 1e-8)
+    assert settings["setting"].tolist() == list(SETTINGS) and (settings["model"] == "reference").all()
     pairs = zip(test.coarse_live, test.fine, strict=True)
     coarse = np.mean([errors(test.prolongation @ u, fine).rmse_of_peak for u, fine in pairs])
-    assert (knobs["rmse_of_peak"] > 0.001).all() and (knobs["rmse_of_peak"] < coarse).all()
-    assert knobs["samples"].tolist() == [2, 2] and len(samples) == 4
+    assert (settings["rmse_of_peak"] > 0.001).all() and (settings["rmse_of_peak"] < coarse).all()
+    assert settings["samples"].tolist() == [2, 2] and len(samples) == 4

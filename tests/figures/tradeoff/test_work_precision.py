@@ -14,9 +14,9 @@ from palpate.figures.tradeoff import work_precision
 def test_every_model_has_its_curve_and_the_front_its_numbers(advised_tables, tmp_path):
     figure = work_precision.draw(*advised_tables, scene="liver_small")
     written = texts(figure)
-    for model in ("springs", "shape_matching", "linear_fem", "ours", "pod_rbf", "fem_coarse", "fem_fine"):
+    for model in ("springs", "shape_matching", "linear_fem", "detail_correction", "pod_rbf", "fem_coarse", "fem_fine"):
         assert look(model).label in written
-    assert {"0.01 ms:\nnone", "1 ms:\nlinear fine FEM", "16.7 ms:\nours", "1000 ms:\nfine FEM"} <= set(written)
+    assert {"0.01 ms:\nnone", "1 ms:\nlinear fine FEM", "16.7 ms:\ndetail correction", "1000 ms:\nfine FEM"} <= set(written)
     assert "failed: springs (iterations=1) on 2 of 12" in written
     assert any("fine mesh itself, 0.6" in text for text in written)
     # coarse FEM is clearly slower than ours and clearly less wrong; ours and POD + RBF are tied
@@ -24,7 +24,7 @@ def test_every_model_has_its_curve_and_the_front_its_numbers(advised_tables, tmp
     assert on_front == [
         "linear fine FEM",
         "POD + RBF (modes=8)",
-        "ours (samples=60)",
+        "detail correction (samples=60)",
         "coarse FEM (iterations=8)",
         "fine FEM (tolerance=1e-08)",
     ]
@@ -37,15 +37,15 @@ def test_what_failed_is_hollow_and_on_no_front(advised_tables):
     hollow = [line for line in axis.lines if line.get_markerfacecolor() == "white"]
     assert [line.get_xdata()[0] for line in hollow] == [pytest.approx(0.1)]
     nothing = tables.where(settings, scene="liver_small").assign(failures=0)
-    nothing.loc[nothing["model"] == "ours", ["failures", "rmse_of_peak", "online_median_s", "online_p95_s"]] = [
+    nothing.loc[nothing["model"] == "detail_correction", ["failures", "rmse_of_peak", "online_median_s", "online_p95_s"]] = [
         12,
         np.nan,
         np.nan,
         np.nan,
     ]
-    assert "ours" not in set(work_precision.front_rows(nothing)["model"])
+    assert "detail_correction" not in set(work_precision.front_rows(nothing)["model"])
     written = texts(work_precision.draw(nothing, advised, scene="liver_small"))
-    assert "failed: ours (samples=10) on 12 of 12, ours (samples=60) on 12 of 12" in written
+    assert "failed: detail correction (samples=10) on 12 of 12, detail correction (samples=60) on 12 of 12" in written
 
 
 def test_all_but_exact_answers_are_drawn_at_the_edge(advised_tables):
@@ -56,6 +56,6 @@ def test_all_but_exact_answers_are_drawn_at_the_edge(advised_tables):
 
 def test_own_models_are_drawn_wherever_they_come(advised_tables):
     settings, advised = (
-        table.replace({"ours": "mine", "shape_matching": "nearest", "linear_fem": "other"}) for table in advised_tables
+        table.replace({"detail_correction": "mine", "shape_matching": "nearest", "linear_fem": "other"}) for table in advised_tables
     )
     assert {"mine", "nearest", "other"} <= set(texts(work_precision.draw(settings, advised, scene="liver_small")))

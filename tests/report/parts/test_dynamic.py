@@ -11,7 +11,7 @@ CAPTIONS = Path(__file__).parents[3] / "workflow" / "report"
 def test_the_headline_is_about_what_keeps_up_with_life(dynamic_table):
     said = dynamic_numbers.numbers({"dynamic_accuracy": dynamic_table})["headline_dynamic"].replace("\u00a0", " ")
     assert said.count("(4 % of the peak off)") == 2
-    slow = dynamic_table.assign(slower_than_life=2.0)
+    slow = dynamic_table.assign(real_time_factor=2.0)
     assert dynamic_numbers.numbers({"dynamic_accuracy": slow})["headline_dynamic"].endswith("press none; bar sag none.")
 
 

@@ -13,7 +13,7 @@ FAMILIES = read_yaml(Path(__file__).parents[3] / "workflow/report/models.yaml")
 
 
 def table(models):
-    measured = pd.DataFrame({"model": models, "knob": [f"k={i}" for i in range(len(models))]})
+    measured = pd.DataFrame({"model": models, "setting": [f"k={i}" for i in range(len(models))]})
     report = SimpleNamespace(tables={"accuracy_vs_time": measured}, published={"models": FAMILIES})
     ((_, _, text),) = sections_models.sections(report)
     return text

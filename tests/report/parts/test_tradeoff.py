@@ -28,7 +28,7 @@ def test_sentences_tell_model_error_time_and_rival(liver):
     )
     assert "0.4 % of the peak off" in told[2] and "in 6 ms at the 95th percentile, 64 % of the budget" in told[2]
     assert "is 200 times as wrong" in told[3]
-    assert told[4].startswith("At most 5 % wrong: ours (samples=60)") and told[4].endswith(
+    assert told[4].startswith("At most 5 % wrong: detail correction (samples=60)") and told[4].endswith(
         "the next best model, is on a par."
     )
 
@@ -62,5 +62,5 @@ def test_the_report_shows_all_of_it(advised_tables, tmp_path):
     assert [name for name in names if f'<figure id="{name}">' in page] == names
     assert "<li>Within 1 ms: linear fine FEM, 5 % of the peak off" in page
     table = page[page.index("What to take for each limit") :]
-    assert "<td>none</td>" in table and "<td>ours (samples=60)</td>" in table
+    assert "<td>none</td>" in table and "<td>detail correction (samples=60)</td>" in table
     assert not re.search(r"\{[a-z_]+\}", page.split("</style>")[1].split("<script>")[0])

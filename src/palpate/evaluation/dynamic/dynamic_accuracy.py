@@ -20,10 +20,10 @@ SHAPE_STEPS = (4, 8, 16)
 
 
 def measure(trial: Trial, truth: Reference, progress: Callable = iter) -> pd.DataFrame:
-    """Rows of dynamic_accuracy.csv, a row a model and knob; errors are over all frames and surface nodes.
+    """Rows of dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
 
     failures : 1 for a motion that ended in NotConverged, whose errors are then empty
-    ms_per_step, step_p95_ms and slower_than_life, seconds over those it lasts, are of that one motion,
+    ms_per_step, step_p95_ms and real_time_factor, seconds over those it lasts, are of that one motion,
     without preparation
     ``progress`` wraps the models, as ``tqdm`` does.
     """
@@ -68,7 +68,7 @@ def _shapes(trial: Trial, truth: Reference) -> Iterator[tuple[int, Fitted]]:
 
 def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted) -> dict:
     scene = fitted.scene(trial, steps)
-    row = {"knob": f"step_s={scene.step_s:.3g}", "level": 0, "nodes": len(trial.body.coarse.nodes)}
+    row = {"setting": f"step_s={scene.step_s:.3g}", "level": 0, "nodes": len(trial.body.coarse.nodes)}
     row |= {"step_s": scene.step_s, "steps": steps, "failures": 0}
     try:
         moved, run = trial.move(scene, 0, fitted.young_pa)
@@ -83,7 +83,7 @@ def _tried(trial: Trial, truth: Reference, number: int) -> dict:
     """The reference's own steps, each as it is: what the step alone is wrong by."""
     step = float(truth.tried_s[number])
     steps = round(trial.duration_s / step)
-    row = {"model": "fem_fine", "knob": f"step_s={step:.3g}", "level": len(trial.body.levels) - 1}
+    row = {"model": "fem_fine", "setting": f"step_s={step:.3g}", "level": len(trial.body.levels) - 1}
     row |= {"nodes": len(trial.body.fine.nodes), "step_s": step, "steps": steps, "failures": 0}
     costs = _cost(float(truth.seconds[number]), float(truth.step_p95_s[number]), steps, trial)
     return row | _errors(truth.tried[number], truth) | costs | {"offline_s": 0.0}
@@ -95,4 +95,4 @@ def _errors(moved, truth: Reference) -> dict:
 
 def _cost(seconds: float, step_p95_s: float, steps: int, trial: Trial) -> dict:
     spent = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * step_p95_s}
-    return spent | {"slower_than_life": seconds / trial.duration_s}
+    return spent | {"real_time_factor": seconds / trial.duration_s}

@@ -4,8 +4,8 @@ from palpate.evaluation.table import Table
 
 TABLES = {
     "dynamic_accuracy": Table(
-        "scene body model knob level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
-        "ms_per_step step_p95_ms slower_than_life offline_s reference_level reference_nodes reference_step_s "
+        "scene body model setting level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
+        "ms_per_step step_p95_ms real_time_factor offline_s reference_level reference_nodes reference_step_s "
         "reference_change",
         "The error of each model over a whole scene in motion, and the time that it takes.",
     ),

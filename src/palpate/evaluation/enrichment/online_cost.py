@@ -17,7 +17,7 @@ from palpate.solvers.equilibrium import Equilibrium
 PAPERS_TABLE = {
     "unordered": "unordered_nonnegative_a",
     "contact_ordered": "ordered_nonnegative_a",
-    "ours": "ours",
+    "detail_correction": "detail_correction",
 }
 """Rows of the paper's tables 4 and 5 and the methods that stand there."""
 DEFORMATIONS = 5
@@ -51,14 +51,15 @@ def timing_table(
     repeats: int,
     means: Mapping[str, float],
 ) -> pd.DataFrame:
-    """Rows of enrichment_timing.csv: fine FEM, the paper's two features, ours, ours with its coarse solve.
+    """Rows of enrichment_timing.csv: fine FEM, the paper's two features, and detail
+    correction without and with its coarse simulation.
 
     methods : by protocol and name; fine, coarse : one simulation a sample
     means : the paper's mean seconds, by row
     """
     online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
-    ours = queries(db, methods["live"]["ours"], "live", samples)
-    online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, ours, strict=True)]
+    corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
+    online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
     return pd.concat(
         [timing_rows(body, {"fine_fem": fine}, FEM_REPEATS, means), timing_rows(body, online, repeats, means)]
     )

@@ -13,7 +13,7 @@ from palpate.enrichment.blend import Known
 from palpate.enrichment.blend_weights import KINDS, BlendWeights
 from palpate.enrichment.feature_vectors import describe, in_slots, kinds
 from palpate.enrichment.gaussian_kernel import squared_distances
-from palpate.enrichment.training_samples import Settings, blend_errors, gather
+from palpate.enrichment.training_samples import FitOptions, blend_errors, gather
 from palpate.samples.database import Database
 
 COLUMNS = [
@@ -27,14 +27,14 @@ def sweep_rows(
     train: np.ndarray,
     test: np.ndarray,
     protocol: str,
-    settings: Settings,
+    options: FitOptions,
     labels: Mapping[str, str],
 ) -> pd.DataFrame:
     """Rows of sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
-    training = gather(db, train, protocol, settings)
+    training = gather(db, train, protocol, options)
     rows = []
-    for features_name, features in kinds(db, settings.neighbours).items():
-        known = Known(features, training, settings)
+    for features_name, features in kinds(db, options.neighbours).items():
+        known = Known(features, training, options)
         asked = describe(features, db.contact[test], db.coarse(protocol)[test])
         slots = in_slots(features, db.contact[test], db.fine[test])
         squared = squared_distances(known.described, asked)
@@ -47,7 +47,7 @@ def sweep_rows(
                     {
                         **labels,
                         "protocol": protocol,
-                        "split": settings.split,
+                        "split": options.split,
                         "features": features_name,
                         "weights": kind,
                         "sigma_m": sigma,

@@ -31,7 +31,7 @@ def cases() -> list[Case]:
     refused = dict.fromkeys(METHODS, ("refused",))
     learnt = [method for method in METHODS if method != "interpolation"]
     # the weights of the paper's blends sum to one, so that they cannot predict zero displacement
-    passive = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL, "ours")
+    passive = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL, "detail_correction")
 
     def case(name, scene, expected, measure, bound, run, models, declared=None):
         words = (name, "enrichment", "palpate", scene, expected, measure, bound)

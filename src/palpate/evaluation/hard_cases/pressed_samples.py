@@ -12,17 +12,18 @@ from palpate.enrichment.blend import Blend, Known
 from palpate.enrichment.blend_weights import KINDS
 from palpate.enrichment.feature_vectors import kinds
 from palpate.enrichment.methods import build
-from palpate.enrichment.training_samples import Settings, Training
+from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.evaluation.hard_cases.stage import SOFT
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 
 NEIGHBOURS, CONTACTS, TRAIN = 6, 8, 12
-SETTINGS = Settings(NEIGHBOURS, {"min": 0.01, "max": 100, "count": 7}, 3, "contacts", 1)
+SETTINGS = FitOptions(NEIGHBOURS, {"min": 0.01, "max": 100, "count": 7}, 3, "contacts", 1)
 BLENDS = tuple(f"{features}_{kind}" for features in ("unordered", "ordered", "framed") for kind in KINDS)
-PHYSICAL = ("linear_fem", "ours_unturned", "ours_untaught")
-METHODS = (*BLENDS, "interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *PHYSICAL, "ours")
+PHYSICAL = ("linear_fem", "detail_correction_unturned", "detail_correction_untaught")
+RIVALS = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf")
+METHODS = (*BLENDS, *RIVALS, *PHYSICAL, "detail_correction")
 """Every method that ``build`` fits."""
 
 
@@ -85,12 +86,12 @@ def scaled(db: Database, factor: np.ndarray | float) -> Database:
     return replace(db, force=db.force * factor[:, 0], **more)
 
 
-def methods(db: Database, train: np.ndarray, settings: Settings = SETTINGS) -> dict:
+def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) -> dict:
     """Fit all METHODS with cross-validation on the samples ``train`` of the live protocol."""
     return build(db, pressed()[2], train, "live", settings)
 
 
-def blends(db: Database, train: np.ndarray, sigma: float, settings: Settings = SETTINGS) -> dict:
+def blends(db: Database, train: np.ndarray, sigma: float, settings: FitOptions = SETTINGS) -> dict:
     """Fit the regressors BLENDS with a fixed width of ``sigma`` median distances between features."""
     fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
     training = Training(

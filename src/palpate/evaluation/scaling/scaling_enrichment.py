@@ -11,8 +11,8 @@ SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
 
 
 def fine_nodes(count: int, meter) -> Size:
-    """Enrichment, the paper's and ours, of a fine surface of so many nodes."""
-    from palpate.enrichment.detail_correction import TwoLevel
+    """Enrichment, the paper's and detail correction, of a fine surface of so many nodes."""
+    from palpate.enrichment.detail_correction import DetailCorrection
     from palpate.solvers.compliance import Compliance
 
     db, training, settings = _database(count, SAMPLES)
@@ -20,8 +20,8 @@ def fine_nodes(count: int, meter) -> Size:
     contacts, coarse = db.coarse_surface[:CONTACTS], len(db.coarse_nodes)
     shapes = [(CONTACTS, 3, n, 3) for n in (count, coarse, coarse)]
     compliance = Compliance(contacts, *(np.random.default_rng(0).normal(size=shape) for shape in shapes))
-    ours = meter.once("ours: prepare", TwoLevel, db, compliance, "live")
-    meter.often("ours: query", ours.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
+    corrected = meter.once("detail correction: prepare", DetailCorrection, db, compliance, "live")
+    meter.often("detail correction: query", corrected.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
     return "fine surface nodes", count
 
 
@@ -50,7 +50,7 @@ def _database(fine: int, count: int):
     The cost of blending does not depend on the displacements.
     """
     from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
-    from palpate.enrichment.training_samples import Settings, gather
+    from palpate.enrichment.training_samples import FitOptions, gather
     from palpate.samples.database import Database
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)
@@ -63,5 +63,5 @@ def _database(fine: int, count: int):
         prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
         coarse, coarse, np.zeros(count), MATERIAL, "none",
     )  # fmt: skip
-    settings = Settings(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
+    settings = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
     return db, gather(db, np.arange(count), "live", settings), settings

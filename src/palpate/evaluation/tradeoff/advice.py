@@ -22,14 +22,14 @@ class Advice(NamedTuple):
     error_low, error_high : between which the mean error lies in 5 to 95 % of draws of the contacts
     margin : share of the budget that online_p95_s leaves, or of max_error that error_high leaves
     confidence : share of the draws in which it is (tied with) the least wrong that fits, or stays under max_error
-    rival, rival_knob, factor : the choice without this model, and how many times as wrong, or as slow, it is
+    rival, rival_setting, factor : the choice without this model, and how many times as wrong, or as slow, it is
     """
 
     scene: str
     budget_ms: float
     max_error: float
     model: str = NONE
-    knob: str = ""
+    setting: str = ""
     rmse_of_peak: float = np.nan
     error_low: float = np.nan
     error_high: float = np.nan
@@ -38,7 +38,7 @@ class Advice(NamedTuple):
     margin: float = np.nan
     confidence: float = np.nan
     rival: str = ""
-    rival_knob: str = ""
+    rival_setting: str = ""
     factor: float = np.nan
     why: str = ""
 
@@ -53,7 +53,7 @@ def advise(
     stays under an error in 95 % of draws the fastest. Ties go to the faster, or the less wrong, then to less memory.
     Raises InputError if the two tables do not belong together.
     """
-    settings = settings.set_index(["model", "knob"], drop=False)
+    settings = settings.set_index(["model", "setting"], drop=False)
     able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)]
     _check(settings["scene"].iloc[0], able, errors)
     means = resampled(errors).reindex(able.index)
@@ -111,7 +111,7 @@ def choice(fits: pd.DataFrame, by: dict[str, float]) -> tuple[pd.Series, pd.Seri
 
 def _told(best: pd.Series, means: pd.DataFrame) -> dict:
     low, high = means.loc[best.name].quantile(list(RANGE))
-    copied = ("model", "knob", "rmse_of_peak", "p95_of_peak", "online_p95_s")
+    copied = ("model", "setting", "rmse_of_peak", "p95_of_peak", "online_p95_s")
     return {name: best[name] for name in copied} | {"error_low": low, "error_high": high}
 
 
@@ -120,15 +120,15 @@ def versus(best: pd.Series, rival: pd.Series | None, column: str) -> dict:
     if rival is None:
         return {}
     factor = reasons.ratio(rival, best, column)
-    return {"rival": rival["model"], "rival_knob": rival["knob"], "factor": factor}
+    return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
 
 
 def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Raise InputError if a setting stands twice or its samples do not have the mean that its row tells."""
     if able.index.has_duplicates:
         twice = able[able.index.duplicated()].iloc[0]
-        raise InputError(f"accuracy_vs_time.csv has {reasons.name(twice)} of {scene} twice: give each its own knob")
-    found = errors.groupby(["model", "knob"])["rmse_of_peak"].mean().reindex(able.index)
+        raise InputError(f"accuracy_vs_time.csv has {reasons.name(twice)} of {scene} twice: give each its own setting")
+    found = errors.groupby(["model", "setting"])["rmse_of_peak"].mean().reindex(able.index)
     if not (right := np.isclose(found, able["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
             f"accuracy_vs_time.csv and the samples of {reasons.name(able[~right].iloc[0])} of {scene} disagree: "

@@ -9,8 +9,8 @@ from palpate.evaluation.tradeoff.advice import Advice, choice, versus
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN, name, next_best
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 
-BY_ERROR = {"rmse_of_peak": EQUAL, "slower_than_life": CLOSE}
-BY_TIME = {"slower_than_life": CLOSE, "rmse_of_peak": EQUAL}
+BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": CLOSE}
+BY_TIME = {"real_time_factor": CLOSE, "rmse_of_peak": EQUAL}
 
 
 def advise_motion(
@@ -35,7 +35,7 @@ def advise_motion(
 
 
 def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
-    used = np.maximum(able["slower_than_life"], able["step_p95_ms"] / budget_ms)
+    used = np.maximum(able["real_time_factor"], able["step_p95_ms"] / budget_ms)
     fits = able[used <= 1 - MARGIN]
     if fits.empty:
         return Advice(scene, budget_ms, np.nan, why=_late(able, used, budget_ms))
@@ -57,25 +57,25 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
         )
         return Advice(scene, np.nan, max_error, why=why)
     best, rival = choice(fits, BY_TIME)
-    found = _told(best) | versus(best, rival, "slower_than_life")
-    why = _why(f"fastest of {len(fits)} that are less wrong", best, rival, "slower_than_life")
+    found = _told(best) | versus(best, rival, "real_time_factor")
+    why = _why(f"fastest of {len(fits)} that are less wrong", best, rival, "real_time_factor")
     margin = 1 - best["rmse_of_peak"] / max_error
     return Advice(scene, np.nan, max_error, **found, margin=margin, why=why)
 
 
 def _told(best: pd.Series) -> dict:
-    return {key: best[key] for key in ("model", "knob", "rmse_of_peak", "p95_of_peak")} | {
+    return {key: best[key] for key in ("model", "setting", "rmse_of_peak", "p95_of_peak")} | {
         "online_p95_s": 1e-3 * best["step_p95_ms"]
     }
 
 
 def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:
-    return "; ".join([said, f"{best['slower_than_life']:.2g} s for a second of motion", next_best(rival, best, column)])
+    return "; ".join([said, f"{best['real_time_factor']:.2g} s for a second of motion", next_best(rival, best, column)])
 
 
 def _late(able: pd.DataFrame, used: pd.Series, budget_ms: float) -> str:
     least = able.loc[used.idxmin()]
     return (
-        f"the fastest setting, {name(least)}, takes {least['slower_than_life']:.2g} s for a second of motion and "
+        f"the fastest setting, {name(least)}, takes {least['real_time_factor']:.2g} s for a second of motion and "
         f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile"
     )

@@ -11,7 +11,7 @@ MARGIN = 0.2
 
 def mesh_error(settings: pd.DataFrame) -> float:
     """The error of the fine mesh itself, as a share of the peak; NaN where it was not measured."""
-    return settings.loc[(settings["model"] == TRUTH) & (settings["knob"] == EXTRAPOLATED), "rmse_of_peak"].max()
+    return settings.loc[(settings["model"] == TRUTH) & (settings["setting"] == EXTRAPOLATED), "rmse_of_peak"].max()
 
 
 def within(best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd.DataFrame, settings, budget_ms) -> str:
@@ -63,8 +63,8 @@ def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame) -> str
 
 
 def name(setting: pd.Series) -> str:
-    """Model and knob as the tables name them."""
-    return setting["model"] if setting["knob"] == "default" else f"{setting['model']} {setting['knob']}"
+    """Model and setting as the tables name them."""
+    return setting["model"] if setting["setting"] == "default" else f"{setting['model']} {setting['setting']}"
 
 
 def ratio(rival: pd.Series, best: pd.Series, column: str) -> float:

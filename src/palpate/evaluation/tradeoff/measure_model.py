@@ -10,13 +10,13 @@ import pandas as pd
 
 from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import Errors, errors
-from palpate.models.model import Case, Knob, Model, Solver, checked, knob_text
+from palpate.models.model import Case, Model, Setting, Solver, checked, setting_text
 from palpate.samples.database import Database
 
 ERRORS = list(Errors._fields)
-LABELS = ["scene", "body", "regime", "model", "knob"]
+LABELS = ["scene", "body", "regime", "model", "setting"]
 SAMPLE_COLUMNS = [*LABELS, "sample", *ERRORS, "seconds", "failure"]
-KNOB_COLUMNS = [
+SETTING_COLUMNS = [
     *LABELS, "protocol", "split", "samples", "failures", *ERRORS,
     "online_median_s", "online_p95_s", "offline_s", "memory_mb", "threads", "failure",
 ]  # fmt: skip
@@ -41,7 +41,7 @@ class Asked(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """What was found of one knob; ``labels`` are the columns LABELS."""
+    """What was found of one setting; ``labels`` are the columns LABELS."""
 
     labels: dict[str, str]
     asked: Asked
@@ -59,29 +59,29 @@ def measure(
     budget_s: float,
     progress: Callable = iter,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Every knob of ``model`` on the samples ``test``, whose numbers are ``numbers``: one row a sample, one a knob.
+    """Measure all settings of ``model`` on the samples ``test`` with these ``numbers``: a row a sample, a row a setting.
 
-    ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of knobs, as ``tqdm`` does.
-    On one BLAS thread. A knob that cannot be prepared has failed on every sample. InputError for a knob given twice.
+    ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
+    On one BLAS thread. A setting that cannot be prepared has failed on every sample. InputError for one given twice.
     """
     from threadpoolctl import threadpool_limits
 
-    findings, knobs = [], model.knobs(case)
-    texts = [knob_text(knob) for knob in knobs]
+    findings, settings = [], model.settings(case)
+    texts = [setting_text(setting) for setting in settings]
     if twice := [text for text in texts if texts.count(text) > 1]:
-        raise InputError(f"{name}.knobs gives {twice[0]} twice; give each setting once.")
+        raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
     with threadpool_limits(limits=1):
-        for knob in progress(knobs):
+        for setting in progress(settings):
             fresh = replace(case, used={})
             start = perf_counter()
-            solver = _prepared(model, fresh, knob)
+            solver = _prepared(model, fresh, setting)
             offline = perf_counter() - start + sum(fresh.used.values())
             if isinstance(solver, NotConverged):
                 asked, memory = Asked.failed(solver, len(numbers)), 0.0
             else:
                 asked, memory = ask(solver, test, repeats, budget_s), float(solver.memory_mb)
-            findings.append(Finding(labels_of(case, name, knob_text(knob)), asked, offline, memory))
-    return found_rows(findings, numbers, case.settings.split)
+            findings.append(Finding(labels_of(case, name, setting_text(setting)), asked, offline, memory))
+    return found_rows(findings, numbers, case.options.split)
 
 
 def ask(solver: Solver, test: Database, repeats: int, budget_s: float) -> Asked:
@@ -111,9 +111,9 @@ def ask(solver: Solver, test: Database, repeats: int, budget_s: float) -> Asked:
     return Asked(found, failures, seconds)
 
 
-def _prepared(model: Model, case: Case, knob: Knob) -> Solver | NotConverged:
+def _prepared(model: Model, case: Case, setting: Setting) -> Solver | NotConverged:
     try:
-        return model.prepare(case, knob)
+        return model.prepare(case, setting)
     except NotConverged as failure:
         return failure
 
@@ -134,17 +134,17 @@ def _said(failure: NotConverged) -> str:
     return str(failure).replace("\n", " ") or "not converged"
 
 
-def labels_of(case: Case, model: str, knob: str) -> dict[str, str]:
+def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
     """The columns LABELS."""
     scene = f"{case.body.name}_{case.regime}"
-    return {"scene": scene, "body": case.body.name, "regime": case.regime, "model": model, "knob": knob}
+    return {"scene": scene, "body": case.body.name, "regime": case.regime, "model": model, "setting": setting}
 
 
 def found_rows(findings: list[Finding], numbers: np.ndarray, split: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """One row a sample and one a knob; where nothing was answered, cells of errors and seconds are empty."""
+    """One row a sample and one a setting; where nothing was answered, cells of errors and seconds are empty."""
     samples = [row for finding in findings for row in _sample_rows(finding, numbers)]
-    knobs = [{"split": split} | _knob_row(finding) for finding in findings]
-    return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(knobs, columns=KNOB_COLUMNS)
+    settings = [{"split": split} | _setting_row(finding) for finding in findings]
+    return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
 
 
 def _sample_rows(finding: Finding, numbers: np.ndarray) -> list[dict]:
@@ -155,7 +155,7 @@ def _sample_rows(finding: Finding, numbers: np.ndarray) -> list[dict]:
     return rows
 
 
-def _knob_row(finding: Finding) -> dict:
+def _setting_row(finding: Finding) -> dict:
     """Means over the samples that were answered, but the largest max_of_peak of any."""
     asked = finding.asked
     row = finding.labels | {"protocol": "live", "samples": len(asked.failures), "threads": 1}

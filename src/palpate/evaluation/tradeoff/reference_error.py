@@ -24,10 +24,10 @@ NEAR = 3.0
 """Fine edge lengths around the contact within which a force on one node has no limit to converge to."""
 RATIOS = (2.0, 4.0)
 """How much each refinement may divide the error by: the orders 1 and 2 of linear elements."""
-KNOBS = ("one level finer", "extrapolated")
+SETTINGS = ("one level finer", "extrapolated")
 
 
-def own_error(
+def reference_error(
     case: Case, test: Database, numbers: np.ndarray, count: int, tolerance: float, progress=iter
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Rows of the model "reference", as ``tradeoff.measure`` gives them, on ``count`` of the samples ``test``.
@@ -40,7 +40,7 @@ def own_error(
     finer = refined(case.body)
     last = range(len(finer.levels))[-3:]
     solvers = [Equilibrium(finer, level) for level in last]
-    found, seconds = {knob: [] for knob in KNOBS}, []
+    found, seconds = {setting: [] for setting in SETTINGS}, []
     for i in progress(list(chosen)):
         contact, force = int(test.contact[i]), test.force[i]
         loads = [nodal_load(finer, level, contact, force, case.radius_m) for level in last]
@@ -50,8 +50,8 @@ def own_error(
         middle, fine, truth = _on_surface(case.body, responses)
         edges = np.linalg.norm(np.diff(case.body.fine.nodes[case.body.fine.edges], axis=1), axis=2)
         away = np.linalg.norm(test.nodes_fine_surface - case.body.fine.nodes[contact], axis=1) > NEAR * edges.mean()
-        found[KNOBS[0]].append(errors(fine, truth))
-        found[KNOBS[1]].append(errors(fine[away], limit(middle, fine, truth, away)[away]))
+        found[SETTINGS[0]].append(errors(fine, truth))
+        found[SETTINGS[1]].append(errors(fine[away], limit(middle, fine, truth, away)[away]))
     return _rows(case, found, seconds, numbers[chosen], held_mb(solvers))
 
 
@@ -83,7 +83,7 @@ def _on_surface(body: Body, responses: list[np.ndarray]) -> list[np.ndarray]:
 
 def _rows(case, found, seconds, numbers, memory) -> tuple[pd.DataFrame, pd.DataFrame]:
     findings = []
-    for knob, wrong in found.items():
+    for setting, wrong in found.items():
         asked = Asked(wrong, [""] * len(numbers), seconds)
-        findings.append(Finding(labels_of(case, "reference", knob), asked, 0.0, memory))
-    return found_rows(findings, numbers, case.settings.split)
+        findings.append(Finding(labels_of(case, "reference", setting), asked, 0.0, memory))
+    return found_rows(findings, numbers, case.options.split)

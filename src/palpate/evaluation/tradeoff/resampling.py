@@ -14,13 +14,13 @@ SEED = 1
 """Of the draws; the same for the table of advice and the command, so that both say the same."""
 
 TRUTH, EXTRAPOLATED = "reference", "extrapolated"
-"""Model and knob in whose row the fine mesh's own error stands, the contact's surroundings aside; none to choose."""
+"""Model and setting in whose row the fine mesh's own error stands, the contact's surroundings aside; none to choose."""
 
-_NEEDED = ["model", "knob", "sample", "rmse_of_peak"]
+_NEEDED = ["model", "setting", "sample", "rmse_of_peak"]
 
 
 def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
-    """Errors of every model on every test sample of one scene: model, knob, sample, contact, rmse_of_peak.
+    """Errors of every model on every test sample of one scene: model, setting, sample, contact, rmse_of_peak.
 
     data : ``results/data``; settings : the scene's rows of accuracy_vs_time.csv
     Raises InputError naming a file that is missing or lacks a column.
@@ -32,14 +32,14 @@ def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
 
 
 def resampled(errors: pd.DataFrame) -> pd.DataFrame:
-    """Mean rmse_of_peak of each setting in each of DRAWS draws of the contacts: rows (model, knob).
+    """Mean rmse_of_peak of each setting in each of DRAWS draws of the contacts: rows (model, setting).
 
     errors : of one scene, as ``read_errors`` gives them
     All settings see the same draws, so they can be compared draw by draw. A setting without an answer to
     every sample has no row.
     Trap: forces at one contact are errors of one kind, and drawing single samples would feign certainty.
     """
-    table = errors.pivot_table("rmse_of_peak", ["model", "knob"], "contact", aggfunc=["sum", "count"])
+    table = errors.pivot_table("rmse_of_peak", ["model", "setting"], "contact", aggfunc=["sum", "count"])
     sums, counts = table["sum"], table["count"]
     whole = (counts == errors.groupby("contact")["sample"].nunique()).all(axis=1)
     sums, counts = sums[whole], counts[whole]

@@ -22,9 +22,9 @@ def draw(dynamic_accuracy) -> Figure:
     for axis, scene in zip(axes, scenes, strict=True):
         rows = tables.where(table, scene=scene)
         for model in models:
-            kept = rows[(rows["model"] == model) & (rows["failures"] == 0)].sort_values("slower_than_life")
+            kept = rows[(rows["model"] == model) & (rows["failures"] == 0)].sort_values("real_time_factor")
             style_of = {"marker": look(model).marker, "color": look(model).colour, "ms": 5, "mec": "white", "mew": 0.5}
-            axis.plot(kept["slower_than_life"], 100 * kept["rmse_of_peak"], **style_of)
+            axis.plot(kept["real_time_factor"], 100 * kept["rmse_of_peak"], **style_of)
         axis.axvline(1.0, color=style.FAINT, lw=1)
         axis.axhline(100 * rows["reference_change"].iloc[0], color=style.FAINT, ls=":", lw=1)
         failed = int(rows["failures"].sum())

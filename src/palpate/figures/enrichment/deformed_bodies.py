@@ -9,7 +9,7 @@ from palpate.figures import panels, render, style
 from palpate.figures.enrichment.predictions import Prediction
 from palpate.samples.database import Database
 
-METHODS = [style.BASELINE, style.PAPERS, "ours"]
+METHODS = [style.BASELINE, style.PAPERS, "detail_correction"]
 """Drawn after the rest state, the fine and the coarse simulation."""
 
 _PIXELS, _INCHES = 480, 1.75
@@ -24,7 +24,7 @@ def draw(body: Body, database: Database, predictions: dict[str, Prediction], row
     nodes, grey lines the rest state's outline. Nothing is exaggerated.
     """
     peaks = np.linalg.norm(database.fine, axis=2).max(axis=1)
-    chosen = _spread(predictions["ours"].sample, peaks, database.contact, rows)
+    chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact, rows)
     limit = peaks[chosen].max() * 1e3
     views = render.same_scale([_view(database, i) for i in chosen])
     aspect = views[0].width / views[0].height

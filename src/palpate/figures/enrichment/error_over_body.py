@@ -9,7 +9,7 @@ from palpate.figures import panels, render, style
 from palpate.figures.enrichment.predictions import Prediction
 from palpate.samples.database import Database
 
-METHODS = ["interpolation", style.PAPERS, "ours"]
+METHODS = ["interpolation", style.PAPERS, "detail_correction"]
 """One row each: what costs next to nothing, what the paper proposes, what we propose."""
 
 _PIXELS, _INCHES = 480, 1.75

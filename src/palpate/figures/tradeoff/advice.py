@@ -46,7 +46,7 @@ def _row(axis, place: int, row, settings) -> None:
         return
     shown, error = look(row.model), _percent(row.rmse_of_peak)
     if row.factor > 0:
-        rival = _percent(tables.where(settings, model=row.rival, knob=row.rival_knob)["rmse_of_peak"].iloc[0])
+        rival = _percent(tables.where(settings, model=row.rival, setting=row.rival_setting)["rmse_of_peak"].iloc[0])
         axis.plot([error, rival], [place, place], color="#dddddd", lw=1, zorder=1)
         axis.plot(rival, place, marker=look(row.rival).marker, mfc="white", mec=style.FAINT, ms=6, zorder=2)
         times = f"{float(f'{row.factor:.2g}'):g}×" if row.factor < 1000 else "over 1000×"

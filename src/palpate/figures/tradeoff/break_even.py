@@ -28,7 +28,7 @@ def draw(accuracy_vs_time, advice) -> Figure:
     for axis, scene in zip(panels, names, strict=False):
         drawn = []
         for row in advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene)).itertuples():
-            shown, told = look(row.model), f"{label(row.model, row.knob)}, {percent(row.rmse_of_peak)}"
+            shown, told = look(row.model), f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}"
             total = row.offline_s + ANSWERS * row.online_median_s
             axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=told, zorder=2)
             drawn.append(row.model)
@@ -46,6 +46,8 @@ def draw(accuracy_vs_time, advice) -> Figure:
 
 def advised(settings, advice):
     """The settings of one scene that are advised for anything, and the most accurate of all, most accurate first."""
-    able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(["model", "knob"], drop=False)
-    taken = {*zip(advice["model"], advice["knob"], strict=True), pick(able, BY_ERROR).name}
+    able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(
+        ["model", "setting"], drop=False
+    )
+    taken = {*zip(advice["model"], advice["setting"], strict=True), pick(able, BY_ERROR).name}
     return able[able.index.isin(taken)].sort_values("rmse_of_peak")

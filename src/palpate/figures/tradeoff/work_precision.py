@@ -1,4 +1,4 @@
-"""Error against online time of every model over its knob, on one scene: the work–precision diagram."""
+"""Error against online time of every model over its setting, on one scene: the work–precision diagram."""
 
 from textwrap import fill
 
@@ -116,7 +116,7 @@ def _lines(axis, advice, own) -> None:
 def _failures(axis, settings) -> None:
     """What failed, below the picture."""
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
-    told = [f"{label(r.model, r.knob)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
+    told = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
     text = "failed: " + ", ".join(told) if told else "no setting failed on any sample"
     axis.text(
         0, -0.11, fill(text, 120), transform=axis.transAxes, va="top", fontsize=7.5,
@@ -137,8 +137,7 @@ def _legend(settings) -> list[Line2D]:
     nothing = {"ls": "", "marker": ""}
     handles.append(Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=9, label="on it in other runs too:"))
     for number, row in enumerate(front_rows(settings).itertuples(), start=1):
-        told = (
-            f"{number}  {label(row.model, row.knob)}\n    {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"
-        )
+        found = f"{percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"
+        told = f"{number}  {label(row.model, row.setting)}\n    {found}"
         handles.append(Line2D([], [], **nothing, label=told))
     return handles

@@ -17,7 +17,7 @@ TITLE = "Scaling"
 def numbers(report: Report) -> dict[str, str]:
     """Return every placeholder of these captions, as text."""
     scaling = report.tables["scaling"]
-    fem = tables.where(scaling, kernel="fem")
+    fem = tables.where(scaling, component="fem")
     largest = fem[fem["size"] == fem["size"].max()]
     press = tables.where(largest, stage="respond").iloc[0]
     memory = f"{1e-3 * largest['memory_mb'].max():.2g} GB"
@@ -31,7 +31,7 @@ def numbers(report: Report) -> dict[str, str]:
         "scaling_memory": memory,
         "scaling_whole": _power(_whole(fem)).strip() or "by a power that needs more than two sizes to be fitted",
         "scaling_largest": str(LARGEST),
-        "scaling_cores": _speedup(tables.where(scaling, kernel="cores")),
+        "scaling_cores": _speedup(tables.where(scaling, component="cores")),
     }
 
 
@@ -44,7 +44,7 @@ def _whole(fem: pd.DataFrame) -> float:
     """Return the exponent of the time of a first press: the patterns of its matrices, and the solution."""
     parts = fem[fem["stage"].isin(["set up", "respond"])]
     whole = parts.groupby("size", as_index=False)[["seconds", "memory_mb"]].sum()
-    return float(exponents(whole.assign(kernel="fem", stage="whole"))["seconds_exponent"].iloc[0])
+    return float(exponents(whole.assign(component="fem", stage="whole"))["seconds_exponent"].iloc[0])
 
 
 def _speedup(cores: pd.DataFrame) -> str:

@@ -13,7 +13,7 @@ from palpate.figures.number_format import percent, seconds
 from palpate.report.words import capital, listed, plain
 
 MEANINGS = {
-    1.0: "fast enough for the force on a hand",
+    1.0: "fast enough for force feedback to a hand",
     16.7: "one picture at 60 a second",
     100.0: "still felt as immediate",
 }
@@ -80,7 +80,7 @@ def behind(advice: pd.Series) -> str:
     tie = EQUAL if timed else CLOSE
     if 1 / tie <= factor <= tie:
         return "is as accurate" if timed else "is about as fast"
-    times = f"{factor:.2g}" if factor < 1000 else "over 1000"
+    times = f"{float(f'{factor:.2g}'):g}" if factor < 1000 else "over 1000"
     return f"has {times} times the error" if timed else f"takes {times} times as long"
 
 
@@ -99,22 +99,26 @@ def interval(advice: pd.Series) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def answer(advice: pd.DataFrame, what: dict[str, str]) -> list[str]:
+def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> list[str]:
     """Put the advice for one scene into two or three sentences that a newcomer understands.
 
-    what : a few words on what each model does
+    settings : its rows of accuracy_vs_time.csv; what : a few words on what each model does
     """
+    medians = settings.set_index(["model", "setting"])["online_median_s"]
     rows = [row for _, row in advice.iterrows()]
     timed = [row for row in rows if np.isfinite(row["budget_ms"])]
-    found = [_within(list(same), what) for _, same in groupby(timed, lambda row: (row["model"], row["setting"]))]
     exact = [row for row in rows if not np.isfinite(row["budget_ms"])]
-    met = [list(same) for _, same in groupby(exact, lambda row: (row["model"], row["setting"]))]
-    if met:
-        found.append(f"{capital('; '.join(map(_under, met)))}.")
-    return found
+    found = [_within(same, medians, what) for same in _alike(timed)]
+    met = [_under(same, medians) for same in _alike(exact)]
+    return [*found, f"{capital('; '.join(met))}."] if met else found
 
 
-def _within(rows: list[pd.Series], what: dict[str, str]) -> str:
+def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:
+    """Group neighbouring rows of advice.csv that advise the same."""
+    return [list(same) for _, same in groupby(rows, lambda row: (row["model"], row["setting"]))]
+
+
+def _within(rows: list[pd.Series], medians: pd.Series, what: dict[str, str]) -> str:
     """Put budgets that get the same answer into a sentence."""
     budgets = listed([f"{row['budget_ms']:g}\u00a0ms{_meaning(row['budget_ms'])}" for row in rows])
     first = rows[0]
@@ -123,18 +127,22 @@ def _within(rows: list[pd.Series], what: dict[str, str]) -> str:
     gloss = f" ({what[first['model']]})" if first["model"] in what else ""
     return (
         f"Within {budgets}, take {label(first['model'], 'default')}{gloss}: its error is "
-        f"{percent(first['rmse_of_peak'])}, in {seconds(first['online_p95_s'])}; {next_best(first, setting=False)}."
+        f"{percent(first['rmse_of_peak'])}, its time {_median(first, medians)}; {next_best(first, setting=False)}."
     )
+
+
+def _median(row: pd.Series, medians: pd.Series) -> str:
+    return seconds(medians[row["model"], row["setting"]])
 
 
 def _meaning(budget_ms: float) -> str:
     return f" ({MEANINGS[budget_ms]})" if budget_ms in MEANINGS else ""
 
 
-def _under(rows: list[pd.Series]) -> str:
+def _under(rows: list[pd.Series], medians: pd.Series) -> str:
     """Put limits of the error that get the same answer into a clause."""
-    limits = listed([f"{100 * row['max_error']:.2g}\u00a0%" for row in rows])
-    first, loosest = rows[0], f"an error of at most {limits}"
+    limits = f"for an error of at most {listed([percent(row['max_error']) for row in rows])}"
+    first = rows[0]
     if first["model"] == NONE:
-        return f"no model reaches {loosest}"
-    return f"{loosest} takes {label(first['model'], 'default')}, in {seconds(first['online_p95_s'])}"
+        return f"{limits}, no model is accurate enough"
+    return f"{limits}, take {label(first['model'], 'default')} ({_median(first, medians)})"

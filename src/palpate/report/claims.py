@@ -21,4 +21,4 @@ def verdict(holds: bool) -> str:
 def tabulated(paper: str, table: pd.DataFrame) -> Iterator[Claim]:
     """Yield the claims of a table of claims, such as claims.csv, with models in words."""
     for row in table.itertuples(index=False):
-        yield paper, plain(row.claim), row.paper, plain(row.ours), row.verdict
+        yield paper, plain(row.claim), row.paper, plain(row.measured), row.verdict

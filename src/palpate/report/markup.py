@@ -1,6 +1,7 @@
 """Make tables and captions into self-contained HTML."""
 
 import base64
+import re
 import zlib
 from collections.abc import Sequence
 from html import escape
@@ -12,7 +13,8 @@ import pandas as pd
 from palpate.errors import InputError
 
 _LONG = 60  # rows of a folded table from which on the page holds it deflated
-_WIDE = 32  # characters of a cell from which on it may be broken into lines
+_WIDTHS = {18: "mid", 40: "long", 120: "text"}  # the class of a cell with more characters, which may break into lines
+_QUANTITY = re.compile(r"[-+<~\s]*[\d.,]+(e[-+]?\d+)?(\s?(%|µs|ms|s|min|h|kB|MB))?(\s\[.*\])?(\s\(.*\))?")
 
 MARKS = {word: "good" for word in ("confirmed", "stable")}
 MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
@@ -54,7 +56,8 @@ def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Se
         for column, value, number in zip(frame.columns, row, numeric, strict=True):
             marks = ["number"] * number + ["best"] * bool(column in least and value == least[column])
             marks += [MARKS[value]] if isinstance(value, str) and value in MARKS else []
-            marks += ["long"] * (isinstance(value, str) and len(value) > _WIDE)
+            if isinstance(value, str) and not number:
+                marks += [width for least_length, width in _WIDTHS.items() if len(value) > least_length][-1:]
             cell = escape(text(value))
             cells.append(f'<td class="{" ".join(marks)}">{cell}</td>' if marks else f"<td>{cell}</td>")
         rows.append(f"<tr{' class=paper' if i in faint else ''}>{''.join(cells)}</tr>")
@@ -90,8 +93,8 @@ def _packed(frame: pd.DataFrame, caption: str) -> str:
 
 
 def _numeric(frame: pd.DataFrame) -> list[bool]:
-    """Return which columns hold numbers, or texts that begin with one."""
-    return [all(not isinstance(v, str) or v.lstrip("<\u00a0")[:1].isdigit() for v in frame[c]) for c in frame]
+    """Return which columns hold numbers, or quantities in words: "5 ms", "6 % [5 %, 7 %]"."""
+    return [all(not isinstance(v, str) or _QUANTITY.fullmatch(v) for v in frame[c]) for c in frame]
 
 
 def _name(column) -> str:

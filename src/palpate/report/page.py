@@ -72,7 +72,7 @@ def _answer(report: Report) -> str:
             return (
                 f'<div class="first">\n<div>\n{lead}\n<div class="answer">\n<p><b>{escape(first)}</b></p>\n{answer}'
                 f'<p><a href="#{name}">All scenes and limits</a></p></div>\n</div>\n'
-                f'<figure>{picture}<figcaption>{report.of(name).note("best_models")}</figcaption></figure>\n</div>'
+                f"<figure>{picture}<figcaption>{report.of(name).note('best_models')}</figcaption></figure>\n</div>"
             )
     return lead
 

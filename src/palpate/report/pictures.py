@@ -56,7 +56,7 @@ def figure(folder: Path, name: str, caption: str, small: str | None = None) -> s
         address, width, height = _data(folder / small)
         source = f'<source media="(max-width: 44rem)" srcset="{address}" width="{width}" height="{height}">'
         shown = f"<picture>{source}{shown}</picture>"
-    return f'<figure id="{name}">\n<div class="pane">{shown}</div>\n<figcaption>{caption}</figcaption>\n</figure>'
+    return f'<figure id="figure_{name}">\n<div class="pane">{shown}</div>\n<figcaption>{caption}</figcaption>\n</figure>'
 
 
 def turnable(folder: Path, name: str, title: str, caption: str) -> str:

@@ -17,6 +17,7 @@ def test_advice_shows_the_advised_and_the_next_best_in_each_budget(advised_table
 
 def test_own_models_are_drawn_wherever_they_come(advised_tables):
     settings, advised = (
-        table.replace({"detail_correction": "mine", "shape_matching": "nearest", "linear_fem": "other"}) for table in advised_tables
+        table.replace({"detail_correction": "mine", "shape_matching": "nearest", "linear_fem": "other"})
+        for table in advised_tables
     )
     assert "nearest" in "".join(texts(advice.draw(advised, settings)))

@@ -4,7 +4,7 @@ from palpate.evaluation.table import Table
 
 TABLES = {
     "scaling": Table(
-        "kernel unit size stage seconds memory_mb threads seconds_exponent memory_exponent",
+        "component unit size stage seconds memory_mb threads seconds_exponent memory_exponent",
         "The time and the memory of each computation over the size of its problem, with fitted exponents.",
     ),
 }

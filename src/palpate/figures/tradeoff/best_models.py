@@ -22,10 +22,10 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     settings = settings[(settings["model"] != TRUTH) & (settings["failures"] == 0)].reset_index(drop=True)
     best = front_rows(settings)
-    below = 0.55 + _LINE * (len(best) + 1)
+    below = 0.48 + _LINE * (len(best) + 1)
     figure = Figure(figsize=(_WIDTH, _PLOT + below))
     height = figure.get_figheight()
-    axis = figure.add_axes((0.15, below / height, 0.82, (_PLOT - 0.2) / height))
+    axis = figure.add_axes((0.165, below / height, 0.815, (_PLOT - 0.08) / height))
     axis.set(xscale="log", yscale="log")
     axis.set_xlabel("time of an answer [ms]", fontsize=8, labelpad=1)
     axis.set_ylabel("error [% of the peak displacement]", fontsize=8, labelpad=1)
@@ -37,18 +37,18 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
     for number, row in enumerate(best.itertuples(), start=1):
         _point(axis, number, row)
         figure.text(
-            0.02, (below - 0.55 - _LINE * (number - 1)) / height, _line(number, row), fontsize=8, va="top",
+            0.02, (below - 0.48 - _LINE * (number - 1)) / height, _line(number, row), fontsize=8, va="top",
             color=look(row.model).colour, fontweight="bold",
         )  # fmt: skip
     figure.text(
-        0.02, (below - 0.55 - _LINE * len(best)) / height, "grey: all other settings; lower left is better",
+        0.02, (below - 0.48 - _LINE * len(best)) / height, "grey: all other settings; lower left is better",
         fontsize=7.5, va="top", color="#666666",
     )  # fmt: skip
     for budget in advice["budget_ms"].dropna().unique():
         axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=0)
         axis.annotate(
-            f"{budget:g} ms", (budget, 1), (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points",
-            ha="center", va="bottom", fontsize=7.5, color="#444444",
+            f"{budget:g} ms", (budget, 0), (-1.5, 3), xycoords=("data", "axes fraction"), textcoords="offset points",
+            ha="right", va="bottom", rotation=90, fontsize=7.5, color="#555555",
         )  # fmt: skip
     axis.margins(0.06)
     style.plain_log(axis.xaxis)
@@ -59,10 +59,8 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
 def _point(axis, number: int, row) -> None:
     """Draw a model of the front with its number."""
     place, shown = (1e3 * row.online_median_s, max(100 * row.rmse_of_peak, LEAST)), look(row.model)
-    axis.plot(*place, "o", color=shown.colour, mec="white", mew=0.8, ms=12, zorder=4)
-    axis.annotate(
-        str(number), place, ha="center", va="center", fontsize=8, fontweight="bold", color="white", zorder=5
-    )
+    axis.plot(*place, "o", color=shown.colour, mec="white", mew=0.8, ms=11, zorder=4)
+    axis.annotate(str(number), place, ha="center", va="center", fontsize=8, fontweight="bold", color="white", zorder=5)
 
 
 def _line(number: int, row) -> str:

@@ -10,7 +10,6 @@ from palpate.evaluation.collision.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.collision.collision_looks import look, ranked
 from palpate.figures.number_format import seconds
-from palpate.report import markup
 from palpate.report.claims import Claim, tabulated
 from palpate.report.material import Report, Section
 from palpate.report.words import spaced
@@ -30,7 +29,9 @@ def numbers(report: Report) -> dict[str, str]:
         "source": report.published["collision"]["source"],
         "collision_missed": _missed(own),
         "collision_rivals": _rivals(collision),
-        "collision_fastest": "; ".join(f"{spaced(s)}: {_fastest(tables.where(own, scene=s))}" for s in tables.scenes(own)),
+        "collision_fastest": "; ".join(
+            f"{spaced(s)}: {_fastest(tables.where(own, scene=s))}" for s in tables.scenes(own)
+        ),
         "collision_wrong": _wrong(collision[collision["rival"].astype(bool)]),
         "collision_exponents": _exponents(scaling),
         "collision_verdicts": _verdicts(judged),

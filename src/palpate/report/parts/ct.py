@@ -25,8 +25,13 @@ def numbers(report: Report) -> dict[str, str]:
     def phrases(phrase, table):
         return each(cts, lambda body: phrase(tables.where(table, body=body)))
 
+    def headline(body):
+        return (
+            f"{spaced(body)}, {_made(tables.where(quality, body=body))}, {_deviation(tables.where(masses, body=body))}"
+        )
+
     return {
-        "headline": f"Bodies made from a CT: {phrases(_made, quality)}; {phrases(_deviation, masses)}.",
+        "headline": f"Bodies made from a CT: {'; '.join(map(headline, cts))}.",
         "total_masses": phrases(_total, masses),
         "mass_deviations": phrases(_deviation, masses),
         "raw_deviations": phrases(_raw, masses),

@@ -29,9 +29,9 @@ def _most_accurate(scene: str, rows: pd.DataFrame) -> str:
     """Name the model with the least error of those that need less than a second for a second of motion."""
     fast = rows[(rows["failures"] == 0) & (rows["real_time_factor"] < 1)]
     if fast.empty:
-        return f"{spaced(scene)} none"
+        return f"{spaced(scene)}: none"
     best = fast.loc[fast["rmse_of_peak"].idxmin()]
-    return f"{spaced(scene)} {look(best['model']).label} (error {percent(best['rmse_of_peak'])})"
+    return f"{spaced(scene)}: {look(best['model']).label} (error {percent(best['rmse_of_peak'])})"
 
 
 def sections(report: Report) -> list[Section]:
@@ -42,8 +42,12 @@ def sections(report: Report) -> list[Section]:
     if advice is not None:
         names = {scene: spaced(scene) for scene in tables.scenes(found)}
         moving = advice[advice["scene"].isin(names)]
-        words = "".join(f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items())
-        result.append(("dynamic_advice", "What to take", overview(moving, names) + markup.fold("The same in words", words)))
+        words = "".join(
+            f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items()
+        )
+        result.append(
+            ("dynamic_advice", "What to take", overview(moving, names) + markup.fold("The same in words", words))
+        )
     return result
 
 

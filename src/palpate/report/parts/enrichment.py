@@ -84,7 +84,8 @@ def _timing(report: Report) -> str:
         number = paper["tables"].get(body)
         title = f"{capital(spaced(body))}: time of an answer" + (f", table {number} of the paper" if number else "")
         parts.append(markup.table(frame, title, faint))
-    return report.note("enrichment_timing") + report.figure("timing_bars") + "".join(parts)
+    times = markup.fold("Tables 4 and 5 of the paper: the times of five loads", "".join(parts))
+    return report.note("enrichment_timing") + report.figure("timing_bars") + times
 
 
 def _left_out(report: Report) -> str:
@@ -93,7 +94,9 @@ def _left_out(report: Report) -> str:
         markup.fold(title, _errors(report, body, regime, title), opened=not i)
         for i, (body, regime, title) in enumerate(_cases(report))
     ]
-    return report.note("left_out") + report.note("error_over_body") + "".join(parts) + report.folded("enrichment_accuracy")
+    return (
+        report.note("left_out") + report.note("error_over_body") + "".join(parts) + report.folded("enrichment_accuracy")
+    )
 
 
 def _errors(report: Report, body: str, regime: str, title: str) -> str:

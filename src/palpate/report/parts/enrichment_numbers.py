@@ -135,4 +135,3 @@ def _wins(accuracy, cost) -> str:
         best += rows["rmse_of_peak"][rows["method"] == METHOD].min() < rows["rmse_of_peak"][rivals].min()
         on_front += METHOD in set(rows["method"][front(rows["online_median_s"], rows["rmse_of_peak"])])
     return f"most accurate in {best} and on the Pareto front in {on_front} of {count} comparisons"
-

@@ -20,8 +20,8 @@ def found(report: Report) -> pd.DataFrame:
 def numbers(report: Report) -> dict[str, str]:
     """Return the placeholders of this part, as text."""
     counts = found(report)["comparison"].value_counts(sort=False)
-    phrases = "; ".join(f"{name}: {count}" for name, count in counts.items())
-    return {"headline": f"Runs that failed are listed: {phrases}." if phrases else "No run failed."}
+    phrases = ", ".join(f"{count} in “{name}”" for name, count in counts.items())
+    return {"headline": f"Every failure is listed: {phrases}." if phrases else "Nothing failed."}
 
 
 def sections(report: Report) -> list[Section]:

@@ -37,7 +37,9 @@ def _headline(scenes, effects: pd.DataFrame) -> str:
     """Return what a step of each scene costs."""
     total = effects.groupby("scene")["ms_per_step"].sum()
     steps = ", ".join(f"{spaced(scene)} {seconds(1e-3 * total[scene])}" for scene in scenes)
-    return f"{len(scenes)} scenes, each computed from the effects that act in it and nothing else. A step takes: {steps}."
+    return (
+        f"{len(scenes)} scenes, each computed from the effects that act in it and nothing else. A step takes: {steps}."
+    )
 
 
 def _growth(rows: pd.DataFrame) -> str:
@@ -71,7 +73,8 @@ def _missed(rows: pd.DataFrame, most: bool) -> str:
 def sections(report: Report) -> list[Section]:
     """Return all scenes, then their energies and the costs of their effects."""
     scenes = "".join(_scene(report, scene) for scene in report.scenes)
-    costs = report.figure("effects") + report.folded("effects", "scene_effects")
+    costs = report.note("costs") + markup.fold("Every effect in every scene", report.figure("effects"))
+    costs += report.folded("effects", "scene_effects")
     return [
         ("scenes_section", "The scenes", f'{report.note("animation")}\n<div class="cards">{scenes}</div>'),
         ("energies", "Energies", report.figure("energy") + report.folded("energy")),
@@ -103,7 +106,9 @@ def _decisions(rows: pd.DataFrame) -> str:
             "reason": rows["reason"],
         }
     )
-    return markup.table(frame, "The effects that act, and why", [i for i, acts in enumerate(rows["called"]) if not acts])
+    return markup.table(
+        frame, "The effects that act, and why", [i for i, acts in enumerate(rows["called"]) if not acts]
+    )
 
 
 def _cost(rows: pd.DataFrame) -> str:

@@ -112,7 +112,13 @@ def claims(report: Report) -> Iterator[Claim]:
     paper, hours = "paper 2", f"{published['seconds'] / 3600:g} h"
     theirs = f"{published['fitness_m']:g} after {published['generations']:g} generations"
     here = f"{fitted['fitness'].median():.3g} after {int(fitted['generations'].max())}"
-    yield paper, "how well a genetic algorithm fits the springs (the paper does not give its material)", theirs, here, OPEN
+    yield (
+        paper,
+        "how well a genetic algorithm fits the springs (the paper does not give its material)",
+        theirs,
+        here,
+        OPEN,
+    )
     taken = seconds(fitted["seconds"].median())
     yield paper, "how long the search takes (the paper does not name its machine)", f"about {hours}", taken, OPEN
     error, worst = fitted["rmse_of_peak"].median(), others.groupby("press")["rmse_of_peak"].median().max()
@@ -137,16 +143,14 @@ def sections(report: Report) -> list[Section]:
 
 def _medians(fits: pd.DataFrame) -> str:
     """Tabulate the median of the seeds and, where there are several, their range."""
-    rows = []
+    used = fits.groupby("press", sort=False)["used_in_fit"].mean()
+    fitted, rows = set(used.index[used == used.max()]), []
     for (force, method), runs in fits.groupby(["volume_force", "method"], sort=False):
-        row = {"forces": FORCES[force], "method": look(method).label, "seeds": runs["seed"].nunique()}
-        fitted = runs[runs["used_in_fit"]].groupby("seed")
-        row |= {"generations": int(fitted["generations"].first().max())}
-        row |= {"time": seconds(fitted["seconds"].first().median())}
-        row |= {"fitness [m]": spread(runs[runs["press"] == fits["press"].iloc[0]]["fitness"], "{:.3g}".format)}
+        row = {"forces": FORCES[force], "method": look(method).label}
+        row |= {"time": seconds(runs[runs["used_in_fit"]].groupby("seed")["seconds"].first().median())}
+        row |= {"fitness [m]": runs[runs["press"] == fits["press"].iloc[0]]["fitness"].median()}
         for press, found in runs.groupby("press", sort=False):
-            used = " (fitted)" if found["used_in_fit"].all() else ""
-            row[f"{press} press"] = spread(found["rmse_of_peak"], percent) + used
+            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = spread(found["rmse_of_peak"], percent)
         rows.append(row)
     caption = "Fitness of the top press, and RMSE of the peak displacement: median [least, largest] of the seeds"
     return markup.table(pd.DataFrame(rows), caption)

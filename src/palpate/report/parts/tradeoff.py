@@ -1,4 +1,4 @@
-"""Compare models on pressed bodies: error against time scene by scene, what to take, the models, when preparing pays."""
+"""Compare models on pressed bodies: what to take, error against time, the models, and when preparing pays."""
 
 from collections.abc import Iterator
 from html import escape
@@ -11,12 +11,12 @@ from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.evaluation.tradeoff.tables import TABLES
 from palpate.figures import tables
-from palpate.figures.model_looks import label, look
+from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.tradeoff.work_precision import front_rows
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.report import markup
-from palpate.report.advice_words import answer, behind, limit, sentence
+from palpate.report.advice_words import answer, limit, sentence
 from palpate.report.material import Report, Section
 from palpate.report.words import capital, named, spaced
 
@@ -31,10 +31,11 @@ def numbers(report: Report) -> dict[str, str]:
     settings, advice = report.tables["accuracy_vs_time"], _pressed(report)
     models = settings[settings["model"] != TRUTH]
     hardest = _hardest(settings)
+    rows = (tables.where(table, scene=hardest) for table in (advice, settings))
     what = {name: family["short"] for family in report.entries("models") for name in family["names"]}
     return {
         "headline": _headline(advice),
-        "answer": "\n".join([_situation(settings, hardest), *answer(tables.where(advice, scene=hardest), what)]),
+        "answer": "\n".join([_situation(settings, hardest), *answer(*rows, what)]),
         "picture": f"best_models_{hardest}",
         "hardest": _words(settings, hardest),
         "tradeoff_models": str(models["model"].nunique()),
@@ -73,8 +74,8 @@ def _situation(settings: pd.DataFrame, scene: str) -> str:
     """Begin the answer: which scene it is about, and what the fine simulation takes there."""
     row = tables.where(settings, scene=scene).iloc[0]
     return (
-        f"The hardest scene of this run: a {spaced(row['body'])} under {spaced(row['regime'])} loads, for which the "
-        f"fine simulation takes {seconds(_fine(settings)[scene])}."
+        f"The hardest scene of this run is the {spaced(row['body'])} under {spaced(row['regime'])} loads: one answer "
+        f"of the fine simulation takes {seconds(_fine(settings)[scene])}."
     )
 
 
@@ -83,7 +84,7 @@ def _headline(advice: pd.DataFrame) -> str:
     parts = []
     for budget, rows in advice.groupby("budget_ms"):
         models = ", ".join(_share(model, found, len(rows)) for model, found in rows.groupby("model", sort=False))
-        parts.append(f"within {budget:g}\u00a0ms {models}")
+        parts.append(f"within {budget:g}\u00a0ms, {models}")
     return f"{capital('; '.join(parts))}." if parts else "No budget of time was asked about."
 
 
@@ -164,10 +165,7 @@ def overview(advice: pd.DataFrame, names: dict[str, str]) -> str:
 def _taken(row: pd.Series) -> str:
     if row["model"] == NONE:
         return "none"
-    rival = f"; {label(row['rival'], 'default')} {behind(row)}" if row["factor"] > 0 else ""
-    return (
-        f"{label(row['model'], row['setting'])}: {percent(row['rmse_of_peak'])} in {seconds(row['online_p95_s'])}{rival}"
-    )
+    return f"{label(row['model'], row['setting'])}: {percent(row['rmse_of_peak'])} in {seconds(row['online_p95_s'])}"
 
 
 def _models(report: Report) -> str:

@@ -19,12 +19,12 @@ def found(report: Report) -> pd.DataFrame:
 def numbers(report: Report) -> dict[str, str]:
     """Return the placeholders of this part, as text."""
     counts = found(report)["verdict"].value_counts()
-    others = "".join(f", {n} {word}" for word, n in counts.items() if word not in (CONFIRMED, REFUTED))
+    others = "".join(f"; {n} {word}" for word, n in counts.items() if word not in (CONFIRMED, REFUTED))
     if counts.empty:
         return {}
     return {
         "headline": f"Of {counts.sum()} claims that the papers make, {counts.get(CONFIRMED, 0)} are confirmed and "
-        f"{counts.get(REFUTED, 0)} refuted{others}."
+        f"{counts.get(REFUTED, 0)} are refuted{others}."
     }
 
 

@@ -32,7 +32,7 @@ test: $(STAMP)  ## run the tests
 	@$(BIN)/python -m pytest
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
-	@$(SNAKEMAKE) --forceall --directory .smoke --configfile tests/smoke/config.yaml
+	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml
 	@echo "The report: .smoke/results/report.html"
 
 slurm-test: $(STAMP)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt

@@ -6,13 +6,13 @@ from palpate.models.memory import held_mb
 
 
 def settings(case):
-    """Settings from cheap to dear: how many of the training samples are kept."""
+    """Settings from cheap to expensive: how many of the training samples are kept."""
     return [{"samples": max(1, case.n_training * part // 5)} for part in (1, 2, 3, 4, 5)]
 
 
 def prepare(case, setting):
-    """Offline work: it is timed, and what simulating the training samples took is added."""
-    return Nearest(case.first(setting["samples"]).training)
+    """Work offline: it is timed, and what simulating the training samples took is added."""
+    return Nearest(case.first(setting["samples"]).use_training())
 
 
 class Nearest:

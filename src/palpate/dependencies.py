@@ -4,14 +4,22 @@ Snakemake does not notice edits of imported modules, and takes a script for chan
 """
 
 import ast
+import json
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+from palpate.files import write_whole
+
 PACKAGE = Path(__file__).parent
 WRAPPERS = frozenset(PACKAGE / name for name in ("job.py", "files.py", "errors.py", "__init__.py"))
 """Modules around the work; no result depends on them."""
+KEPT = PACKAGE / "__pycache__" / "facts.json"
+FACTS = 2000
+"""Files of which facts are kept: all modules several times over."""
+_FRESH: list[str] = []
 
 
 def digest(script: Path, *lazily: str) -> str:
@@ -22,7 +30,8 @@ def digest(script: Path, *lazily: str) -> str:
     lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
     """
     modules = closure([script, *(path for name in lazily for path in files_of(name))])
-    return sha256("".join(_digest_of(path) for path in sorted(modules)).encode()).hexdigest()[:16]
+    _keep()
+    return sha256("".join(f"{path.name}{_facts(path)['code']}" for path in sorted(modules)).encode()).hexdigest()[:16]
 
 
 def closure(paths: Iterable[Path]) -> set[Path]:
@@ -44,17 +53,7 @@ def files_of(name: str) -> list[Path]:
 @cache
 def imported(path: Path) -> frozenset[Path]:
     """Return the modules of palpate that a file imports anywhere in it."""
-    return frozenset(found for name in _names(_tree(path)) if (found := _module(name)))
-
-
-def _names(tree: ast.Module) -> Iterator[str]:
-    """Yield the dotted name of everything that a module imports, and of what it imports from there."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+    return frozenset(found for name in _facts(path)["imports"] if (found := _module(name)))
 
 
 def _module(name: str) -> Path | None:
@@ -62,24 +61,56 @@ def _module(name: str) -> Path | None:
     if not name.startswith("palpate."):
         return None
     place = PACKAGE.parent / name.replace(".", "/")
-    found = next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
-    return found
+    return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
 
 
 @cache
-def _tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
+def _facts(path: Path) -> dict:
+    """Return what a file imports, and a digest of its code; kept from run to run, as parsing all modules takes long."""
+    text = path.read_bytes()
+    known, key = _kept(), sha256(text).hexdigest()
+    if key not in known:
+        tree = ast.parse(text)
+        known[key] = {"imports": sorted(set(_names(tree))), "code": _digest_of(tree)}
+        _FRESH.append(key)
+    return known[key]
+
+
+def _keep() -> None:
+    """Write the facts of files that are new; where nothing can be written they are worked out again."""
+    if _FRESH:
+        if len(_kept()) > FACTS:
+            _kept().clear()
+        with suppress(OSError), write_whole(KEPT) as temporary:
+            temporary.write_text(json.dumps(_kept()))
+        _FRESH.clear()
 
 
 @cache
-def _digest_of(path: Path) -> str:
-    """Return a digest of the syntax tree of a file without its docstrings."""
-    tree = _tree(path)
+def _kept() -> dict[str, dict]:
+    """Return the facts of files that were met before, by the digest of their text."""
+    with suppress(OSError, ValueError):
+        return json.loads(KEPT.read_text())
+    return {}
+
+
+def _names(tree: ast.Module) -> Iterator[str]:
+    """Yield the dotted name of everything of palpate that a module imports, and of what it imports from there."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.startswith("palpate"))
+        elif isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("palpate"):
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def _digest_of(tree: ast.Module) -> str:
+    """Return a digest of a syntax tree, which loses its docstrings."""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and body:
             node.body = [line for line in body if not _is_text(line)] or [ast.Pass()]
-    return sha256(f"{path.name}{ast.dump(tree)}".encode()).hexdigest()
+    return sha256(ast.dump(tree).encode()).hexdigest()
 
 
 def _is_text(line: ast.AST) -> bool:

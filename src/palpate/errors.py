@@ -1,14 +1,14 @@
-"""How palpate says no."""
+"""Errors that are reported to the user, and suggestions for misspelt names."""
 
 
 class InputError(ValueError):
-    """Something the user gave cannot be used; the message names file, field and remedy in one sentence."""
+    """User input that cannot be used; the message names file, field and remedy in one sentence."""
 
 
 class NotConverged(RuntimeError):
-    """A solver did not reach its tolerance.
+    """A solver that did not reach its tolerance.
 
-    ``history`` holds the relative residual after each iteration, oldest first.
+    ``history`` : relative residual after each iteration, oldest first
     """
 
     def __init__(self, message: str, history: list[float]):
@@ -16,16 +16,16 @@ class NotConverged(RuntimeError):
         self.history = history
 
 
-def stranger(names: list[str], known: list[str]) -> str:
-    """The first of ``names`` that is not ``known``, and what to write instead; nothing if there is none."""
+def describe_unknown(names: list[str], known: list[str]) -> str:
+    """Describe the first of ``names`` that is not in ``known``, with a suggestion; empty if all are known."""
     for name in names:
         if name not in known:
-            return f"{name}, which is unknown; {remedy(name, known, 'choose among')}"
+            return f"{name}, which is unknown; {suggest(name, known, 'choose among')}"
     return ""
 
 
-def remedy(name: str, known: list[str], otherwise: str) -> str:
-    """What to write instead of ``name``: what of ``known`` is like it, or after the words ``otherwise`` all of them."""
+def suggest(name: str, known: list[str], otherwise: str) -> str:
+    """Suggest the entry of ``known`` most like ``name``; if none is like it, list all after the words ``otherwise``."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=1)

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and small ones that are read at once."""
+"""Files that are written completely or not at all, and readers of small files."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def write_whole(path: Path | str) -> Iterator[Path]:
-    """Give a temporary name beside ``path``, and rename it to ``path`` if the block ends without an error."""
+    """Yield a temporary name beside ``path``, and rename it to ``path`` if the block ends without an error."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}.part{os.getpid()}{path.suffix}")
@@ -26,29 +26,29 @@ def write_whole(path: Path | str) -> Iterator[Path]:
 
 
 def read_yaml(path: Path | str) -> dict:
-    """What a YAML file of ours holds."""
+    """Read a YAML file of the workflow."""
     import yaml
 
     return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
 
 
-def made(path: str | Path) -> Path:
-    """``path``, a file that the workflow makes; InputError if it is not there."""
+def require_file(path: str | Path) -> Path:
+    """Return ``path``, a file that the workflow makes; raise InputError if it is missing."""
     if not Path(path).is_file():
         raise InputError(f"{path} is missing: make it with the workflow (make) first")
     return Path(path)
 
 
 def read_table(path: str | Path, columns: Sequence[str]) -> "pd.DataFrame":
-    """A table that the workflow makes; InputError if it is missing, is no table or lacks one of ``columns``."""
+    """Read a table that the workflow makes; raise InputError if it is missing or malformed or lacks a column."""
     import pandas as pd
 
     try:
-        table = pd.read_csv(made(path))
+        table = pd.read_csv(require_file(path))
     except pd.errors.EmptyDataError:
         table = pd.DataFrame()
     except (pd.errors.ParserError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is no table: delete it and make it again") from error
+        raise InputError(f"{path} is not a table: delete it and make it again") from error
     if missing := [column for column in columns if column not in table]:
         raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
     return table

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from palpate.errors import InputError, remedy
+from palpate.errors import InputError, suggest
 from palpate.files import read_yaml
 
 
@@ -117,7 +117,7 @@ def _explain(error, root: dict) -> str:
 
 def _unknown(key: str, found: dict, known: dict) -> str:
     name = next(name for name in found if name not in known)
-    return f"{key} has an unknown key {name}; {remedy(str(name), list(known), 'it knows')}"
+    return f"{key} has an unknown key {name}; {suggest(str(name), list(known), 'it knows')}"
 
 
 def _is_number(text: str) -> bool:

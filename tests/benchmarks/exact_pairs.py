@@ -14,7 +14,7 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is import
 
 import numpy as np
 
-from palpate.collision.triangles.triangle_pairs import crosses
+from palpate.collision.triangles.triangle_pairs import pairs_intersect
 
 BATCH = 10_000
 ORDERS = [(p, q) for p in permutations(range(3)) for q in permutations(range(3, 6))]
@@ -194,7 +194,7 @@ def in_all_orders(pairs):
     each = np.repeat(np.arange(len(pairs)), 2).reshape(-1, 2)
     triangles = [(first + p, first + q) for p, q in ORDERS]
     return np.array(
-        [crosses(points, one, points, other, each) for a, b in triangles for one, other in ((a, b), (b, a))]
+        [pairs_intersect(points, one, points, other, each) for a, b in triangles for one, other in ((a, b), (b, a))]
     )
 
 

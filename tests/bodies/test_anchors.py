@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.anchors import choose
+from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import sheet
@@ -9,14 +9,14 @@ from palpate.errors import InputError
 
 
 def test_three_rules_find_the_same_face(cube):
-    plane = choose("cube", {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}}, cube)
-    numbers = choose("cube", {"nodes": [3, 0, 1, 2]}, cube)
-    sphere = choose("cube", {"sphere": {"center_m": [0.5, 0.5, 0], "radius_m": 0.8}}, cube)
+    plane = choose_anchors("cube", {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}}, cube)
+    numbers = choose_anchors("cube", {"nodes": [3, 0, 1, 2]}, cube)
+    sphere = choose_anchors("cube", {"sphere": {"center_m": [0.5, 0.5, 0], "radius_m": 0.8}}, cube)
     assert plane.tolist() == numbers.tolist() == sphere.tolist() == [0, 1, 2, 3]
 
 
 def test_plane_on_the_far_side(cube):
-    held = choose("cube", {"plane": {"axis": "x", "side": "max", "depth_m": 0.01}}, cube)
+    held = choose_anchors("cube", {"plane": {"axis": "x", "side": "max", "depth_m": 0.01}}, cube)
     assert held.tolist() == [1, 3, 5, 7]
 
 
@@ -40,18 +40,20 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
 )
 def test_a_rule_that_cannot_hold_the_body(cube, rule, message):
     with pytest.raises(InputError, match=f"^body cube: .*{message}"):
-        choose("cube", rule, cube)
+        choose_anchors("cube", rule, cube)
 
 
 def test_three_nodes_on_a_line_do_not_hold():
     nodes = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
     mesh = TetMesh(nodes, np.array([[0, 1, 3, 4], [1, 2, 3, 4]]))
     with pytest.raises(InputError, match="not on a line"):
-        choose("bar", {"nodes": [0, 1, 2]}, mesh)
+        choose_anchors("bar", {"nodes": [0, 1, 2]}, mesh)
 
 
 def test_a_sheet_may_hang_by_a_line():
-    held = choose("cloth", {"plane": {"axis": "x", "side": "min", "depth_m": 0.0}}, sheet([0.2, 0.1], [4, 2], 0.001))
+    held = choose_anchors(
+        "cloth", {"plane": {"axis": "x", "side": "min", "depth_m": 0.0}}, sheet([0.2, 0.1], [4, 2], 0.001)
+    )
     assert held.tolist() == [0, 1, 2]
 
 
@@ -61,5 +63,5 @@ def test_every_piece_must_be_held(cube):
         np.vstack([cube.tetrahedra, cube.tetrahedra + 8]),
     )
     with pytest.raises(InputError, match="no node of the piece of node 8, one of 2;"):
-        choose("two", {"nodes": [0, 1, 2, 3]}, two)
-    assert len(choose("two", {"plane": {"axis": "z", "side": "min", "depth_m": 0}}, two)) == 8
+        choose_anchors("two", {"nodes": [0, 1, 2, 3]}, two)
+    assert len(choose_anchors("two", {"plane": {"axis": "z", "side": "min", "depth_m": 0}}, two)) == 8

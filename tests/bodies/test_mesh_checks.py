@@ -93,7 +93,7 @@ def test_mixed_winding(octahedron):
         check_closed("s", points, triangles)
 
 
-def test_surface_that_is_no_manifold(octahedron):
+def test_surface_that_is_not_a_manifold(octahedron):
     points, triangles = octahedron
     pinched = np.where(triangles == 0, 0, triangles + 5)
     both = np.vstack([points, points[1:] * [-1, 1, 1] + [2, 0, 0]])

@@ -151,9 +151,9 @@ def test_a_gmsh_script_is_not_run(tmp_path):
 
 
 def test_missing_unknown_and_unscaled(tmp_path):
-    with pytest.raises(InputError, match=r"gone\.msh: there is no such mesh file"):
+    with pytest.raises(InputError, match=r"gone\.msh: this mesh file does not exist"):
         load_file(tmp_path / "gone.msh", 1.0)
-    with pytest.raises(InputError, match=r"a\.step: cannot tell the mesh format"):
+    with pytest.raises(InputError, match=r"a\.step: its name does not show a mesh format"):
         load_file(tmp_path / "a.step", 1.0)
     with pytest.raises(InputError, match="scale_m is 0"):
         load_file(tmp_path / "gone.msh", 0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Material
-from palpate.bodies.particles import solid
+from palpate.bodies.particles import solid_particles
 from palpate.calibration.fitness import Fitness
 from palpate.calibration.paper_cube import middle, paper_cube
 from palpate.calibration.spring_model import Press, key_points, spring_model
@@ -19,7 +19,7 @@ KEYS = [[0.005, 0.005, 0.01], [0.0, 0.0, 0.01], [0.01, 0.003, 0.006], [0.005, 0.
 def cube():
     """particles, model, press, settings, and the fitness of a motion that springs of 1500 Pa make."""
     mesh = paper_cube(0.01)
-    particles = solid(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(1000.0, 0.25, 1000.0), "cube")
+    particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(1000.0, 0.25, 1000.0), "cube")
     model = spring_model(particles)
     node, inward = middle(mesh, "top")
     press = Press("top", node, 0.001 * inward, 0.01)

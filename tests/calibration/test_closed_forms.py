@@ -10,7 +10,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from palpate.bodies.body import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.particles import solid
+from palpate.bodies.particles import solid_particles
 from palpate.calibration import closed_forms
 from palpate.calibration.cma_es import cma_es
 from palpate.calibration.fitness import Range
@@ -27,7 +27,7 @@ def test_regular_tetrahedron():
     mesh = TetMesh(nodes, np.array([[0, 1, 2, 3]]))
     mesh = mesh if mesh.volumes[0] > 0 else TetMesh(nodes, np.array([[0, 2, 1, 3]]))
     material = Material(3000.0, 0.25, 1000.0)
-    model = spring_model(solid(mesh, np.array([0]), material, "one"))
+    model = spring_model(solid_particles(mesh, np.array([0]), material, "one"))
     gelder = stiffnesses(*closed_forms.van_gelder(model, material))
     assert gelder == pytest.approx(np.full(6, 3000.0 * 0.02 / (6.0 * np.sqrt(2.0))))
     assert stiffnesses(*closed_forms.lloyd(model, material)) == pytest.approx(24.0 / 25.0 * gelder)

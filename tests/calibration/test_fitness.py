@@ -41,7 +41,7 @@ def test_any_number_of_threads_gives_the_same_bits(cube, population):
     assert np.array_equal([cube.fitness(young[None])[0] for young in population], together)
 
 
-def test_it_counts_and_outlives_a_blow_up(cube):
+def test_it_counts_and_survives_a_diverging_motion(cube):
     fitness = Fitness(cube.model, cube.press, cube.settings, *cube.motion)
     found = fitness(np.stack([np.full(120, 1e7), np.full(120, 1500.0)]))
     assert found[0] == -np.inf
@@ -50,8 +50,8 @@ def test_it_counts_and_outlives_a_blow_up(cube):
 
 
 @pytest.mark.parametrize(("low", "high"), [(5000.0, 300.0), (300.0, 300.0), (-1.0, 5.0), (1.0, np.inf), (np.nan, 1.0)])
-def test_a_range_that_is_none_gets_one_sentence(low, high):
-    with pytest.raises(InputError, match=r"^calibration.young_pa is from .* Pa; give two positive numbers, .*\.$"):
+def test_an_empty_range_gets_one_sentence(low, high):
+    with pytest.raises(InputError, match=r"^springs.young_pa is from .* Pa; give two positive numbers, .*\.$"):
         Range(low, high)
 
 

@@ -1,4 +1,4 @@
-"""The genetic algorithm: its rules, that it never falls back, repeats, and goes on where it stopped."""
+"""The genetic algorithm: its rules, monotonic fitness, repeatability, and continuation where it stopped."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ LIMITS = Range(300.0, 5000.0)
 
 
 def hill(young):
-    """Highest at 1000 Pa."""
+    """Return a fitness that is highest at 1000 Pa."""
     return -np.abs(young - 1000.0).sum(axis=1)
 
 
@@ -111,7 +111,7 @@ def test_a_checkpoint_of_something_else_is_not_used(tmp_path):
         {"random": '{"a": 1}'},
         {"more": np.ones(3)},
     ]
-    + [{name: None} for name in ("individuals", "fitness", "generation", "history", "random", "mark")],
+    + [{name: None} for name in ("individuals", "fitness", "generation", "history", "random", "key")],
     ids=lambda change: f"{next(iter(change))}",
 )
 def test_a_checkpoint_without_a_whole_state_is_not_used(tmp_path, change):

@@ -1,4 +1,4 @@
-"""Small scenes in which things meet, and what brute force says of them."""
+"""Small scenes with contact, and their evaluation by brute force."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.body import Material, nest
 from palpate.bodies.box import box
-from palpate.bodies.particles import Particles, particles_of, together
+from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.sheet import sheet
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import Run, run
@@ -47,15 +47,15 @@ def play() -> Callable[..., Run]:
         settings = {name: block for name, block in effects.items() if block is not None}
         scene = Scene("played", list(effects), integrator, step_s, steps * step_s, frames=steps, settings=settings)
         scene = Scene(**(vars(scene) | {"held": "held" in effects} | more))
-        return run(scene, together(parts, shifts, "played"))
+        return run(scene, merge_particles(parts, shifts, "played"))
 
     return play
 
 
 @pytest.fixture(scope="session")
 def trespass() -> Callable[[Motion], tuple[float, int]]:
-    """The least room [m] that any frame leaves between bodies and balls, rods or floors, and how many edges go through
-    triangles of other pieces or points are inside them: found by brute force, with nothing of palpate.collision."""
+    """Compute the least clearance [m] in any frame between bodies and balls, rods or floors, and count the edges that
+    cross other pieces' triangles and the points inside them, by brute force without palpate.collision."""
 
     def trespass(motion: Motion, solid: bool = True) -> tuple[float, int]:
         surfaces, room, faults = _pieces(motion.triangles), np.inf, 0
@@ -86,8 +86,8 @@ def _pieces(triangles):
 
 
 def _room(p, q, corners, radius):
-    """What is left between a rod and triangles [m]: ternary search along the axis, as distances to a convex set are
-    convex. Triangles whose boxes are farther off are left out: then a tenth of the radius is what is told."""
+    """Compute the clearance between a rod and triangles [m] by ternary search along the axis, as distances to a convex
+    set are convex. Triangles whose boxes are farther away are skipped: then the result is a tenth of the radius."""
     reach = 1.1 * radius
     near = (corners.min(axis=1) <= np.maximum(p, q) + reach) & (corners.max(axis=1) >= np.minimum(p, q) - reach)
     corners = corners[near.all(axis=1)]
@@ -105,7 +105,7 @@ def _room(p, q, corners, radius):
 
 
 def _from_point(points, corners):
-    """Distances (m,) of points (m, 3) from their triangles (m, 3, 3)."""
+    """Compute distances (m,) of points (m, 3) from their triangles (m, 3, 3)."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = _cross(b - a, c - a)
     normal /= np.sqrt(_dot(normal, normal))[:, None]
@@ -121,7 +121,7 @@ def _from_point(points, corners):
 
 
 def _crossings(a, b):
-    """How many edges of triangles (m, 3, 3) go through triangles of others, either way, by the signs of volumes."""
+    """Count the edges of triangles (m, 3, 3) that cross triangles of others, either way, by the signs of volumes."""
     hits = 0
     for first, second in ((a, b), (b, a)):
         low, high = second.min(axis=1), second.max(axis=1)
@@ -137,7 +137,7 @@ def _crossings(a, b):
 
 
 def _winding(point, corners):
-    """How often triangles (m, 3, 3) go around a point: the sum of their solid angles over 4π."""
+    """Compute how often triangles (m, 3, 3) enclose a point: the sum of their solid angles over 4π."""
     a, b, c = (corners[:, i] - point for i in range(3))
     la, lb, lc = (np.sqrt(_dot(side, side)) for side in (a, b, c))
     below = la * lb * lc + lc * _dot(a, b) + lb * _dot(a, c) + la * _dot(b, c)

@@ -1,4 +1,4 @@
-"""Scenes in which things meet: nothing overlaps, nothing tunnels, and the mechanics are right."""
+"""Scenes with contact: nothing overlaps, nothing tunnels, and the mechanics are right."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.bodies.particles import together
+from palpate.bodies.particles import merge_particles
 from palpate.effects import corotational
 from palpate.errors import NotConverged
 from palpate.scenes import motion as motions
@@ -87,7 +87,7 @@ def test_a_fast_ball_never_gets_through_a_thin_sheet(play, cloth, trespass, way)
 
 
 def test_a_capsule_dragged_over_a_body_stays_out_of_it(play, cube, trespass):
-    """At 0.5 m/s and 10 ms: the part of the liver is taken by a block, as that is here always."""
+    """At 0.5 m/s and 10 ms; a block, which needs no file, stands in for the liver."""
     block = cube(4)
     block = replace(block, nodes=block.nodes * [2.0, 1.0, 0.5], held=np.flatnonzero(block.nodes[:, 2] == 0.0))
     down = [0.0, 0.0, -0.022]
@@ -96,7 +96,7 @@ def test_a_capsule_dragged_over_a_body_stays_out_of_it(play, cube, trespass):
     effects = {"corotational": None, "held": None, "contact": {"instruments": [rod], "friction": MU}} | LOSS
     ran = play([block], [[0, 0, 0]], effects, steps=40)
     room, faults = trespass(ran.motion)
-    assert room > 0.0 and not faults  # never deeper than nothing, where 1e-4 of the body's size is asked for
+    assert room > 0.0 and not faults  # no penetration at all, where 1e-4 of the body's size would be allowed
     seen = ran.motion.observed
     assert seen["finger_force_z_n"].max() > 1.0 and seen["finger_force_x_n"].min() < -0.1
 
@@ -132,7 +132,7 @@ def test_a_pile_comes_to_rest_and_bears_its_weight(play, cube, trespass):
 
 @pytest.mark.parametrize("degrees", [15.0, 26.0, 35.0])
 def test_coulombs_cone(play, cube, degrees):
-    """On a plane so tilted a block of friction 0.5, whose angle is 26.57°, sticks below it and slides above."""
+    """On a tilted plane a block of friction 0.5, whose angle is 26.57°, sticks below that angle and slides above."""
     mu, slip, tilt = 0.5, 1e-3, np.radians(degrees)
     pull = {"gravity": {"acceleration_m_s2": [9.81 * np.sin(tilt), 0.0, -9.81 * np.cos(tilt)]}}
     contact = {"friction": mu, "slip_m_s": slip, "instruments": [FLOOR]}
@@ -142,8 +142,8 @@ def test_coulombs_cone(play, cube, degrees):
     along = ran.motion.positions[:, :, 0] @ block.masses / block.masses.sum()
     speed = np.diff(along) / 0.01
     if np.tan(tilt) < mu:
-        assert speed[-20:].max() < slip  # it creeps, and below what it may
-        # f₁(v/slip) = 2 q − q² is what friction gives at a part q of the slip speed
+        assert speed[-20:].max() < slip  # it creeps, but more slowly than the bound
+        # f₁(v/slip) = 2 q − q² is the friction at a fraction q of the slip speed
         q = 1.0 - np.sqrt(1.0 - np.tan(tilt) / mu)
         assert speed[-1] == pytest.approx(q * slip, rel=0.05)
     else:
@@ -157,7 +157,7 @@ def test_bodies_that_collide_keep_momentum_and_gain_no_energy(cube, way, speed):
     effects, name, step = SOLID[way]
     settings = {n: block for n, block in effects.items() if block and n in ("shape_matching", "kelvin")}
     names = [n for n in effects if n not in ("rayleigh", "velocity_damping")]
-    particles = together([cube(2)] * 2, [[0.0, 0.0, 0.0], [0.02, 0.03, 0.15]], "meeting")
+    particles = merge_particles([cube(2)] * 2, [[0.0, 0.0, 0.0], [0.02, 0.03, 0.15]], "meeting")
     scene = Scene("meeting", [*names, "contact"], name, step, 1.0, settings=settings | {"contact": {"friction": MU}})
     system = compose(scene, particles)
     stepper = integrator(name).make(system, {"tolerance": 1e-8})
@@ -171,9 +171,9 @@ def test_bodies_that_collide_keep_momentum_and_gain_no_energy(cube, way, speed):
         system.relax(x, step)
         least = min(least, len(system.effects["contact"].contacts(x)) or np.inf)
         assert np.abs((masses * v).sum(axis=0)).max() < 1e-12 * masses.sum() * speed
-        # an explicit scheme's own energy swings about the true one
+        # an explicit scheme's energy oscillates about the true one
         assert 0.5 * float((masses * v * v).sum()) + system.energy(x) < (1.0 + 1e-9) * start
-    assert np.isfinite(least)  # they have met
+    assert np.isfinite(least)  # they have touched
 
 
 def test_a_sheet_that_folds_on_itself_stays_two_layers(play, cloth, trespass):
@@ -195,8 +195,8 @@ def test_a_sheet_that_folds_on_itself_stays_two_layers(play, cloth, trespass):
     assert lowest(True) > 0.0 > lowest(False)
 
 
-def test_a_cone_is_felt_as_a_step_that_is_solved_says(play, cube, tmp_path):
-    """Where a surface has just been moved the barrier may push with 1e14 N: residuals are not measured by that."""
+def test_the_reaction_of_a_cone_agrees_with_that_of_a_solved_step(play, cube, tmp_path):
+    """Where a surface has just been moved the barrier may push with 1e14 N: residuals are not relative to that."""
     import pyvista
 
     cone = pyvista.Cone(center=(0, 0, 0.0), direction=(0, 0, -1), height=0.04, radius=0.02, resolution=8)
@@ -210,7 +210,7 @@ def test_a_cone_is_felt_as_a_step_that_is_solved_says(play, cube, tmp_path):
     felt = ran.motion.observed["cone_force_z_n"].to_numpy()
     pressed, still = felt[3:8], felt[-5:]
     assert (np.diff(pressed) > 0.0).all() and pressed[0] > 0.1
-    # at rest the elastic forces alone bear it
+    # at rest the elastic forces alone carry it
     forces = np.zeros_like(block.nodes)
     corotational.make(block, {}).add_force(ran.motion.positions[-1], forces, forces)
     assert still[-1] == pytest.approx(np.delete(forces, block.held, axis=0)[:, 2].sum(), rel=1e-2)
@@ -219,7 +219,7 @@ def test_a_cone_is_felt_as_a_step_that_is_solved_says(play, cube, tmp_path):
 
 @pytest.mark.parametrize("name", ["backward_euler", "symplectic_euler"])
 def test_a_step_too_long_for_a_path_around_held_nodes_is_cut(play, cube, name):
-    """From beside to beside, over the top: straight on would lead through the block, of which one corner is free."""
+    """From one side to the other over the top: the straight path would cross the block, of which one corner is free."""
     block = replace(cube(1), held=np.arange(7))
     path = {"times_s": [0.0, 0.3, 0.7, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 0.1], [0.2, 0, 0.1], [0.2, 0, 0]]}
     ball = instrument("sphere", name="ball", center_m=[-0.05, 0.05, 0.06], **path)
@@ -234,7 +234,7 @@ def test_what_is_driven_into_held_nodes_ends_in_one_sentence(play, cube):
     path = {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.1]]}
     ball = instrument("sphere", center_m=[0.05, 0.05, 0.12], **path)
     effects = {"corotational": None, "held": None, "contact": {"instruments": [ball]}}
-    with pytest.raises(NotConverged, match=r"scenes.played, at 0 s: .*sphere_0 is driven into what is held") as error:
+    with pytest.raises(NotConverged, match=r"scenes.played, at 0 s: .*sphere_0 is driven into held nodes") as error:
         play([block], [[0, 0, 0]], effects)
     assert ". " not in str(error.value).replace("scenes.", "")
 

@@ -12,6 +12,6 @@ def test_the_error_halves_with_the_mesh():
 
 
 def test_a_wide_gap_presses_early_by_as_much_as_it_is_wide():
-    """What the gap does to the force is what as much more depth would do."""
+    """The gap changes the force as much as the same additional depth does."""
     narrow, wide = (HERTZ["pressed"](1, 30.0, 2.5, gap)[-1] for gap in (0.01, 0.2))
     assert 1.15**1.5 < wide / narrow < 1.2**1.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Material, nest
-from palpate.bodies.particles import particles_of, together
+from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.effects.bending import hinges, make
 from palpate.errors import InputError
@@ -32,13 +32,16 @@ def rolled(nodes, angle):
 
 def test_sheets_that_are_flat_each_by_itself():
     tilted = plate(nodes=lambda nodes: nodes @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0])
-    pair = together([plate(), tilted], [[0, 0, 0], [0, 0, 0.5]], "pair")
+    pair = merge_particles([plate(), tilted], [[0, 0, 0], [0, 0, 0.5]], "pair")
     effect, x = make(pair, {}), pair.nodes.copy()
     n = len(plate().nodes)
     x[:n] = rolled(plate().nodes, 0.3)
     assert effect.energy(x) == pytest.approx(make(plate(), {}).energy(x[:n]), rel=1e-9)
     with pytest.raises(InputError, match="flat at rest"):
-        make(together([plate(), plate(nodes=lambda nodes: rolled(nodes, 0.3))], [[0, 0, 0], [0, 0, 0.5]], "pair"), {})
+        make(
+            merge_particles([plate(), plate(nodes=lambda nodes: rolled(nodes, 0.3))], [[0, 0, 0], [0, 0, 0.5]], "pair"),
+            {},
+        )
 
 
 @pytest.mark.parametrize(("angle", "along", "across"), [(0.0, 24, 16), (np.pi / 2, 16, 24)])

@@ -1,4 +1,4 @@
-"""Result folders that stand in for those of a finished run."""
+"""Result tables and folders like those of a finished run."""
 
 from fixtures.results import *  # noqa: F403
 from fixtures.studies import *  # noqa: F403

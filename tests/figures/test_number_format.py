@@ -1,4 +1,4 @@
-"""Numbers as they stand in sentences."""
+"""Formats of numbers in sentences."""
 
 import numpy as np
 import pytest

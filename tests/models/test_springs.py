@@ -27,16 +27,16 @@ def own_samples(slab_case, network) -> tuple[Database, np.ndarray]:
     case = slab_case[0]
     young = 2000.0 * np.exp(0.5 * np.sin(30.0 * network.rest[:, 0]))
     network.stiffen(young, 3.0)
-    fine, force = [], 0.5 * case.training.force
-    for contact, newtons in zip(case.training.contact, force, strict=True):
+    fine, force = [], 0.5 * case.database.force
+    for contact, newtons in zip(case.database.contact, force, strict=True):
         network.press(int(contact), newtons)
         fine.append(network.up @ (network.settle(network.rest) - network.rest))
-    return replace(case.training, fine=np.array(fine), force=force), young
+    return replace(case.database, fine=np.array(fine), force=force), young
 
 
 def test_slopes_are_those_of_the_misfit(slab_case, network):
     """Against central differences, along a random direction of all moduli and along κ."""
-    search = _Search(network, slab_case[0].training, volume=True)
+    search = _Search(network, slab_case[0].database, volume=True)
     count = len(network.rest)
     start = np.append(0.1 * np.random.default_rng(0).normal(size=count), 0.05)
     slopes = search._evaluate(start, count)[1]
@@ -48,8 +48,8 @@ def test_slopes_are_those_of_the_misfit(slab_case, network):
 
 def test_a_fit_finds_what_made_the_samples(network, own_samples):
     samples, young = own_samples
-    one = fit(network, samples, nodal=False, volume=True)
-    each = fit(network, samples, nodal=True, volume=True)
+    one = fit(network, samples, False, True, (8, 40))
+    each = fit(network, samples, True, True, (8, 40))
     assert one.misfit < 0.06 and each.misfit < 0.5 * one.misfit
     assert 0.8 * young.mean() < one.young_pa[0] < 1.2 * young.mean()
     assert np.corrcoef(np.log(each.young_pa), np.log(young))[0, 1] > 0.5
@@ -73,7 +73,7 @@ def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
 def test_small_loads_need_one_iteration(slab_case, network):
     case = slab_case[0]
     network.stiffen(np.full(len(network.rest), 3000.0), 1.0)
-    network.press(int(case.training.contact[0]), 1e-5 * case.training.force[0])
+    network.press(int(case.database.contact[0]), 1e-5 * case.database.force[0])
     one, all_of_them = network.approach(1) - network.rest, network.settle(network.rest) - network.rest
     assert np.linalg.norm(one - all_of_them) < 1e-3 * np.linalg.norm(all_of_them)
 
@@ -91,7 +91,7 @@ def test_nothing_is_answered_unchecked(slab_case, network, refuses):
     case = slab_case[0]
     made = model("springs", {})
     solver = made.prepare(case, made.settings(case)[0])
-    contact = int(case.training.contact[0])
+    contact = int(case.database.contact[0])
     assert not solver.respond(contact, np.zeros(3)).any()
     refuses(solver, contact, "find no way")
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.scenes.instruments import driven, touches
+from palpate.scenes.instruments import has_contact, has_moving_instrument
 
 STILL = {"kind": "floor", "height_m": 0.0}
 PUSHED = STILL | {"times_s": [0.5, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 1]]}
@@ -21,8 +21,8 @@ PUSHED = STILL | {"times_s": [0.5, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 1]]}
     ],
 )
 def test_where_contact_acts(entry, acts):
-    assert touches(entry | {"duration_s": 1.0}) is acts
-    assert not driven(entry | {"duration_s": 1.0})
+    assert has_contact(entry | {"duration_s": 1.0}) is acts
+    assert not has_moving_instrument(entry | {"duration_s": 1.0})
 
 
 @pytest.mark.parametrize(
@@ -38,5 +38,5 @@ def test_where_contact_acts(entry, acts):
 )
 def test_what_is_driven_within_the_scene(tool, duration, moves):
     entry = {"duration_s": duration, "contact": {"instruments": [STILL, tool]}}
-    assert driven(entry | {"effects": "auto"}) is moves
-    assert not driven(entry | {"effects": ["springs"]})
+    assert has_moving_instrument(entry | {"effects": "auto"}) is moves
+    assert not has_moving_instrument(entry | {"effects": ["springs"]})

@@ -1,6 +1,5 @@
 """Run the real workflow from the command line, in a folder of the test's own."""
 
-import os
 import re
 import shutil
 import subprocess
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from fixtures.command_line import run_snakemake
 
 ROOT = Path(__file__).parents[2]
 COMPARISONS = ("tradeoff", "dynamic", "hard_cases", "scaling")
@@ -40,15 +40,14 @@ def command() -> Callable[..., list[str]]:
 
 
 @pytest.fixture(scope="session")
-def run(command) -> Callable[..., subprocess.CompletedProcess]:
+def run(command, tmp_path_factory) -> Callable[..., subprocess.CompletedProcess]:
     """Run that command to its end, with the modules in ``root``; what it printed is in ``stdout``."""
 
     def finish(*arguments, root: Path = ROOT, **options) -> subprocess.CompletedProcess:
         words = command(*arguments, root=root, **options)
-        environment = os.environ | {"PYTHONPATH": str(root / "src")}
-        return subprocess.run(
-            words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, env=environment
-        )
+        printed = tmp_path_factory.mktemp("printed") / "out.txt"
+        status = run_snakemake(words[words.index("snakemake") + 1 :], root / "src", printed)
+        return subprocess.CompletedProcess(words, status, printed.read_text())
 
     return finish
 

@@ -10,7 +10,7 @@ from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
-TRADEOFF = {"models": ["fem_fine", "fem_coarse", "ours"], "own_models": {}}
+TRADEOFF = {"models": ["fem_fine", "fem_coarse", "detail_correction"], "own_models": {}}
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def trading(smoke) -> dict:
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_models"] == 2 and jobs["measure_own_error"] == 1 and jobs["tabulate_tradeoff"] == 1
+    assert jobs["measure_models"] == 2 and jobs["measure_reference_error"] == 1 and jobs["tabulate_tradeoff"] == 1
     assert jobs["make_body"] == 1
     assert not {"sweep_sigma", "evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
 
@@ -37,8 +37,11 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
     ("changes", "said"),
     [
         ({"models": ["fem_fine", "our"]}, "tradeoff names our, which is unknown; did you mean ours?"),
-        ({"models": ["ours"]}, "tradeoff.models lacks fem_fine"),
-        ({"own_models": {"ours": "mine.py"}}, "tradeoff names ours, which palpate uses itself"),
+        ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_fine"),
+        (
+            {"own_models": {"detail_correction": "mine.py"}},
+            "tradeoff names detail_correction, which palpate uses itself",
+        ),
         ({"own_models": {"mine": "nowhere.py"}}, "tradeoff.own_models.mine is nowhere.py, where there is no file"),
         ({"budget": 2}, "tradeoff has an unknown key budget; did you mean budget_s?"),
         ({"advice": {"budgets_ms": []}}, "tradeoff.advice.budgets_ms"),

@@ -1,4 +1,4 @@
-"""Which nodes of a body are held: by number, near an extreme plane, or inside a sphere."""
+"""Rules that choose the held nodes of a body: by number, near an extreme plane, or inside a sphere."""
 
 import numpy as np
 from scipy import sparse
@@ -9,13 +9,14 @@ from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 
 
-def choose(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
-    """The coarse nodes that a rule holds, increasing; InputError if it holds none, or lets some piece turn.
-
-    A sheet may turn: it hangs by an edge or a corner as a rule, and only scenes, where things have mass, use it.
+def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
+    """Choose the coarse nodes that a rule holds, in increasing order.
 
     rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
         ``{sphere: {center_m: [x, y, z], radius_m}}``
+
+    Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
+    usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
     """
     rules = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
     if len(rule) != 1 or not set(rule) <= set(rules):
@@ -51,18 +52,17 @@ def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
 
 
 def _check_pieces(body: str, held: np.ndarray, mesh: TetMesh) -> None:
-    """Each piece is held at three points that are not on a line, or it could still move as a whole."""
+    """Raise InputError unless each piece is held at three points that are not on a line, so that it cannot turn."""
     n = len(mesh.nodes)
     graph = sparse.coo_array((np.ones(len(mesh.edges)), mesh.edges.T), shape=(n, n))
     count, piece = connected_components(graph, directed=False)
     for number in range(count):
         points = mesh.nodes[held[piece[held] == number]]
-        where = f"the piece of node {np.argmax(piece == number)}, one of {count}," if count > 1 else "the body"
+        part = f"the piece of node {np.argmax(piece == number)}, one of {count}," if count > 1 else "the body"
         if not len(points):
-            raise InputError(f"body {body}: anchors hold no node of {where[:-1]}; hold some there or remove the piece.")
-        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        if len(points) < 3 or spread[1] <= 1e-6 * mesh.size:
+            raise InputError(f"body {body}: anchors hold no node of {part[:-1]}; hold some there or remove the piece.")
+        singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if len(points) < 3 or singular_values[1] <= 1e-6 * mesh.size:
             raise InputError(
-                f"body {body}: anchors let {where} turn about the held nodes; "
-                "hold three or more that are not on a line."
+                f"body {body}: anchors let {part} turn about the held nodes; hold three or more that are not on a line."
             )

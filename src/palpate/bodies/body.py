@@ -34,10 +34,10 @@ class Material:
 class Body:
     """Nested meshes, coarse first; node i of a level is node i of every finer level.
 
-    levels : the meshes, ``levels[0]`` coarse … ``levels[-1]`` fine; of a sheet, the one
-    prolongations : one (n_finer, n_coarser) sparse matrix between each two neighbouring levels
+    levels : the meshes, ``levels[0]`` coarse … ``levels[-1]`` fine; a sheet has one only
+    prolongations : sparse matrices (n_finer, n_coarser), one between each two neighbouring levels
     anchors : the held nodes of each level, increasing; a new node is held if both ends of its edge are,
-        so that the coarse displacements stay a subspace of the fine ones
+        so that the coarse displacements are a subspace of the fine ones
     """
 
     name: str
@@ -62,18 +62,18 @@ class Body:
 
 
 def nest(
-    name: str, coarse: TetMesh | Sheet, refinements: int, anchors: np.ndarray, material: Material, settle=None
+    name: str, coarse: TetMesh | Sheet, refinements: int, anchors: np.ndarray, material: Material, snap=None
 ) -> Body:
-    """Refine ``coarse`` as often as asked (a sheet never) and hand the anchors on to every level.
+    """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
 
-    ``settle``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements
-    stay interpolated linearly; only places at rest are then no longer.
+    ``snap``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements are
+    still interpolated linearly; only the rest positions then are not.
     """
     levels, prolongations, held = [coarse], [], [np.unique(anchors)]
     for _ in range(refinements):
         finer, prolongation = refine(levels[-1])
-        if settle is not None:
-            finer = settle(finer, len(levels[-1].nodes))
+        if snap is not None:
+            finer = snap(finer, len(levels[-1].nodes))
         indicator = np.zeros(len(levels[-1].nodes))
         indicator[held[-1]] = 1.0
         levels.append(finer)

@@ -1,4 +1,4 @@
-"""A body in a file of its own (HDF5), so that it is made once."""
+"""Body files (HDF5), so that a body is made only once."""
 
 from dataclasses import asdict
 from itertools import pairwise
@@ -14,11 +14,11 @@ from palpate.errors import InputError
 from palpate.files import write_whole
 
 VERSION = 2
-"""Raised whenever the layout below changes."""
+"""Number of the layout below; increase it with every change of the layout."""
 
 
 def save(body: Body, path: str | Path) -> None:
-    """Write a body; the file appears under its name only when it is whole."""
+    """Write a body; the file appears under its name only once it is complete."""
     import h5py
 
     with write_whole(path) as part, h5py.File(part, "w") as file:
@@ -38,7 +38,7 @@ def save(body: Body, path: str | Path) -> None:
 
 
 def load(path: str | Path) -> Body:
-    """Read a body; InputError naming the field if the file is missing, damaged or of another version."""
+    """Read a body; raise InputError naming the field if the file is missing, damaged or of another version."""
     import h5py
 
     path = Path(path)
@@ -46,7 +46,7 @@ def load(path: str | Path) -> Body:
         with h5py.File(path, "r") as file:
             return _read(path, file)
     except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a whole body file ({error}); delete it and run make again.") from error
+        raise InputError(f"{path}: not a complete body file ({error}); delete it and run make again.") from error
 
 
 def _read(path: Path, file) -> Body:
@@ -79,5 +79,7 @@ def _get(path: Path, dataset, columns: int | None, kind: str) -> np.ndarray:
     array = dataset[()]
     fits = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
     if not fits or array.dtype.kind != kind or (kind == "f" and not np.isfinite(array).all()):
-        raise InputError(f"{path}: {dataset.name} has a wrong shape, type or NaN; delete the file and run make again.")
+        raise InputError(
+            f"{path}: {dataset.name} has another shape or type, or contains NaN; delete the file and run make again."
+        )
     return array

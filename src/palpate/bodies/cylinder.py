@@ -1,4 +1,4 @@
-"""A cylinder of prism layers: paper 1's first body, with its surface counts 182/360 and refined 722/1440."""
+"""Cylinder of prism layers: paper 1's first body, with its surface counts 182/360 and, refined, 722/1440."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ _STEPS = np.array([[1, 0], [0, 1], [-1, 1], [-1, 0], [0, -1], [1, -1]])
 
 
 def cylinder(length_m: float, radius_m: float) -> TetMesh:
-    """A cylinder along z from 0 to ``length_m`` with 266 nodes and 936 tetrahedra, (182, 360) on its surface.
+    """Build a cylinder along z from 0 to ``length_m``: 266 nodes, 936 tetrahedra, (182, 360) on its surface.
 
     Each of the 14 layers of nodes is a round disc of hexagonal rings; each of the 13 layers of prisms
     between them is cut into tetrahedra. Trap: the diagonals on the prisms' sides must agree between
     neighbours and should not all lean the same way, or the cylinder twists when it is bent. The hexagonal
-    lattice takes three colours such that every triangle has one of each; diagonals that climb from the
+    lattice has a 3-colouring in which every triangle has all three colours; diagonals that climb from the
     lower colour to the higher agree by construction and lean to both sides equally.
     """
     disc, triangles, colours = _disc()
@@ -36,7 +36,7 @@ def cylinder(length_m: float, radius_m: float) -> TetMesh:
 
 
 def _disc() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unit disc: points (19, 2) ring by ring, triangles (24, 3), one of three colours a point (19,)."""
+    """Triangulate the unit disc: points (19, 2) ring by ring, triangles (24, 3), a 3-colouring of the points (19,)."""
     lattice, points = [(0, 0)], [(0.0, 0.0)]
     for ring in range(1, RINGS + 1):
         corner = ring * _STEPS[4]

@@ -1,4 +1,4 @@
-"""A lattice of equal cells, cut into triangles or tetrahedra without leaning to any side."""
+"""Lattice of equal cells, cut into triangles or tetrahedra without a preferred direction."""
 
 from itertools import permutations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 
 def cut_lattice(divisions: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Lattice points (n, d), the last axis fastest, and simplices (m, d + 1), for d = len(divisions).
+    """Cut a lattice into simplices (m, d + 1) of its points (n, d), the last axis fastest, d = len(divisions).
 
     Every cell is cut into the d! simplices around one diagonal (Kuhn), and is the mirror image of each of its
     neighbours (Todd's J1, in the plane the "union jack"): diagonals run from points with only even coordinates
-    to points with only odd ones, so that they agree on shared sides. Trap: with one diagonal direction for all
+    to points with only odd ones, so that they agree on shared faces. Trap: with one diagonal direction for all
     cells, a body twists when it is bent; mirrored cells lean to both sides equally, and the mesh is its own
     mirror image along each axis that has an even number of cells. Orientation of the simplices is mixed.
     """

@@ -1,17 +1,17 @@
-"""A liver: paper 1's second body, with its surface counts 140/276, refined 554/1104 and 2210/4416."""
+"""Liver: paper 1's second body, with its surface counts 140/276 and, refined, 554/1104 and 2210/4416."""
 
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, spread, triangulate
-from palpate.bodies.surfaces.tetrahedralize import fill
+from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate, triangulate_evenly
+from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 
 SURFACE_NODES = 140
 SAMPLES = 20000
 
 
 def liver(length_m: float) -> TetMesh:
-    """A liver ``length_m`` across with 140 nodes and 276 triangles on its surface; the same bits every time.
+    """Build a liver ``length_m`` long with 140 nodes and 276 triangles on its surface, identical on every call.
 
     Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the
     bounding box of the smooth shape.
@@ -20,15 +20,15 @@ def liver(length_m: float) -> TetMesh:
     shape = liver_shape(sphere)
     low, high = shape.min(axis=0), shape.max(axis=0)
     shape = (shape - (low + high) / 2) * (length_m / (high - low).max())
-    chosen, triangles = spread(shape, triangulate(sphere), sphere, SURFACE_NODES)
+    chosen, triangles = triangulate_evenly(shape, triangulate(sphere), sphere, SURFACE_NODES)
     # a little finer than the surface (whose edges are 0.12 of the length), for better angles inside
-    return fill(shape[chosen], triangles, spacing_m=0.1 * length_m)
+    return tetrahedralize(shape[chosen], triangles, spacing_m=0.1 * length_m)
 
 
 def liver_shape(sphere: np.ndarray) -> np.ndarray:
     """Map points of the unit sphere, (n, 3), smoothly and one to one onto a liver about 2 long, (n, 3).
 
-    The numbers are ours, set by eye: sections across x shrink from the thick right lobe to the thin left one.
+    The coefficients are ours, set by eye: cross-sections along x shrink from the thick right lobe to the thin left one.
     """
     x, y, z = sphere.T
     right = _logistic(3.2 * (0.18 - x))

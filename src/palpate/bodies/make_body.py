@@ -1,9 +1,9 @@
-"""A body from its entry in the config."""
+"""Construction of a body from its entry in the config."""
 
 import math
 from collections.abc import Callable
 
-from palpate.bodies.anchors import choose
+from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import Sheet, sheet
@@ -11,16 +11,19 @@ from palpate.errors import InputError
 
 
 def make_body(name: str, entry: dict) -> Body:
-    """Make the coarse mesh that ``entry["kind"]`` asks for, choose anchors, refine; InputError if bad."""
+    """Make the coarse mesh that ``entry["kind"]`` asks for, choose its anchors and refine it.
+
+    Raises InputError if the entry cannot be used.
+    """
     kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
     mesh = kinds[entry["kind"]](entry)
-    # only from a CT is more known of the surface than the coarse mesh says
-    mesh, settle = mesh if isinstance(mesh, tuple) else (mesh, None)
+    # only a CT shows more of the surface than the coarse mesh has
+    mesh, snap = mesh if isinstance(mesh, tuple) else (mesh, None)
     # a sheet has one level and no such entry
-    return nest(name, mesh, entry.get("refinements", 0), choose(name, entry["anchors"], mesh), material, settle)
+    return nest(name, mesh, entry.get("refinements", 0), choose_anchors(name, entry["anchors"], mesh), material, snap)
 
 
 def _cylinder(entry: dict) -> TetMesh:
@@ -58,7 +61,7 @@ def _ct(entry: dict) -> tuple[TetMesh, Callable | None]:
 
 
 def _material(name: str, entry: dict) -> Material:
-    """Constants for which the elastic energy is positive and finite (at ν = 0.5 the volume cannot change)."""
+    """Check the constants: elastic energy must be positive and finite (at ν = 0.5 the volume cannot change)."""
     young, poisson, density = entry["young_pa"], entry["poisson"], entry["density_kg_m3"]
     for key, value in (("young_pa", young), ("density_kg_m3", density)):
         if not (value > 0 and math.isfinite(value)):

@@ -13,7 +13,7 @@ EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 
 
 class Mesh:
-    """What tetrahedral meshes and sheets share: all that follows from ``nodes`` and surface ``triangles``."""
+    """Properties that tetrahedral meshes and sheets share: all that follows from ``nodes`` and ``triangles``."""
 
     @cached_property
     def surface(self) -> np.ndarray:
@@ -33,14 +33,14 @@ class Mesh:
 
     @cached_property
     def areas(self) -> np.ndarray:
-        """Each node's third of the surface triangles around it, (n_nodes,) [m²]; zero at inner nodes."""
+        """A third of the area of the surface triangles around each node, (n_nodes,) [m²]; zero at inner nodes."""
         a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
         thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
         return np.bincount(self.triangles.ravel(), np.repeat(thirds, 3), minlength=len(self.nodes))
 
     @cached_property
     def size(self) -> float:
-        """The longest side of the bounding box [m]: what "size of the body" means everywhere."""
+        """Longest side of the bounding box [m]: the meaning of "size of the body" everywhere."""
         return float(np.ptp(self.nodes, axis=0).max())
 
 

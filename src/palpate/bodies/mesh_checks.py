@@ -1,4 +1,4 @@
-"""What a mesh must be before it is used; each check raises InputError with one sentence."""
+"""Checks of a mesh before it is used; each raises InputError with one sentence."""
 
 import numpy as np
 from scipy import sparse
@@ -7,14 +7,14 @@ from scipy.sparse.csgraph import connected_components
 from palpate.bodies.mesh import FACES, TetMesh
 from palpate.errors import InputError
 
-# larger coordinates are damaged files: a wrong byte order gives numbers up to 1e38 that are finite
+# larger coordinates are damaged files: a wrong byte order gives finite numbers up to 1e38
 LARGEST = 1e9
-# a volume below this part of the cube of the longest edge is zero up to rounding
+# a volume below this fraction of the cube of the longest edge is zero up to rounding
 FLAT = 1e-10
 
 
 def check_coordinates(source: str, points: np.ndarray) -> None:
-    """Every coordinate is a finite number of a sane size."""
+    """Check that every coordinate is finite and of a plausible size."""
     bad = np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))
     if len(bad):
         raise InputError(
@@ -24,9 +24,9 @@ def check_coordinates(source: str, points: np.ndarray) -> None:
 
 
 def check_tetrahedra(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
-    """Elements refer to nodes, none is flat, double or inverted; returns them, (m, 4), positively oriented.
+    """Check that no element is flat, duplicate or inverted, and return them, (m, 4), positively oriented.
 
-    Some programs number all elements the other way round: if every one is inverted, all are turned.
+    Some programs number all elements the other way round: if every one is inverted, all are reversed.
     """
     check_indices(source, "tetrahedra", tetrahedra, len(nodes))
     _check_unique(source, "tetrahedra", tetrahedra)
@@ -50,7 +50,7 @@ def check_tetrahedra(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> 
 
 
 def check_boundary(source: str, mesh: TetMesh) -> None:
-    """No face has more than two elements, and elements do not touch along an edge or at a node only."""
+    """Check that no face has more than two elements, and none touch only along an edge or at a node."""
     faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
     kinds, count = np.unique(faces, axis=0, return_counts=True)
     if count.max() > 2:
@@ -62,7 +62,7 @@ def check_boundary(source: str, mesh: TetMesh) -> None:
 
 
 def check_closed(source: str, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """A surface has no holes, is a manifold and wound alike; returns its triangles, (m, 3), wound outward."""
+    """Check that a surface is closed, manifold and consistently wound; return its triangles, (m, 3), outward."""
     if len(triangles) < 4:
         raise InputError(f"{source}: its surface has {len(triangles)} triangles; give a closed surface.")
     check_indices(source, "triangles", triangles, len(points))
@@ -87,28 +87,28 @@ def check_closed(source: str, points: np.ndarray, triangles: np.ndarray) -> np.n
     return triangles if volume > 0 else triangles[:, ::-1]
 
 
-def check_indices(source: str, what: str, elements: np.ndarray, count: int) -> None:
-    """Elements refer to nodes that exist."""
+def check_indices(source: str, kind: str, elements: np.ndarray, count: int) -> None:
+    """Check that elements refer to nodes that exist."""
     bad = np.flatnonzero(((elements < 0) | (elements >= count)).any(axis=1))
     if len(bad):
         raise InputError(
-            f"{source}: {len(bad)} {what} refer to nodes that do not exist "
+            f"{source}: {len(bad)} {kind} refer to nodes that do not exist "
             f"(first: element {bad[0]}, of {count} nodes); write the file again."
         )
 
 
-def _check_unique(source: str, what: str, elements: np.ndarray) -> None:
+def _check_unique(source: str, kind: str, elements: np.ndarray) -> None:
     _, first, count = np.unique(np.sort(elements, axis=1), axis=0, return_index=True, return_counts=True)
     extra = int((count - 1).sum())
     if extra:
         raise InputError(
-            f"{source}: {extra} of {len(elements)} {what} are duplicates "
+            f"{source}: {extra} of {len(elements)} {kind} are duplicates "
             f"(first: of element {first[count > 1].min()}); remove them."
         )
 
 
 def _check_manifold(source: str, triangles: np.ndarray) -> None:
-    """Every edge of a closed surface has two triangles, and every node one fan of them."""
+    """Check that every edge of a closed surface has two triangles, and every node one fan of them."""
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges, inverse, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
     if count.max() > 2:

@@ -1,4 +1,4 @@
-"""Bodies from mesh files: tetrahedra as they are, closed surfaces by filling them."""
+"""Bodies from mesh files: tetrahedra as they are, closed surfaces filled with tetrahedra."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,20 +11,20 @@ from scipy.spatial import cKDTree
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_boundary, check_closed, check_coordinates, check_indices, check_tetrahedra
 from palpate.bodies.mesh_readers import RawMesh, read
-from palpate.bodies.surfaces.tetrahedralize import fill
+from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 
-# points closer than this part of the size are one: an STL file repeats each corner, in single precision
+# points closer than this fraction of the size are merged: an STL file repeats each corner, in single precision
 WELD = 1e-6
 
 
 def load_file(path: str | Path, scale_m: float, spacing_m: float | None = None) -> TetMesh:
-    """The body in a mesh file, checked; ``scale_m`` is the length of the file's unit in metres.
+    """Load the body in a mesh file and check it; ``scale_m`` is the length of the file's unit in metres.
 
-    The rule: a file with tetrahedra gives those, and its points, lines, triangles and quadrilaterals are
-    ignored, but other solid elements are an error, since the body would have gaps; a file with triangles or
-    quadrilaterals only is a closed surface, welded and filled with an edge length of about ``spacing_m``.
-    Trap: nodes that no element uses are dropped, and the others are numbered anew from 0 in the file's order.
+    A file with tetrahedra gives those: its points, lines, triangles and quadrilaterals are ignored, but other solid
+    elements are an error, since the body would have gaps. A file with triangles or quadrilaterals only is a closed
+    surface, welded and filled with an edge length of about ``spacing_m``.
+    Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
     """
     path, raw = Path(path), _read(path, scale_m)
     others = sorted(set(raw.solids) - {"tetra"})
@@ -37,26 +37,26 @@ def load_file(path: str | Path, scale_m: float, spacing_m: float | None = None) 
         check_boundary(str(path), mesh)
         return mesh
     points, triangles = weld(raw.points, _triangles(path, raw))
-    return fill(points, check_closed(str(path), points, triangles), spacing_m, source=str(path))
+    return tetrahedralize(points, check_closed(str(path), points, triangles), spacing_m, source=str(path))
 
 
 def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) [m] and triangles (m, 3) of a surface file, welded; open or closed, they need not hold water.
+    """Load points (n, 3) [m] and triangles (m, 3) of a surface file, welded; the surface may be open.
 
-    Raises InputError for what cannot be read, and where no triangle is left.
+    Raises InputError if the file cannot be read or no triangle is left.
     """
     raw = _read(path, scale_m)
     points, triangles = weld(raw.points, _triangles(Path(path), raw))
     if not len(triangles):
         raise InputError(
-            f"{path}: none of its triangles has three corners apart with scale_m {scale_m:g}; "
+            f"{path}: none of its triangles has three distinct corners with scale_m {scale_m:g}; "
             "give the length of the file's unit in metres, or export it again."
         )
     return points, triangles
 
 
 def _read(path: str | Path, scale_m: float) -> RawMesh:
-    """What is in a mesh file, in metres."""
+    """Read a mesh file and convert it to metres."""
     if not 0 < scale_m < np.inf:
         raise InputError(f"{path}: scale_m is {scale_m}; give the length of the file's unit in metres.")
     raw = read(Path(path))
@@ -66,7 +66,7 @@ def _read(path: str | Path, scale_m: float) -> RawMesh:
 
 
 def weld(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Make one of points that coincide, and drop triangles that this closes up and points that none uses."""
+    """Merge coinciding points; drop the triangles that this degenerates and the points that none uses."""
     tolerance = WELD * np.ptp(points, axis=0).max()
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
@@ -78,7 +78,7 @@ def weld(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _triangles(path: Path, raw: RawMesh) -> np.ndarray:
-    """All triangles of a surface file, quadrilaterals cut in two."""
+    """Collect all triangles of a surface file, quadrilaterals cut in two."""
     others = sorted(set(raw.sheets) - {"triangle", "quad"})
     if others:
         raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to triangles.")

@@ -1,4 +1,4 @@
-"""How well shaped a mesh's elements are, and how many of them there are: two tables."""
+"""Tables of a body's meshes: the shapes of their elements and their counts."""
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,7 @@ from palpate.bodies.mesh import EDGES, FACES, TetMesh
 
 
 def quality(mesh: TetMesh) -> dict[str, float]:
-    """Extreme dihedral angles [°], smallest radius ratio (1 is a regular tetrahedron), volume [m³]."""
+    """Compute the extreme dihedral angles [°], smallest radius ratio (1 is a regular tetrahedron), volume [m³]."""
     angles = dihedral_angles(mesh)
     return {
         "min_dihedral_deg": float(angles.min()),
@@ -19,7 +19,7 @@ def quality(mesh: TetMesh) -> dict[str, float]:
 
 
 def dihedral_angles(mesh: TetMesh) -> np.ndarray:
-    """The angles inside each element along its six edges, (n_tetrahedra, 6) [°]."""
+    """Compute the angles inside each element along its six edges, (n_tetrahedra, 6) [°]."""
     corners = mesh.nodes[mesh.tetrahedra][:, FACES]
     normals = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
@@ -30,7 +30,7 @@ def dihedral_angles(mesh: TetMesh) -> np.ndarray:
 
 
 def radius_ratios(mesh: TetMesh) -> np.ndarray:
-    """Three times inradius over circumradius, (n_tetrahedra,)."""
+    """Compute three times inradius over circumradius, (n_tetrahedra,)."""
     corners = mesh.nodes[mesh.tetrahedra]
     faces = corners[:, FACES]
     areas = np.linalg.norm(np.cross(faces[:, :, 1] - faces[:, :, 0], faces[:, :, 2] - faces[:, :, 0]), axis=2) / 2
@@ -41,9 +41,9 @@ def radius_ratios(mesh: TetMesh) -> np.ndarray:
 
 
 def mesh_quality(body: Body) -> pd.DataFrame:
-    """One row a level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3.
+    """Tabulate each level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3.
 
-    A sheet, which has no tetrahedra, gets no row.
+    A sheet, which has no tetrahedra, has no row.
     """
     meshes = [mesh for mesh in body.levels if len(mesh.tetrahedra)]
     rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(meshes)]
@@ -51,9 +51,9 @@ def mesh_quality(body: Body) -> pd.DataFrame:
 
 
 def mesh_sizes(body: Body, entry: dict) -> pd.DataFrame:
-    """One row a level: what the paper's mesh table counts, ours beside the paper's where it gives them.
+    """Tabulate each level's counts, beside those of the paper's mesh table where the paper gives them.
 
-    ``entry["paper_surface"]``, if there, has for each level (nodes, triangles) or None.
+    ``entry["paper_surface"]``, optional, has (nodes, triangles) or None for each level.
     """
     papers = entry.get("paper_surface") or [None] * len(body.levels)
     rows = []

@@ -1,4 +1,4 @@
-"""Mesh files of every format we take, read into points and named blocks of elements."""
+"""Readers of every mesh format that is accepted, into points and named blocks of elements."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,13 +10,13 @@ from palpate.bodies.surfaces.vtk_polydata import is_polydata, read_polydata
 from palpate.errors import InputError
 
 MESHIO = {".vtk": "vtk", ".vtu": "vtu", ".mesh": "medit", ".stl": "stl", ".obj": "obj", ".ply": "ply"}
-# a gmsh file starts with one of these; gmsh would take anything else for a script and run it
+# a gmsh file starts with one of these; gmsh would run anything else as a script
 GMSH_HEADS = (b"$MeshFormat", b"$NOD", b"$Comments", b"$PhysicalNames")
 
 
 @dataclass
 class RawMesh:
-    """What a file says: points (n, 3) in its own unit, and elements by meshio's name for their type.
+    """Content of a file: points (n, 3) in its own unit, and elements by meshio's name for their type.
 
     solids, sheets : {type: (m, corners)}, three- and two-dimensional elements; points and lines are left out
     """
@@ -27,13 +27,13 @@ class RawMesh:
 
 
 def read(path: Path) -> RawMesh:
-    """Read a gmsh, VTK, VTU, medit, STL, OBJ or PLY file; InputError if that is impossible."""
+    """Read a gmsh, VTK, VTU, medit, STL, OBJ or PLY file; raise InputError if that is impossible."""
     suffix = path.suffix.lower()
     if suffix != ".msh" and suffix not in MESHIO:
         known = " ".join([".msh", *MESHIO])
-        raise InputError(f"{path}: cannot tell the mesh format from its name; convert it to one of {known}.")
+        raise InputError(f"{path}: its name does not show a mesh format; convert it to one of {known}.")
     if not path.is_file():
-        raise InputError(f"{path}: there is no such mesh file; correct the body's path.")
+        raise InputError(f"{path}: this mesh file does not exist; correct the body's path.")
     try:
         if suffix == ".msh":
             return _read_gmsh(path)
@@ -43,41 +43,41 @@ def read(path: Path) -> RawMesh:
         return _read_meshio(path, MESHIO[suffix])
     except InputError:
         raise
-    # the readers raise whatever a damaged file makes them stumble over, and meshio may even exit
+    # a damaged file can make a reader raise any exception, and meshio may even exit
     except (Exception, SystemExit) as error:
-        why = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{path}: malformed {suffix} file ({why}); write it again or convert it.") from error
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{path}: malformed {suffix} file ({reason}); write it again or convert it.") from error
 
 
 def _read_gmsh(path: Path) -> RawMesh:
-    """Versions 1, 2 and 4, ASCII and binary; trap: nodes are numbered by increasing tag, not by position."""
+    """Read versions 1, 2 and 4, ASCII and binary; trap: nodes are numbered by increasing tag, not by position."""
     with path.open("rb") as file:
         if not file.read(64).lstrip().startswith(GMSH_HEADS):
             raise ValueError("it does not start like a gmsh mesh")
     with gmsh_session() as gmsh:
-        # unlike open, merge does not obey an options file that lies beside the mesh
+        # unlike open, merge ignores an options file beside the mesh
         gmsh.merge(str(path))
         points, elements = gmsh_mesh(gmsh)
         raw = RawMesh(points)
         for kind, corners in elements.items():
             label, dimension, *_ = gmsh.model.mesh.getElementProperties(kind)
             name = {"Tetrahedron 4": "tetra", "Triangle 3": "triangle", "Quadrilateral 4": "quad"}.get(label, label)
-            _sort_in(raw, name, dimension, corners)
+            _add_elements(raw, name, dimension, corners)
     return raw
 
 
 def _read_meshio(path: Path, kind: str) -> RawMesh:
-    """VTK, VTU, medit, STL, OBJ, PLY; asks the format's own module, since ``meshio.read`` exits on errors."""
+    """Read a file with the module of its format, since ``meshio.read`` exits on errors."""
     import importlib
 
     mesh = importlib.import_module(f"meshio.{kind}").read(str(path))
     raw = RawMesh(np.asarray(mesh.points, dtype=float).reshape(-1, 3))
     for block in mesh.cells:
-        _sort_in(raw, block.type, block.dim, np.asarray(block.data))
+        _add_elements(raw, block.type, block.dim, np.asarray(block.data))
     return raw
 
 
-def _sort_in(raw: RawMesh, name: str, dimension: int, corners: np.ndarray) -> None:
+def _add_elements(raw: RawMesh, name: str, dimension: int, corners: np.ndarray) -> None:
     if dimension < 2 or not len(corners):
         return
     blocks = raw.solids if dimension == 3 else raw.sheets

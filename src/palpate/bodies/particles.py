@@ -1,4 +1,4 @@
-"""What a scene moves: the nodes of one level of a body as point masses."""
+"""Particles: the nodes of one level of a body as point masses, which scenes move."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from palpate.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Particles(Mesh):
-    """Point masses and the elements among them.
+    """Point masses and the elements between them.
 
     nodes : (n, 3) rest positions [m]; masses : (n,) [kg]; held : (k,) anchors
     triangles : (t, 3) of the surface, wound outward; tetrahedra : (m, 4), none for sheets and surface models
-    thickness_m : of a sheet, 0 for anything else
+    thickness_m : of a sheet, else 0
     """
 
     name: str
@@ -30,7 +30,7 @@ class Particles(Mesh):
 
 
 def particles_of(body: Body, level: int, surface: bool) -> Particles:
-    """One level of ``body`` as particles, or with ``surface`` its boundary only, which then carries all the mass.
+    """Make particles of one level of ``body``, or with ``surface`` of its boundary only, with all of its mass.
 
     A solid's mass goes in quarters to the corners of its tetrahedra (paper 2, eq. 4), a sheet's in thirds to those
     of its triangles, a surface model's by area. Raises InputError for a level that the body does not have.
@@ -45,7 +45,7 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     if thickness:
         masses = body.material.density_kg_m3 * thickness * mesh.areas
         return Particles(body.name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, body.material, thickness)
-    whole = solid(mesh, held, body.material, body.name)
+    whole = solid_particles(mesh, held, body.material, body.name)
     if not surface:
         return whole
     kept = mesh.surface
@@ -61,47 +61,47 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     )
 
 
-def together(parts: list[Particles], shifts: list[Sequence[float]], place: str) -> Particles:
-    """Several bodies as one set of particles, each moved by its shift (3,) [m].
+def merge_particles(parts: list[Particles], shifts: list[Sequence[float]], place: str) -> Particles:
+    """Merge several bodies into one set of particles, each moved by its shift (3,) [m].
 
-    Raises InputError, naming ``place``, unless they are of one stiffness and all sheets of one thickness or all not:
-    densities may differ.
+    Densities may differ. Raises InputError, naming ``place``, unless all have the same stiffness, and all are sheets
+    of the same thickness or none is a sheet.
     """
     first = parts[0]
     for part in parts[1:]:
-        for name, mine, its in (
+        for name, of_first, of_part in (
             ("young_pa", first.material.young_pa, part.material.young_pa),
             ("poisson", first.material.poisson, part.material.poisson),
             ("thickness_m", first.thickness_m, part.thickness_m),
         ):
-            if mine != its:
+            if of_first != of_part:
                 raise InputError(
-                    f"{place}: {first.name} has {name} {mine:g} and {part.name} {its:g}; "
-                    "bodies of one scene must be of one stiffness and thickness: make them equal."
+                    f"{place}: {first.name} has {name} {of_first:g} and {part.name} {of_part:g}; "
+                    "bodies of one scene must have the same stiffness and thickness: make them equal."
                 )
     starts = np.cumsum([0, *(len(part.nodes) for part in parts)])
 
-    def joined(field: str) -> np.ndarray:
+    def shifted(field: str) -> np.ndarray:
         return np.concatenate([getattr(part, field) + start for part, start in zip(parts, starts, strict=False)])
 
     return Particles(
         ", ".join(dict.fromkeys(part.name for part in parts)),
         np.concatenate([part.nodes + np.array(shift, dtype=float) for part, shift in zip(parts, shifts, strict=True)]),
         np.concatenate([part.masses for part in parts]),
-        joined("held"),
-        joined("triangles"),
-        joined("tetrahedra"),
+        shifted("held"),
+        shifted("triangles"),
+        shifted("tetrahedra"),
         first.material,
         first.thickness_m,
     )
 
 
-def solid(mesh: TetMesh, held: np.ndarray, material: Material, name: str) -> Particles:
-    """The nodes of ``mesh`` as point masses, its density the same everywhere."""
-    masses = lumped(mesh, material.density_kg_m3 * mesh.volumes)
+def solid_particles(mesh: TetMesh, held: np.ndarray, material: Material, name: str) -> Particles:
+    """Make point masses of the nodes of ``mesh``, with the same density everywhere."""
+    masses = lump_masses(mesh, material.density_kg_m3 * mesh.volumes)
     return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material)
 
 
-def lumped(mesh: TetMesh, element_masses: np.ndarray) -> np.ndarray:
-    """Masses (n_nodes,) [kg]: quarters of those, (n_tetrahedra,), of the elements around a node (paper 2, eq. 4)."""
+def lump_masses(mesh: TetMesh, element_masses: np.ndarray) -> np.ndarray:
+    """Lump element masses (n_tetrahedra,) [kg] in quarters to their nodes, (n_nodes,) [kg] (paper 2, eq. 4)."""
     return np.bincount(mesh.tetrahedra.ravel(), np.repeat(element_masses / 4.0, 4), minlength=len(mesh.nodes))

@@ -1,4 +1,4 @@
-"""Uniform 1:8 refinement that keeps the coarse nodes first, and the prolongation that goes with it."""
+"""Uniform 1:8 refinement that keeps the coarse nodes first, and its prolongation."""
 
 import numpy as np
 from scipy import sparse
@@ -44,7 +44,7 @@ def refine(mesh: TetMesh) -> tuple[TetMesh, sparse.csr_array]:
 
 
 def _octahedron(diagonal: int) -> list[list[int]]:
-    """The four elements around one diagonal, oriented as the reference tetrahedron is."""
+    """List the four elements around one diagonal, oriented as the reference tetrahedron is."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
     points = np.vstack([corners, corners[EDGES].mean(axis=1)])
     p, q = _DIAGONALS[diagonal]

@@ -11,11 +11,11 @@ from palpate.bodies.mesh import Mesh
 
 @dataclass(frozen=True, eq=False)
 class Sheet(Mesh):
-    """A triangulated sheet in its rest state; it offers what a ``TetMesh`` does, and has no tetrahedra.
+    """A triangulated sheet in its rest state, with the properties of a ``TetMesh`` and without tetrahedra.
 
     nodes : (n_nodes, 3) float64 [m]
-    triangles : (n_triangles, 3) int64, all wound to the same side
-    thickness_m : of the material, which lies half on either side of the triangles [m]
+    triangles : (n_triangles, 3) int64, consistently wound
+    thickness_m : of the material, half of it on either side of the triangles [m]
     """
 
     nodes: np.ndarray
@@ -24,7 +24,7 @@ class Sheet(Mesh):
 
     @property
     def tetrahedra(self) -> np.ndarray:
-        """None: (0, 4) int64."""
+        """Empty array, (0, 4) int64."""
         return np.empty((0, 4), dtype=np.int64)
 
     @cached_property
@@ -34,10 +34,10 @@ class Sheet(Mesh):
 
 
 def sheet(sizes_m: list[float], divisions: list[int], thickness_m: float) -> Sheet:
-    """A sheet from the origin to ``sizes_m`` (2,) [m] in the x–y plane, of ``divisions`` (2,) cells.
+    """Build a sheet from the origin to ``sizes_m`` (2,) [m] in the x–y plane, of ``divisions`` (2,) cells.
 
-    Each cell has two triangles, whose normal is +z; the diagonals meet crosswise ("union jack"), because with
-    diagonals of one direction a sheet drapes and shears askew.
+    Each cell has two triangles, whose normal is +z; the diagonals alternate ("union jack"), because with diagonals of
+    one direction a sheet drapes and shears askew.
     """
     points, triangles = cut_lattice(divisions)
     nodes = np.zeros((len(points), 3))

@@ -1,10 +1,10 @@
-"""The adjoint of a spring network's motion: derivatives by all moduli at the cost of about two motions.
+"""Adjoint of a spring network's motion: derivatives by all moduli at the cost of about two motions.
 
-Backwards through the steps of calibration/spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
+Backwards through the steps of spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
 
     b += h a;  w = h b/m, 0 on held nodes;  a += (∂f/∂x)ᵀ w;  b += (∂f/∂v)ᵀ w;  ∂L/∂k += w·∂f/∂k, μ and κ alike
 
-Trap: the motion must be kept whole, 48 bytes a node and step; the cube's 120 nodes need 6 kB a step.
+Trap: the whole motion must be stored, 48 bytes per node and step; the cube's 120 nodes need 6 kB per step.
 """
 
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ import numpy as np
 from palpate.calibration import spring_motion
 from palpate.calibration.spring_model import Press, SpringModel
 from palpate.calibration.spring_motion import Settings
-from palpate.effects.volume import spread as spread_of
+from palpate.effects.volume import distance_sum
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class Gradient:
     """Derivatives of a number that depends on a motion.
 
     young : (n,) by the modulus of each node [1/Pa]; volume : by the stiffness of the volume force [m/N]
@@ -36,31 +36,31 @@ def pull_back(
     settings: Settings,
     motion: tuple[np.ndarray, np.ndarray],
     by_motion: tuple[np.ndarray, np.ndarray],
-) -> Slopes:
-    """Slopes of a number from its slopes by the key points' positions and velocities.
+) -> Gradient:
+    """Compute the derivatives of a number by the moduli from those by the key points' positions and velocities.
 
-    motion : of spring_motion.trajectory; by_motion : two of (steps, p, 3), as spring_motion.simulate gives motions
+    motion : of spring_motion.trajectory; by_motion : two of (steps, p, 3), in the layout of spring_motion.simulate
     """
     (x, v), (by_x, by_v) = motion, by_motion
     stiffness = spring_motion.stiffnesses(model, young)
     damping = spring_motion.dampings(model, stiffness, settings.damping_ratio)
     by_stiffness, by_damping, by_volume = np.zeros_like(stiffness), np.zeros_like(stiffness), np.zeros(1)
-    _, pairs, rest, tetrahedra, spread, volume, mobility, _, _, h = spring_motion.constants(model, press, settings)
+    _, pairs, rest, tetrahedra, volume_rest, volume, mobility, _, _, h = spring_motion.constants(model, press, settings)
     _backwards(
         x, v, by_x, by_v, settings.keys.corners, settings.keys.shares, stiffness, damping, pairs, rest, tetrahedra,
-        spread, volume, mobility, h, by_stiffness, by_damping, by_volume,
+        volume_rest, volume, mobility, h, by_stiffness, by_damping, by_volume,
     )  # fmt: skip
     by_stiffness += by_damping * damping / (2.0 * stiffness)
     halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
-    return Slopes(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
+    return Gradient(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _backwards(
-    x, v, by_x, by_v, corners, shares, stiffness, damping, pairs, rest, tetrahedra, spread, volume, mobility, h,
+    x, v, by_x, by_v, corners, shares, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume, mobility, h,
     by_stiffness, by_damping, by_volume,
 ):  # fmt: skip
-    """Add to the last three arrays, (s,), (s,) and (1,)."""
+    """Step backwards through the motion; add to the last three arrays, (s,), (s,) and (1,)."""
     a, b, w = np.zeros_like(x[0]), np.zeros_like(x[0]), np.empty_like(x[0])
     for s in range(len(by_x) - 1, -1, -1):
         for p in range(len(corners)):
@@ -74,12 +74,15 @@ def _backwards(
                 w[node, i] = h * mobility[node] * b[node, i]
         _through_springs(x[s], v[s], w, stiffness, damping, pairs, rest, a, b, by_stiffness, by_damping)
         if volume > 0.0:
-            _through_volume(x[s], w, tetrahedra, spread, volume, a, by_volume)
+            _through_volume(x[s], w, tetrahedra, volume_rest, volume, a, by_volume)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffness, by_damping):
-    """w·f of a spring is T n·d with d = w₁ − w₂; its slopes by the second end, and minus them by the first."""
+    """Add a step's derivatives through the springs.
+
+    w·f of a spring is T n·d with d = w₁ − w₂; its derivatives by the second end are minus those by the first.
+    """
     n, d, rate_by = np.empty(3), np.empty(3), np.empty(3)
     for e in range(len(pairs)):
         first, second = pairs[e, 0], pairs[e, 1]
@@ -100,8 +103,8 @@ def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffnes
         by_stiffness[e] += stretch * along
         by_damping[e] += rate * along
         for i in range(3):
-            turn = damping[e] * along * (rate_by[i] - rate * n[i]) + tension * (d[i] - along * n[i])
-            by_end = stiffness[e] * along * n[i] + turn / length
+            rotation = damping[e] * along * (rate_by[i] - rate * n[i]) + tension * (d[i] - along * n[i])
+            by_end = stiffness[e] * along * n[i] + rotation / length
             a[second, i] += by_end
             a[first, i] -= by_end
             b[second, i] += damping[e] * along * n[i]
@@ -109,11 +112,14 @@ def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffnes
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _through_volume(x, w, tetrahedra, spread, volume, a, by_volume):
-    """w·f of a tetrahedron is −κ (L − L₀) g·w with g = ∂L/∂x; its Hessian is symmetric, so its transpose is itself."""
-    lengths, u, turned = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
+def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
+    """Add a step's derivatives through the volume force.
+
+    w·f of a tetrahedron is −κ (L − L₀) g·w with g = ∂L/∂x; its Hessian is symmetric, so it is its own transpose.
+    """
+    lengths, u, projected = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
-        stretch = spread_of(x, tetrahedra[e], lengths, u) - spread[e]
+        stretch = distance_sum(x, tetrahedra[e], lengths, u) - volume_rest[e]
         along = 0.0
         for c in range(4):
             for i in range(3):
@@ -124,15 +130,15 @@ def _through_volume(x, w, tetrahedra, spread, volume, a, by_volume):
             for c in range(4):
                 mean += 0.25 * w[tetrahedra[e, c], i]
             for c in range(4):
-                turned[c, i] = w[tetrahedra[e, c], i] - mean
+                projected[c, i] = w[tetrahedra[e, c], i] - mean
         for c in range(4):
             out = 0.0
             for i in range(3):
-                out += u[c, i] * turned[c, i]
+                out += u[c, i] * projected[c, i]
             for i in range(3):
-                turned[c, i] = (turned[c, i] - out * u[c, i]) / lengths[c] if lengths[c] > 0.0 else 0.0
+                projected[c, i] = (projected[c, i] - out * u[c, i]) / lengths[c] if lengths[c] > 0.0 else 0.0
         for i in range(3):
-            mean = 0.25 * (turned[0, i] + turned[1, i] + turned[2, i] + turned[3, i])
+            mean = 0.25 * (projected[0, i] + projected[1, i] + projected[2, i] + projected[3, i])
             for c in range(4):
-                bend = along * u[4 + c, i] + stretch * (turned[c, i] - mean)
-                a[tetrahedra[e, c], i] -= volume * bend
+                change = along * u[4 + c, i] + stretch * (projected[c, i] - mean)
+                a[tetrahedra[e, c], i] -= volume * change

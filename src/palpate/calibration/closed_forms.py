@@ -1,4 +1,4 @@
-"""Spring parameters without a search, or with that for one number: what a search has to beat."""
+"""Spring parameters in closed form, or by a search for a single number: baselines for the searches."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,16 +7,17 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from palpate.bodies.body import Material
-from palpate.bodies.mesh import EDGES
+from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.calibration.fitness import Fit, Range, Track
 from palpate.calibration.spring_model import SpringModel
+from palpate.effects.volume import rest_distance_sum
 
 STARTS = 12
-"""Evaluations that bracket the best uniform modulus: the fitness need not have one maximum only."""
+"""Evaluations that bracket the best uniform modulus: the fitness may have several maxima."""
 
 
 def van_gelder(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarray]:
-    """k = E ΣV/l² with the material's E everywhere (Van Gelder 1998): moduli (n,) [Pa] for the unchanged model.
+    """Set k = E ΣV/l² with the material's E everywhere (Van Gelder 1998): moduli (n,) [Pa] for the unchanged model.
 
     Averaged over directions that is the given E at a Poisson ratio of 1/4.
     """
@@ -24,13 +25,13 @@ def van_gelder(model: SpringModel, material: Material) -> tuple[SpringModel, np.
 
 
 def lloyd(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarray]:
-    """k = Σ (2√2/25) l E over the tetrahedra around a spring (Lloyd, Székely, Harders 2007).
+    """Set k = Σ (2√2/25) l E over the tetrahedra around a spring (Lloyd, Székely, Harders 2007).
 
     Derived for regular tetrahedra of edge l, by the least difference to the stiffness matrix of linear finite elements
-    at a Poisson ratio of 1/4; there k is 24/25 of Van Gelder's. In other shapes l is, here, the edge of the regular
-    tetrahedron of the same volume: the long and the short edges of an element get springs alike.
+    at a Poisson ratio of 1/4; there k is 24/25 of Van Gelder's. For other shapes l is, here, the edge of the regular
+    tetrahedron of the same volume: the long and the short edges of an element get equal springs.
     """
-    regular = np.cbrt(6.0 * np.sqrt(2.0) * _volumes(model))
+    regular = np.cbrt(6.0 * np.sqrt(2.0) * TetMesh(model.nodes, model.tetrahedra).volumes)
     ends = np.sort(model.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
     assert np.array_equal(pairs, model.pairs)
@@ -40,7 +41,7 @@ def lloyd(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarr
 
 
 def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:
-    """The one modulus for all ``nodes`` that is fittest: even in log E first, then Brent's method around the best."""
+    """Find the fittest modulus common to all ``nodes``: evenly in log E, then by Brent's method around the best."""
     track = Track(fitness)
     low, high = np.log(limits.low_pa), np.log(limits.high_pa)
     logs = np.linspace(low, high, STARTS)
@@ -55,17 +56,11 @@ def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Ran
 
 
 def volume_stiffness(model: SpringModel, material: Material) -> float:
-    """κ [N/m] of the volume force that gives springs of the modulus E the material's bulk modulus; 0 below ν = 1/4.
+    """Compute κ [N/m] of the volume force that gives springs of modulus E the material's bulk modulus; 0 below ν = 1/4.
 
     A swelling by ε costs springs ½ Σ k l² ε², which makes their bulk modulus 2E/3, and the volume force ½ κ ΣL² ε²,
-    so 9V (E/(3 (1 − 2ν)) − 2E/3) = κ ΣL². In a shear L of a regular tetrahedron does not change.
+    so 9V (E/(3 (1 − 2ν)) − 2E/3) = κ ΣL². In shear, L of a regular tetrahedron does not change.
     """
-    lacking = material.young_pa / (3.0 * (1.0 - 2.0 * material.poisson)) - 2.0 * material.young_pa / 3.0
-    corners = model.nodes[model.tetrahedra]
-    spread = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
-    return max(0.0, 9.0 * float(_volumes(model).sum()) * lacking / float((spread**2).sum()))
-
-
-def _volumes(model: SpringModel) -> np.ndarray:
-    a, b, c, d = (model.nodes[model.tetrahedra[:, i]] for i in range(4))
-    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+    missing = material.young_pa / (3.0 * (1.0 - 2.0 * material.poisson)) - 2.0 * material.young_pa / 3.0
+    volume = float(TetMesh(model.nodes, model.tetrahedra).volumes.sum())
+    return max(0.0, 9.0 * volume * missing / float((rest_distance_sum(model.nodes, model.tetrahedra) ** 2).sum()))

@@ -1,4 +1,4 @@
-"""Rival of the genetic algorithm: CMA-ES, from the library ``cma``."""
+"""CMA-ES, a rival of the genetic algorithm, from the library ``cma``."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.calibration.fitness import Fit, Range, Track
 
-SPREAD = 0.3
+INITIAL_SIGMA = 0.3
 """Standard deviation of the first individuals, in log E: a factor of 1.35."""
 
 
@@ -18,9 +18,9 @@ def cma_es(
     seed: int,
     report: Callable[[int, float], None] = lambda evaluations, best: None,
 ) -> Fit:
-    """Search from moduli ``start_pa`` (n,) [Pa] in log E, until ``evaluations`` individuals or a sure end.
+    """Search from moduli ``start_pa`` (n,) [Pa] in log E, until ``evaluations`` individuals or the library's own end.
 
-    Hansen 2016; Hansen, Akimoto, Baudis 2019 (pycma). Trap: the library takes the seed 0 for the time of day.
+    Hansen 2016; Hansen, Akimoto, Baudis 2019 (pycma). Trap: the library replaces the seed 0 by the time of day.
     """
     import cma
 
@@ -31,9 +31,9 @@ def cma_es(
         "verbose": -9,
     }
     track = Track(fitness)
-    search = cma.CMAEvolutionStrategy(np.log(start_pa), SPREAD, options)
+    search = cma.CMAEvolutionStrategy(np.log(start_pa), INITIAL_SIGMA, options)
     while not search.stop():
-        asked = search.ask()
-        search.tell(asked, (-track(np.exp(np.array(asked)))).tolist())
+        candidates = search.ask()
+        search.tell(candidates, (-track(np.exp(np.array(candidates)))).tolist())
         report(len(track.history), track.best)
     return track.fit()

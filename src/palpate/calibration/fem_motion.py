@@ -1,4 +1,4 @@
-"""What springs are fitted to: the pressed body's motion by implicit corotational finite elements."""
+"""Reference motion that springs are fitted to: the pressed body with implicit corotational finite elements."""
 
 import numpy as np
 
@@ -12,17 +12,17 @@ from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
 
 TOLERANCE = 1e-8
-"""Of the force balance of each implicit step, relative."""
+"""Relative tolerance of the force balance in each implicit step."""
 
 
 def reference_motion(
     particles: Particles, model: SpringModel, press: Press, settings: Settings, substeps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [m] and velocities [m/s] of the key points after each of the springs' steps, both (steps, p, 3).
+    """Compute positions [m] and velocities [m/s] of the key points after each of the springs' steps, (steps, p, 3).
 
-    Same masses, same held nodes, same load; damping as in ``damping_time``. Backward Euler takes ``substeps`` steps
-    in each of the springs': it damps by itself, a mode of frequency ω by ω h/2 of critical, and this is not to be
-    fitted. Raises NotConverged if a step is not found.
+    Same masses, same held nodes, same load; damping from ``damping_time``. Backward Euler takes ``substeps`` steps
+    in each of the springs': its numerical damping, ω h/2 of critical for a mode of frequency ω, is not to be fitted.
+    Raises NotConverged if a step is not found.
     """
     elastic = Corotational(particles, particles.material)
     time = damping_time(model, particles.material.young_pa, settings.damping_ratio)
@@ -41,7 +41,7 @@ def reference_motion(
 
 
 def damping_time(model: SpringModel, young_pa: float, ratio: float) -> float:
-    """β = Σ μ l²/Σ k l² [s] of the springs with one modulus: for damping β K, K the stiffness of finite elements.
+    """Compute β = Σ μ l²/Σ k l² [s] of the springs with one modulus, for damping β K with the FEM stiffness K.
 
     Then a body that swells at a constant rate loses as much power in C = β K as in the dampers.
     """
@@ -51,7 +51,7 @@ def damping_time(model: SpringModel, young_pa: float, ratio: float) -> float:
 
 
 class _Load:
-    """A press as an effect, told its factor by the loop."""
+    """A press as an effect, whose factor the loop sets."""
 
     outer = True
 

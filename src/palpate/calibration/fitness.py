@@ -1,4 +1,4 @@
-"""How well springs follow a reference motion, for a whole population on all cores (paper 2, eq. 9)."""
+"""Fitness of springs against a reference motion, for a whole population on all cores (paper 2, eq. 9)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from palpate.calibration.spring_motion import Settings, advance, constants, damp
 from palpate.errors import InputError
 
 ALPHA_S = 0.0025
-"""α of eq. 9 [s]: how much a velocity counts."""
+"""α of eq. 9 [s]: the weight of velocities."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a search has found: ``young`` (n,) [Pa], its ``fitness`` [m], and its ``history``.
+    """Result of a search: ``young`` (n,) [Pa], its ``fitness`` [m], and its ``history``.
 
     history : (k, 3) evaluations so far, seconds so far, best fitness so far
     """
@@ -29,7 +29,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Range:
-    """Moduli that a search may try, from ``low_pa`` to ``high_pa`` [Pa]; InputError if they are none."""
+    """Moduli that a search may use, from ``low_pa`` to ``high_pa`` [Pa]; InputError if the range is empty."""
 
     low_pa: float
     high_pa: float
@@ -37,7 +37,7 @@ class Range:
     def __post_init__(self):
         if not 0.0 < self.low_pa < self.high_pa < np.inf:
             raise InputError(
-                f"calibration.young_pa is from {self.low_pa:g} to {self.high_pa:g} Pa; "
+                f"springs.young_pa is from {self.low_pa:g} to {self.high_pa:g} Pa; "
                 "give two positive numbers, the smaller one first."
             )
 
@@ -46,8 +46,8 @@ class Fitness:
     """f = −Σ_steps Σ_keys (‖r − rˢ‖ + α ‖v − vˢ‖) [m], with norms, since the paper's bare differences could cancel.
 
     positions [m] and velocities [m/s] : of the reference at the key points after each step, both (steps, p, 3)
-    ``evaluations`` counts individuals. Each is computed by one thread on its own, so that results are the same bit
-    for bit for any number of threads. An individual whose springs blow up has the fitness −inf.
+    ``evaluations`` counts individuals. Each is computed by one thread alone, so that results are identical bit
+    for bit for any number of threads. An individual whose motion diverges has the fitness −inf.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Fitness:
         self._wanted = (settings.keys.corners, settings.keys.shares, positions, velocities)
 
     def __call__(self, young: np.ndarray) -> np.ndarray:
-        """Fitness (k,) [m] of individuals ``young`` (k, n) [Pa]."""
+        """Compute the fitness (k,) [m] of individuals ``young`` (k, n) [Pa]."""
         stiffness = stiffnesses(self.model, young)
         damping = dampings(self.model, stiffness, self.settings.damping_ratio)
         found = np.empty(len(young))
@@ -77,7 +77,7 @@ class Fitness:
 
 
 class Track:
-    """Calls a fitness and keeps the best individual and, after each call, a line of a ``Fit``'s history."""
+    """Record of a fitness's calls: the best individual and, after each call, a row of a ``Fit``'s history."""
 
     def __init__(self, fitness: Callable[[np.ndarray], np.ndarray]):
         self._fitness, self._start, self._count = fitness, perf_counter(), 0
@@ -93,21 +93,21 @@ class Track:
         return found
 
     def fit(self) -> Fit:
-        """What was found so far."""
+        """Return the result so far."""
         return Fit(self.young, self.best, np.array(self.history))
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _evaluate(
     found, stiffness, damping, corners, shares, positions, velocities,
-    nodes, pairs, rest, tetrahedra, spread, volume, mobility, node, loads, h,
+    nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, node, loads, h,
 ):  # fmt: skip
     for i in numba.prange(len(found)):
         x, v, force = nodes.copy(), np.zeros_like(nodes), np.empty_like(nodes)
         total = 0.0
         for s in range(len(loads)):
             advance(
-                x, v, force, stiffness[i], damping[i], pairs, rest, tetrahedra, spread, volume, mobility, node,
+                x, v, force, stiffness[i], damping[i], pairs, rest, tetrahedra, volume_rest, volume, mobility, node,
                 loads[s], h,
             )  # fmt: skip
             total += _distance(x, corners, shares, positions[s])
@@ -117,14 +117,14 @@ def _evaluate(
 
 @numba.njit(cache=True, error_model="numpy")
 def _distance(values, corners, shares, wanted):
-    """Σ over the key points of how far they are from where they should be."""
+    """Sum the distances of the key points from their reference over all key points."""
     total = 0.0
     for p in range(len(corners)):
         square = 0.0
         for i in range(3):
-            away = -wanted[p, i]
+            difference = -wanted[p, i]
             for c in range(4):
-                away += shares[p, c] * values[corners[p, c], i]
-            square += away * away
+                difference += shares[p, c] * values[corners[p, c], i]
+            square += difference * difference
         total += np.sqrt(square)
     return total

@@ -1,4 +1,4 @@
-"""Paper 2's genetic algorithm: one modulus a node, half of the individuals new in each generation."""
+"""Paper 2's genetic algorithm: one modulus per node, half of the individuals new in each generation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ from palpate.calibration.checkpoint import load, save
 from palpate.calibration.fitness import Fit, Range
 from palpate.errors import InputError
 
-RECOMBINED = 0.9
-BEYOND = 0.5
-"""How far intermediate recombination goes beyond the parents, in parts of their distance."""
+RECOMBINATION_PROBABILITY = 0.9
+EXTENSION = 0.5
+"""Extension of intermediate recombination beyond the parents, relative to their distance."""
 
 
 @dataclass(frozen=True)
 class Rules:
-    """How many individuals there are, between which moduli, and the seed of their chances."""
+    """Number of individuals, range of their moduli, and seed of the random numbers."""
 
     population: int
     range: Range
@@ -26,19 +26,19 @@ class Rules:
 
     def __post_init__(self):
         if self.population < 4:
-            raise InputError(f"calibration.population is {self.population}; give 4 or more.")
+            raise InputError(f"springs.searches.population is {self.population}; give 4 or more.")
 
 
 class Genetic:
     """Generations of individuals, the best one first; the best fitness never falls, as the better half stays.
 
-    individuals : (population, n) [Pa]; fitness : (population,) [m]; generation : how many have been
-    Each new one: two parents, any; with probability 0.9 an intermediate recombination a + w (b − a), w for each gene
-    evenly from −0.5 to 1.5, else a copy of the first; then a mutation as in eq. 7 and 8. What would leave the range
-    is put on its end. Not said in the paper and chosen here: the population's size, the parents' choice, an even
+    individuals : (population, n) [Pa]; fitness : (population,) [m]; generation : number of generations so far
+    Each new one: any two parents; with probability 0.9 an intermediate recombination a + w (b − a), w uniform from
+    −0.5 to 1.5 for each gene, else a copy of the first; then a mutation as in eq. 7 and 8. Moduli are clipped to the
+    range. Not stated in the paper and chosen here: the population's size, the choice of parents, a uniform
     start, that only new ones mutate, and w. Trap: with w from −0.25 to 1.25, as usual (Mühlenbein and
-    Schlierkamp-Voosen 1993), children are less spread than their parents and, with as few mutations as eq. 7
-    has late, all are soon alike; from −0.37 to 1.37 on the spread lasts (−0.5 to 1.5: Eshelman and Schaffer 1993).
+    Schlierkamp-Voosen 1993), children vary less than their parents and, with as few mutations as eq. 7
+    has late, all soon become alike; from −0.37 to 1.37 on the variance lasts (−0.5 to 1.5: Eshelman and Schaffer 1993).
     """
 
     def __init__(self, fitness: Callable[[np.ndarray], np.ndarray], nodes: int, rules: Rules):
@@ -51,7 +51,7 @@ class Genetic:
         self.history = [[rules.population, perf_counter() - start, self.fitness[0]]]
 
     def advance(self) -> None:
-        """One generation."""
+        """Advance by one generation."""
         start = perf_counter()
         new = np.array([self._child() for _ in range(self._rules.population // 2)])
         found, kept = self._fitness(new), self._rules.population - len(new)
@@ -61,7 +61,7 @@ class Genetic:
         self.history.append([count + len(new), seconds + perf_counter() - start, self.fitness[0]])
 
     def fit(self) -> Fit:
-        """The best individual so far."""
+        """Return the best individual so far."""
         return Fit(self.individuals[0].copy(), float(self.fitness[0]), np.array(self.history))
 
     def _keep(self, individuals: np.ndarray, fitness: np.ndarray) -> None:
@@ -72,21 +72,21 @@ class Genetic:
         random, limits, n = self._random, self._rules.range, self.generation
         first, second = self.individuals[random.integers(len(self.individuals), size=2)]
         child = first.copy()
-        if random.random() < RECOMBINED:
-            child += random.uniform(-BEYOND, 1.0 + BEYOND, len(child)) * (second - first)
+        if random.random() < RECOMBINATION_PROBABILITY:
+            child += random.uniform(-EXTENSION, 1.0 + EXTENSION, len(child)) * (second - first)
         if random.random() < 1.0 / (n + 2) + 0.002:  # eq. 7
             chosen = random.random(len(child)) < 0.5
-            spread = (limits.high_pa - limits.low_pa) * (1.0 / (n + 1) + 0.002)  # eq. 8
-            child[chosen] = random.normal(child[chosen], spread)
+            sigma = (limits.high_pa - limits.low_pa) * (1.0 / (n + 1) + 0.002)  # eq. 8
+            child[chosen] = random.normal(child[chosen], sigma)
         return np.clip(child, limits.low_pa, limits.high_pa)
 
     def state(self) -> dict[str, np.ndarray]:
-        """All that the next generations depend on."""
+        """Return everything that the next generations depend on."""
         names = ("individuals", "fitness", "generation", "history")
         return {name: np.array(getattr(self, name)) for name in names} | {"random": self._random.bit_generator.state}
 
     def resume(self, state: dict) -> None:
-        """Go on from a ``state``."""
+        """Continue from a ``state``."""
         self.individuals, self.fitness = state["individuals"], state["fitness"]
         self.generation, self.history = int(state["generation"]), state["history"].tolist()
         self._random.bit_generator.state = state["random"]
@@ -100,20 +100,20 @@ def evolve(
     checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda generation, best: None,
 ) -> Fit:
-    """Run until there have been ``generations``, and tell ``report`` each one's number and best fitness [m].
+    """Run until ``generations`` generations, and call ``report`` with each one's number and best fitness [m].
 
-    ``checkpoint`` keeps the state, every 50 generations and at the end; if it is there and of the same rules and
-    the same fitness, the run goes on from it, and ends as if it had never been stopped.
+    ``checkpoint`` stores the state, every 50 generations and at the end; if it exists with the same rules and
+    the same fitness, the run continues from it, and ends as if it had never been stopped.
     """
     population = Genetic(fitness, nodes, rules)
-    mark = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
-    state = load(checkpoint, mark, population.state()) if checkpoint else None
-    # a line of history for each generation and one for the start
+    key = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
+    state = load(checkpoint, key, population.state()) if checkpoint else None
+    # a row of history for each generation and one for the start
     if state and 0 <= int(state["generation"]) == len(state["history"]) - 1 <= generations:
         population.resume(state)
     while population.generation < generations:
         population.advance()
         report(population.generation, float(population.fitness[0]))
         if checkpoint and (population.generation % 50 == 0 or population.generation == generations):
-            save(checkpoint, mark, population.state())
+            save(checkpoint, key, population.state())
     return population.fit()

@@ -1,4 +1,4 @@
-"""What the calibration moves: a spring network of point masses, the points it is judged at, and how it is pressed."""
+"""Spring network to be calibrated: point masses, the key points at which it is compared, and the press."""
 
 from dataclasses import dataclass, replace
 
@@ -9,14 +9,14 @@ from palpate.effects.spring_network import rest_lengths, volume_springs
 from palpate.errors import InputError
 
 TOLERANCE = 1e-9
-"""A barycentric coordinate that is negative by less than this is on the mesh's surface, up to rounding."""
+"""Tolerance of a negative barycentric coordinate, for points on the mesh's surface up to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpringModel:
-    """Point masses on the edges of tetrahedra, all but the springs' stiffness (paper 2, eq. 1–5).
+    """Point masses on the edges of tetrahedra, without the springs' stiffness (paper 2, eq. 1–5).
 
-    nodes : (n, 3) [m]; tetrahedra : (m, 4); held : (k,) nodes that nothing moves
+    nodes : (n, 3) [m]; tetrahedra : (m, 4); held : (k,) fixed nodes
     pairs : (s, 2) ends of the springs; rest_m : (s,) [m]; masses : (n,) [kg]
     weights : (s,) ΣV/l² [m], so that a spring between moduli E₁ and E₂ has k = ½ (E₁ + E₂) · weight (eq. 5)
     """
@@ -31,7 +31,7 @@ class SpringModel:
 
 
 def spring_model(particles: Particles) -> SpringModel:
-    """The network of a solid's tetrahedra."""
+    """Build the network of a solid's tetrahedra."""
     unit = replace(particles.material, young_pa=1.0)
     pairs, weights = volume_springs(replace(particles, material=unit))
     rest = rest_lengths(particles.nodes, pairs)
@@ -53,7 +53,7 @@ class KeyPoints:
 
 
 def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray, place: str) -> KeyPoints:
-    """Where ``points_m`` (p, 3) [m] are in a mesh; InputError, which says ``place``, for one outside it."""
+    """Locate ``points_m`` (p, 3) [m] in a mesh; raise InputError, naming ``place``, for one outside it."""
     origin = nodes[tetrahedra[:, 0]]
     edges = np.swapaxes(nodes[tetrahedra[:, 1:]] - origin[:, None], 1, 2)
     corners, shares = [], []
@@ -76,7 +76,7 @@ def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray, 
 
 @dataclass(frozen=True, eq=False)
 class Press:
-    """``force_n`` (3,) [N] on ``node``, up over ``rise_s`` [s] as 3q² − 2q³ and held from then on."""
+    """``force_n`` (3,) [N] on ``node``, rising over ``rise_s`` [s] as 3q² − 2q³ and constant afterwards."""
 
     name: str
     node: int
@@ -84,6 +84,6 @@ class Press:
     rise_s: float
 
     def factors(self, step_s: float, steps: int) -> np.ndarray:
-        """How hard it presses at the end of each step, (steps,) from 0 to 1: what an explicit step is told."""
+        """Compute the fraction of the force at the end of each step, (steps,) from 0 to 1, for explicit steps."""
         q = np.clip(step_s * np.arange(1, steps + 1) / self.rise_s, 0.0, 1.0)
         return q * q * (3.0 - 2.0 * q)

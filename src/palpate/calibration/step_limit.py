@@ -1,4 +1,4 @@
-"""Whether the explicit steps of a search are short enough for the stiffest springs that it may try."""
+"""Stability limit of the explicit steps of a search, for the stiffest springs that it may use."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from palpate.solvers.system import System
 
 
 def step_limit(particles: Particles, model: SpringModel, settings: Settings, young_pa: float) -> float:
-    """The longest step [s] that is stable about rest when all moduli are ``young_pa`` [Pa]."""
+    """Compute the longest step [s] that is stable about rest when all moduli are ``young_pa`` [Pa]."""
     stiffness = stiffnesses(model, np.full(len(model.masses), float(young_pa)))
     springs = Springs(model.pairs, stiffness, model.rest_m)
     effects = {"springs": springs, "kelvin": Kelvin(springs, model.masses, settings.damping_ratio)}
@@ -28,10 +28,10 @@ def step_limit(particles: Particles, model: SpringModel, settings: Settings, you
 
 
 def check_step(particles: Particles, model: SpringModel, settings: Settings, limits: Range) -> None:
-    """InputError if the step is too long for the stiffest springs of ``limits``; softer ones are slower."""
+    """Raise InputError if the step is too long for the stiffest springs of ``limits``; softer ones are slower."""
     limit = step_limit(particles, model, settings, limits.high_pa)
     if settings.step_s > limit:
         raise InputError(
-            f"calibration.step_s is {settings.step_s:g} s, and springs of {limits.high_pa:g} Pa are stable up to "
-            f"{limit:.3g} s only; take a shorter step, or lower calibration.young_pa."
+            f"springs.step_s is {settings.step_s:g} s, and springs of {limits.high_pa:g} Pa are stable up to "
+            f"{limit:.3g} s only; take a shorter step, or lower springs.young_pa."
         )

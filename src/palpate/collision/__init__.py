@@ -1,7 +1,7 @@
-"""Collision of deforming triangle meshes: exact tests, bounding trees, and contact that never goes through.
+"""Collision of deforming triangle meshes: exact tests, bounding volume trees, and intersection-free contact.
 
 ``triangle_pairs_intersect``, ``crossing_segments``, ``triangle_pairs_distance`` and ``triangle_pairs_depth`` compare
-triangles by pairs; a ``Tree`` holds the triangles of one body, and ``crossing_pairs`` finds those that meet.
+triangles pair by pair; a ``Tree`` holds the triangles of one body, and ``crossing_pairs`` finds those that intersect.
 """
 
 from palpate.collision.trees.tree import Tree

@@ -1,4 +1,4 @@
-"""The order in which a contact sees the nodes: nearest first, the same on every run and every machine.
+"""Order the nodes as a contact sees them: nearest first, the same on every run and every machine.
 
 Ties: distances closer together than 1e-9 of the body's size count as equal (on a symmetric mesh equal
 distances differ in their last digits only). Plain ordering then goes by node number, which is arbitrary: the
@@ -13,7 +13,7 @@ TIE = 1e-9
 
 
 def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Integers in the order of ``values``, equal where neighbours in that order are within ``tolerance``.
+    """Return integers in the order of ``values``, equal where neighbours in that order are within ``tolerance``.
 
     Rounding to multiples of the tolerance would part equal values that straddle a boundary; gaps do not.
     """
@@ -24,13 +24,13 @@ def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def nearest_first(points: np.ndarray, contact: np.ndarray, size: float) -> np.ndarray:
-    """Numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m], ties by number; size in [m]."""
+    """Sort the numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m], ties by number; size in [m]."""
     distance = np.linalg.norm(points - contact, axis=1)
     return np.argsort(levels(distance, TIE * size), kind="stable")
 
 
 def nearest_first_framed(points: np.ndarray, contact: np.ndarray, frame: np.ndarray, size: float) -> np.ndarray:
-    """As ``nearest_first``, but ties by the position along the frame's axes (its columns), then by number."""
+    """Sort as ``nearest_first``, but ties by the position along the frame's axes (its columns), then by number."""
     away = points - contact
     distance = np.linalg.norm(away, axis=1)
     keys = [levels(values, TIE * size) for values in (distance, *(away @ frame).T)]
@@ -38,7 +38,7 @@ def nearest_first_framed(points: np.ndarray, contact: np.ndarray, frame: np.ndar
 
 
 def body_axis(points: np.ndarray) -> np.ndarray:
-    """The principal axis, (3,), that stands apart most in the spread of ``points`` (n, 3); z if none does.
+    """Find the principal axis, (3,), that stands apart most in the spread of ``points`` (n, 3); z if none does.
 
     On a body of revolution it is the axis of it, whether the body is long or flat. Its largest component is
     positive. The other two axes are not used: on such a body rounding alone decides where they point.
@@ -53,7 +53,7 @@ def body_axis(points: np.ndarray) -> np.ndarray:
 
 
 def contact_frame(normal: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Right-handed orthonormal columns (normal, tangent, binormal) of a contact.
+    """Build the frame of a contact: right-handed orthonormal columns (normal, tangent, binormal).
 
     The tangent is the first of ``directions`` (unit rows), and then of x, y and z, that leans by more than 6°
     from the normal, projected into the tangent plane. With directions that turn with the body, frames of

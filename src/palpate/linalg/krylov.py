@@ -1,4 +1,4 @@
-"""Conjugate gradients that notice when the matrix is not positive definite."""
+"""Conjugate gradients that detect a matrix that is not positive definite."""
 
 from collections.abc import Callable
 
@@ -12,11 +12,11 @@ def conjugate_gradients(
     relative_tolerance: float,
     max_iterations: int,
 ) -> tuple[np.ndarray, int, bool]:
-    """Solve K x = ``right`` (n, 3) from zero, and say how many products it took and whether all curvature was positive.
+    """Solve K x = ``right`` (n, 3) from zero; return x, the number of products, and whether all curvature was positive.
 
-    Stops at ‖residual‖ ≤ ``relative_tolerance`` ‖right‖, after ``max_iterations``, or at the first direction
-    along which K or the preconditioner has no positive curvature; what was found until then is returned,
-    and is a descent direction unless it is zero (Steihaug 1983).
+    Stops at ‖residual‖ ≤ ``relative_tolerance`` ‖right‖, after ``max_iterations``, or at the first direction along
+    which K or the preconditioner has no positive curvature. The x found so far is then a descent direction, unless it
+    is zero (Steihaug 1983).
     """
     x = np.zeros_like(right)
     residual = right.copy()

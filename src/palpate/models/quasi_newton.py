@@ -1,4 +1,4 @@
-"""A minimum by a factor that never changes: L-BFGS that starts from the stiffness at rest."""
+"""Find a minimum with a factor that never changes: L-BFGS that starts from the stiffness at rest."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,19 +11,19 @@ MEMORY = 8
 
 
 class Smooth(Protocol):
-    """What is minimised; positions are (n, 3) [m]."""
+    """An energy to minimise; positions are (n, 3) [m]."""
 
     def energy(self, x: np.ndarray) -> float:
-        """[J]."""
+        """Return the energy [J]."""
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Minus the energy's gradient (n, 3) [N], zero at held nodes."""
+        """Return minus the energy's gradient (n, 3) [N], zero at held nodes."""
 
 
 def descend(
     problem: Smooth, solve: Callable[[np.ndarray], np.ndarray], x: np.ndarray, enough: float, iterations: int
 ) -> np.ndarray:
-    """Positions after so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``enough`` [N].
+    """Return positions after so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``enough`` [N].
 
     solve : applies the inverse of the constant Hessian it starts from
     After Liu, Bouaziz and Kavan (2017), but with the true Hessian at rest, so that one iteration answers small loads.
@@ -49,7 +49,7 @@ def descend(
 
 
 def _direction(solve, force, memory) -> np.ndarray:
-    """The two loops of L-BFGS."""
+    """Compute the direction by the two loops of L-BFGS."""
     ahead, parts = force.copy(), []
     for step, bend, inverse in reversed(memory):
         parts.append(inverse * float(np.vdot(step, ahead)))
@@ -61,7 +61,7 @@ def _direction(solve, force, memory) -> np.ndarray:
 
 
 def _search(problem, x, energy, force, ahead) -> tuple[np.ndarray, float] | None:
-    """The first of the steps 1, ½, ¼ … that lowers the energy enough (Armijo), and the energy there."""
+    """Find the first of the steps 1, ½, ¼ … that lowers the energy enough (Armijo), and the energy there."""
     slope = float(np.vdot(force, ahead))
     if not 0.0 < slope < np.inf:
         return None

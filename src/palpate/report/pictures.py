@@ -6,7 +6,7 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 
-from palpate.files import made
+from palpate.files import require_file
 
 _SVG_BYTES = 200_000
 _QUALITY = 88  # of pictures that are too large as SVG: a fifth of a PNG's bytes, without a visible difference
@@ -24,7 +24,7 @@ def image(stem: Path, alt: str) -> str:
 
 def _data(stem: Path) -> tuple[str, int, int]:
     """Return a figure as the address of an ``img``, and its width and height [CSS pixel]."""
-    vector, raster = (made(stem.with_name(f"{stem.name}.{suffix}")) for suffix in ("svg", "png"))
+    vector, raster = (require_file(stem.with_name(f"{stem.name}.{suffix}")) for suffix in ("svg", "png"))
     if vector.stat().st_size <= _SVG_BYTES:
         data = vector.read_bytes()
         return f"data:image/svg+xml;base64,{base64.b64encode(data).decode()}", *_svg_size(data)
@@ -56,7 +56,9 @@ def figure(folder: Path, name: str, caption: str, small: str | None = None) -> s
         address, width, height = _data(folder / small)
         source = f'<source media="(max-width: 44rem)" srcset="{address}" width="{width}" height="{height}">'
         shown = f"<picture>{source}{shown}</picture>"
-    return f'<figure id="figure_{name}">\n<div class="pane">{shown}</div>\n<figcaption>{caption}</figcaption>\n</figure>'
+    return (
+        f'<figure id="figure_{name}">\n<div class="pane">{shown}</div>\n<figcaption>{caption}</figcaption>\n</figure>'
+    )
 
 
 def turnable(folder: Path, name: str, title: str, caption: str) -> str:
@@ -64,7 +66,7 @@ def turnable(folder: Path, name: str, title: str, caption: str) -> str:
 
     Raises InputError if it is missing.
     """
-    data = made(folder / f"{name}.json").read_text(encoding="ascii").replace("<", "\\u003c")
+    data = require_file(folder / f"{name}.json").read_text(encoding="ascii").replace("<", "\\u003c")
     return (
         f'<figure class="turn" id="turn_{name}" data-title="{escape(title)}">\n'
         f'<script type="application/json">{data}</script>\n'

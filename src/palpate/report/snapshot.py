@@ -1,4 +1,4 @@
-"""What one run found, as a page of Markdown with its pictures: docs/results.md.
+"""Write docs/results.md, a page of Markdown with the main tables and figures of one run.
 
 ``python -m palpate.report.snapshot results docs`` (``make snapshot``) writes it from the tables of a finished run.
 """
@@ -6,87 +6,105 @@
 import os
 import platform
 import shutil
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_reasons import behind
-from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
+from palpate.errors import InputError
 from palpate.figures import tables
-from palpate.figures.model_looks import label
-from palpate.figures.number_format import percent, seconds
-from palpate.files import made, write_whole
-from palpate.report.advice_words import interval, limit
+from palpate.files import require_file, write_whole
+from palpate.report import snapshot_tables
 
+TABLES = ["accuracy_vs_time", "advice", "dynamic_accuracy", "effects", "hard_cases", "scaling"]
 PICTURES = ["advice", "dynamic_accuracy", "hard_cases", "scaling"]
 
 
 def write(results: str | Path, docs: str | Path) -> None:
     """Write ``docs``/results.md and copy its pictures to ``docs``/results.
 
-    Raises InputError naming the first table or picture that ``results`` lacks.
+    Raises InputError for the first table or picture that ``results`` lacks, or if the tables come from a commit that
+    the repository around ``docs`` lacks.
     """
     results, docs = Path(results), Path(docs)
-    found = tables.read_all(results / "tables", ["accuracy_vs_time", "advice", "hard_cases", "scaling"])
+    found = tables.read_all(results / "tables", TABLES)
+    commits = list(found["accuracy_vs_time"]["commit"].astype(str).unique())
+    for commit in commits:
+        _check_commit(commit, docs)
     scenes = tables.scenes(found["accuracy_vs_time"])
     names = [*(f"work_precision_{scene}" for scene in scenes), *PICTURES]
-    pictures = [made(results / "figures" / f"{name}.png") for name in names]
+    pictures = [require_file(results / "figures" / f"{name}.png") for name in names]
     (docs / "results").mkdir(exist_ok=True)
     for picture in pictures:
         shutil.copyfile(picture, docs / "results" / picture.name)
     with write_whole(docs / "results.md") as part:
-        part.write_text("\n\n".join(_page(found, scenes)) + "\n", encoding="utf-8")
+        part.write_text("\n\n".join(_page(found, scenes, commits)) + "\n", encoding="utf-8")
 
 
-def _page(found: dict[str, pd.DataFrame], scenes: list[str]) -> Iterator[str]:
-    settings, advice = found["accuracy_vs_time"], found["advice"]
-    commits = ", ".join(settings["commit"].astype(str).unique())
-    yield "# What one run found"
+def _check_commit(commit: str, folder: Path) -> None:
+    """Raise InputError unless ``commit`` is in the repository around ``folder``, if there is one."""
+    git = ["git", "-C", str(folder)]
+    try:
+        if subprocess.run([*git, "rev-parse", "--git-dir"], capture_output=True).returncode:
+            return
+        there = subprocess.run([*git, "cat-file", "-e", f"{commit}^{{commit}}"], capture_output=True).returncode == 0
+    except OSError:
+        return
+    if not there:
+        raise InputError(
+            f"The tables come from the code of {commit}, which this repository does not have; "
+            "commit the code, run make, and then make snapshot."
+        )
+
+
+def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str]) -> Iterator[str]:
+    """Yield the paragraphs, tables and pictures of the page."""
+    yield "# Results of one run"
     yield (
-        f"Written by `make snapshot` from the tables of a run of {commits} on {os.cpu_count()} cores "
-        f"({_processor()}, Python {platform.python_version()}). Times are this machine's; errors are not. "
-        "`results/report.html` has all of it, with what every column means."
+        f"`make snapshot` wrote this page from the tables of a run of commit {', '.join(commits)} on {os.cpu_count()} "
+        f"cores ({_processor()}, Python {platform.python_version()}). Times are those of this machine; errors do not "
+        "depend on it. `results/report.html` shows all tables and describes their columns; the [glossary](glossary.md) "
+        "defines the words."
     )
     yield "## What to take"
-    yield _markdown(_advice(advice))
+    yield (
+        "Errors are RMSE over the fine surface as a share of the peak displacement, mean over the test samples, in "
+        "brackets the range of 90 % of random draws of the test contacts. In motion there is one load, and so no range."
+    )
+    yield _markdown(snapshot_tables.advice(found["advice"]))
     yield _picture("advice")
-    yield "## What accuracy costs"
+    yield "## Error of the reference"
+    yield (
+        "All errors on this page are measured against the fine mesh. Its own error is estimated by comparison with a "
+        "mesh refined once more, on two samples, and here divided by the largest displacement away from the loaded "
+        "node, so it is not in the unit of the models' errors. A model's error that is smaller than that describes "
+        "agreement with this mesh, and not accuracy."
+    )
+    yield _markdown(snapshot_tables.reference(found["accuracy_vs_time"]))
+    yield "## Accuracy over time"
     for scene in scenes:
         yield f"### {scene.replace('_', ' ')}\n\n{_picture(f'work_precision_{scene}')}"
-    yield f"## In motion\n\n{_picture('dynamic_accuracy')}"
+    yield "## In motion"
+    yield (
+        "Each model at the setting of its least error over all frames, against fine FEM extrapolated to a step of "
+        "zero, and its speed in multiples of real time. Springs and shape matching are fitted to the same scene under "
+        "half of its loads."
+    )
+    yield _markdown(snapshot_tables.motion(found["dynamic_accuracy"]))
+    yield _picture("dynamic_accuracy")
+    yield "## Scenes and their effects"
+    yield (
+        "The time of a step, and for each effect the error of the scene without it (RMSE / peak). Effects that hold "
+        "the body together or in place are left out."
+    )
+    yield _markdown(snapshot_tables.effects(found["effects"]))
     yield "## Hard cases"
-    yield _markdown(pd.crosstab(found["hard_cases"]["family"], found["hard_cases"]["outcome"]).reset_index())
+    yield _markdown(snapshot_tables.hard_cases(found["hard_cases"]))
     yield _picture("hard_cases")
-    yield f"## How far it scales\n\n{_picture('scaling')}"
-    every = tables.where(found["scaling"], component="fem")
-    fem, most = tables.where(every, stage="respond"), every.groupby("size")["memory_mb"].max()
-    fem = fem.assign(
-        seconds=fem["seconds"].map(seconds), memory=[f"{1e-3 * most[size]:.2g} GB" for size in fem["size"]]
-    ).rename(columns={"size": "tetrahedra", "seconds": "a press"})
-    yield _markdown(fem[["tetrahedra", "a press", "memory"]])
-
-
-def _advice(advice: pd.DataFrame) -> pd.DataFrame:
-    rows = []
-    for _, row in advice.iterrows():
-        if row["model"] == NONE:
-            rows.append([row["scene"], limit(row), NONE, "", "", ""])
-            continue
-        rival = _behind(row) if row["factor"] > 0 else ""
-        error = f"{percent(row['rmse_of_peak'])} ({interval(row)})"
-        rows.append(
-            [row["scene"], limit(row), label(row["model"], row["setting"]), error, seconds(row["online_p95_s"]), rival]
-        )
-    return pd.DataFrame(rows, columns=["scene", "asked", "take", "error", "95th percentile of time", "next best"])
-
-
-def _behind(row: pd.Series) -> str:
-    far = behind(row["factor"], *((EQUAL, "wrong") if np.isfinite(row["budget_ms"]) else (CLOSE, "slow")))
-    return f"{label(row['rival'], 'default')}, {far}"
+    yield f"## Scaling\n\n{_picture('scaling')}"
+    yield _markdown(snapshot_tables.scaling(found["scaling"]))
 
 
 def _markdown(table: pd.DataFrame) -> str:
@@ -99,7 +117,7 @@ def _picture(name: str) -> str:
 
 
 def _processor() -> str:
-    """The processor as the system names it."""
+    """Return the name of the processor as the system gives it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

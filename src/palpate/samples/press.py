@@ -1,4 +1,4 @@
-"""Pressing a body: the static response to each load of a table, and what it cost."""
+"""Press a body: simulate the static response to each load of a table, and record what it cost."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.errors import InputError, NotConverged
+from palpate.bodies.contacts import contacts_of, row_of
+from palpate.errors import NotConverged
 from palpate.files import write_whole
 from palpate.samples.loads import nodal_forces
 from palpate.solvers.equilibrium import Equilibrium
@@ -32,7 +33,7 @@ class Responses:
     seconds: np.ndarray
 
     def costs(self) -> pd.DataFrame:
-        """One row a sample: newton_iterations, linear_solves, residual, seconds."""
+        """Tabulate one row a sample: newton_iterations, linear_solves, residual, seconds."""
         names = ["sample", "newton_iterations", "linear_solves", "residual", "seconds"]
         return pd.DataFrame({name: getattr(self, name) for name in names})
 
@@ -43,8 +44,9 @@ def press(body: Body, level: int, loads: pd.DataFrame, tolerance: float, progres
     ``progress`` wraps the sequence of rows, as ``tqdm`` does. Raises InputError for a contact that cannot be
     pressed, NotConverged naming the sample.
     """
+    able = contacts_of(body)
     for contact in loads["contact"]:
-        check_contact(body, int(contact))
+        row_of(able, int(contact), f"{body.name}, ")
     solver = Equilibrium(body, level)
     solver.energy(solver.mesh.nodes), solver.linearise(solver.mesh.nodes)  # compiled before the clock runs
     solutions = []
@@ -62,17 +64,6 @@ def press(body: Body, level: int, loads: pd.DataFrame, tolerance: float, progres
         np.array([s.history[-1] for s in solutions]),
         np.array([s.seconds[-1] for s in solutions]),
     )
-
-
-def check_contact(body: Body, contact: int) -> None:
-    """Raise InputError unless ``contact`` is a free surface node of the coarse mesh."""
-    place = f"{body.name}, contact {contact}"
-    if not 0 <= contact < len(body.coarse.nodes):
-        raise InputError(f"{place}: no such node; the coarse mesh has nodes 0 to {len(body.coarse.nodes) - 1}.")
-    if contact not in body.coarse.surface:
-        raise InputError(f"{place}: lies inside the body; choose a surface node.")
-    if contact in body.anchors[0]:
-        raise InputError(f"{place}: is held by an anchor and cannot move; choose a free node or another anchor.")
 
 
 def save_responses(responses: Responses, path: Path) -> None:

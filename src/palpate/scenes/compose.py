@@ -1,42 +1,30 @@
-"""A system of exactly the effects that a scene names."""
+"""Compose the system of a scene: exactly the effects that it names."""
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect
 from palpate.errors import InputError
 from palpate.scenes import effect_registry, own_effect
 from palpate.scenes.choose_effects import decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 
-DEFAULTS: dict[str, Callable[[Particles], dict]] = {
-    "corotational": lambda particles: {},
-    "triangles": lambda particles: {},
-    "bending": lambda particles: {},
-    "held": lambda particles: {},
-    "springs": lambda particles: {},
-    "rayleigh": lambda particles: {"mass_1_s": 1.0, "stiffness_s": 0.01},
-    "contact": lambda particles: {"instruments": []},
-    "kelvin": lambda particles: {"ratio": 0.1},
-    "velocity_damping": lambda particles: {"rate_1_s": 1.0},
-    "volume": lambda particles: {"stiffness_n_m": _stiffness(particles)},
-    "body_springs": lambda particles: {"stiffness_n_m": _stiffness(particles), "damping_ratio": 0.5},
-}
-"""Settings of an effect that is named without any; the others say something of the scene that must be given."""
 
-
-def named(scene: Scene, particles: Particles) -> list[str]:
-    """The effects that the scene calls for, the elastic one first.
+def effect_names(scene: Scene, particles: Particles) -> list[str]:
+    """Return the effects that the scene calls for, the elastic one first.
 
     Raises InputError unless each is known and exactly one of them is elastic.
     """
-    if wrong := effect_registry.unknown([] if scene.effects == "auto" else scene.effects, scene.own):
-        raise InputError(f"{scene.place}.{wrong}")
-    if scene.effects == "auto":
+    if isinstance(scene.effects, str):  # "auto"
+        if wrong := effect_registry.unknown([], scene.own):
+            raise InputError(f"{scene.place}.{wrong}")
         return [decision.effect for decision in decide(scene, particles) if decision.called]
+    if wrong := effect_registry.unknown(scene.effects, scene.own):
+        raise InputError(f"{scene.place}.{wrong}")
     elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
     if len(elastic) != 1:
         found = " and ".join(elastic) or "none"
@@ -50,22 +38,25 @@ def named(scene: Scene, particles: Particles) -> list[str]:
 
 
 def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
-    """One row an effect there is: scene, effect, called, auto (whether ``effects: auto`` would call it), reason."""
-    chosen = named(scene, particles)
+    """Tabulate one row for each effect there is: scene, effect, called, auto, reason.
+
+    auto : whether ``effects: auto`` would call it
+    """
+    chosen = effect_names(scene, particles)
     rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in decide(scene, particles)]
     return pd.DataFrame(rows, columns=["scene", "effect", "called", "auto", "reason"])
 
 
 def compose(scene: Scene, particles: Particles, without: str | None = None) -> System:
-    """Import and make the effects of a scene, and nothing else; ``without`` leaves one of them out.
+    """Import and make the effects of a scene, and no others; ``without`` names one to leave out.
 
-    Raises InputError for an unknown effect, one that lacks its settings, or one that these particles cannot have.
+    Raises InputError for an unknown effect, one that lacks its settings, or one that does not suit the particles.
     """
-    effects: dict[str, object] = {}
-    for name in named(scene, particles):
+    effects: dict[str, Effect] = {}
+    for name in effect_names(scene, particles):
         if name == without:
             continue
-        elastic, settings = next(iter(effects.values()), None), _settings(scene, particles, name)
+        elastic, settings = next(iter(effects.values()), None), _settings(scene, name)
         if name in scene.own:
             module = own_effect.load(name, scene.own[name], scene.place)
             effects[name] = own_effect.make(scene.own[name], module, particles, settings, elastic)
@@ -78,18 +69,12 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
     return system
 
 
-def _settings(scene: Scene, particles: Particles, name: str) -> dict:
+def _settings(scene: Scene, name: str) -> dict[str, Any]:
     if name in scene.settings:
         return scene.settings[name]
-    if name in DEFAULTS:
-        return DEFAULTS[name](particles)
     if name in scene.own:
         return {}
-    raise InputError(f"{scene.place}.effects names {name}, and the scene does not describe it; add a block {name}.")
-
-
-def _stiffness(particles: Particles) -> float:
-    """Young's modulus times the mean length of an edge [N/m]: the stiffness of a body's cube of that size."""
-    ends = particles.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    lengths = np.linalg.norm(particles.nodes[ends[:, 0]] - particles.nodes[ends[:, 1]], axis=1)
-    return particles.material.young_pa * float(lengths.mean())
+    default = effect_registry.EFFECTS[name].settings
+    if default is None:
+        raise InputError(f"{scene.place}.effects names {name}, and the scene does not describe it; add a block {name}.")
+    return dict(default)

@@ -1,4 +1,4 @@
-"""What a scene's entry says of contact, before anything is made of it: names, paths, and whether it acts."""
+"""Read the contact in a scene's entry before anything is made of it: names, paths, and whether it acts."""
 
 import re
 from itertools import pairwise
@@ -7,13 +7,13 @@ from palpate.errors import InputError
 
 
 def bodies_in(scene: dict) -> list[str]:
-    """The names of all bodies that a scene's entry mentions, its own first."""
+    """Return the names of all bodies in a scene's entry, its own first."""
     return [scene["body"], *(other["body"] for other in scene.get("others", []))]
 
 
 def check_instruments(place: str, scene: dict) -> None:
-    """Raise InputError, naming ``place``, unless paths can be followed and tables can tell names apart."""
-    # one body, or the pieces of one or several together, as contact calls them
+    """Raise InputError, naming ``place``, unless each path is complete and each name is different."""
+    # the name that contact gives to the body, to its pieces, or to several bodies together
     together = re.escape(", ".join(dict.fromkeys(bodies_in(scene))))
     first: dict[str, str] = {}
     for number, tool in enumerate(_instruments(scene)):
@@ -37,17 +37,17 @@ def _check_path(where: str, times: list[float], shifts: list[list[float]]) -> No
             raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")
 
 
-def touches(scene: dict) -> bool:
-    """Whether contact acts in a scene, as its complete entry says."""
+def has_contact(scene: dict) -> bool:
+    """Return whether contact acts in a scene, given its complete entry."""
     if scene["effects"] != "auto":
         return "contact" in scene["effects"]
     contact = scene.get("contact", {})
     return bool(contact.get("instruments") or contact.get("self_contact") or scene.get("others"))
 
 
-def driven(scene: dict) -> bool:
-    """Whether contact acts in a scene, and an instrument is moved before its end."""
-    return touches(scene) and any(_moves(tool, scene["duration_s"]) for tool in _instruments(scene))
+def has_moving_instrument(scene: dict) -> bool:
+    """Return whether contact acts in a scene and an instrument moves before its end."""
+    return has_contact(scene) and any(_moves(tool, scene["duration_s"]) for tool in _instruments(scene))
 
 
 def _moves(tool: dict, duration: float) -> bool:

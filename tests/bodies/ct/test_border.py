@@ -1,25 +1,25 @@
-"""The border of an organ is where it is half what lies beside it, whatever that is."""
+"""The border of an organ is midway between its grey value and that of its neighbourhood, whatever that is."""
 
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.border import at_half_level
+from palpate.bodies.ct.border import move_to_half_level
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.segmentation import segment
-from palpate.bodies.ct.synthetic_abdomen import share_of
+from palpate.bodies.ct.synthetic_abdomen import voxel_fractions
 
 RANGE = {"threshold_hu": [30, 120]}
 RADIUS_M = 0.045
 
 
 def balls(spacing_m, beside_hu, *others):
-    """A ball of 60 HU, 45 mm in radius, and others (HU, centre, radius), by partial volume in what lies beside it."""
+    """Make a ball of 60 HU and 45 mm radius and others (HU, centre, radius), with partial volume, in a background."""
     spacing = np.full(3, spacing_m)
     counts = np.full(3, round(0.12 / spacing_m))
     origin = -(counts - 1) / 2 * spacing
     hu = np.full(counts[::-1], float(beside_hu), dtype=np.float32)
     for value, centre, radius in [*others, (60, (0, 0, 0), RADIUS_M)]:
-        hu += share_of(origin, spacing, counts, centre, (radius,) * 3, 0) * (value - hu)
+        hu += voxel_fractions(origin, spacing, counts, centre, (radius,) * 3, 0) * (value - hu)
     return Image(hu, origin, spacing)
 
 
@@ -41,7 +41,7 @@ def test_noise_does_not_move_it():
 
 
 def test_it_does_not_run_into_a_neighbour_like_it():
-    """A ball of 50 HU touches it in fat: the organ is as without it, but for the place where they touch."""
+    """A ball of 50 HU touches it in fat: the organ is as without it, except where they touch."""
     alone = segment(balls(0.002, -100), RANGE)
     image = balls(0.002, -100, (50, (0.052, 0, 0), 0.0075))
     touched = segment(image, RANGE)
@@ -52,7 +52,7 @@ def test_it_does_not_run_into_a_neighbour_like_it():
 def test_beside_its_like_the_border_stays():
     organ = np.zeros((20, 20, 20), dtype=bool)
     organ[:, :, :10] = True
-    soft = np.where(np.arange(20) < 12, 60.0, 40.0) * np.ones((20, 20, 1))
-    assert np.array_equal(at_half_level(organ, soft, np.full(3, 0.002), (30, 120)), organ)
-    # and where it is another's, goes to where that begins
-    assert at_half_level(organ, soft, np.full(3, 0.002), (50, 120)).sum() == 12 * 400
+    smooth = np.where(np.arange(20) < 12, 60.0, 40.0) * np.ones((20, 20, 1))
+    assert np.array_equal(move_to_half_level(organ, smooth, np.full(3, 0.002), (30, 120)), organ)
+    # and where the neighbour has another grey value, it moves to the start of the neighbour
+    assert move_to_half_level(organ, smooth, np.full(3, 0.002), (50, 120)).sum() == 12 * 400

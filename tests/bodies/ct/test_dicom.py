@@ -54,7 +54,7 @@ def test_slices_are_ordered_by_position_and_spaced_by_it(write):
 
 
 @pytest.mark.parametrize(
-    ("heights", "changes", "said"),
+    ("heights", "changes", "message"),
     [
         ([0, 2, 6, 8, 10], {}, ": a slice is missing or out of place, since 1.dcm and 2.dcm are 4 mm apart and most"),
         ([0, 2, 2, 4], {}, ": 1.dcm and 2.dcm lie at the same place; keep one of them."),
@@ -64,15 +64,15 @@ def test_slices_are_ordered_by_position_and_spaced_by_it(write):
     ],
     ids=["missing", "twice", "no CT", "single", "tilted"],
 )
-def test_what_is_no_whole_series_is_said(write, heights, changes, said):
+def test_an_incomplete_series_is_reported(write, heights, changes, message):
     folder = write(heights, **changes)
     with pytest.raises(InputError) as caught:
         read(folder)
-    assert str(caught.value).startswith(f"{folder}{said}")
+    assert str(caught.value).startswith(f"{folder}{message}")
     assert str(caught.value).count(". ") == 0
 
 
-def test_mixed_series_and_foreign_slices_are_said(write, tmp_path):
+def test_mixed_series_and_foreign_slices_are_reported(write, tmp_path):
     write([0, 2, 4])
     write([6], size=(9, 6), prefix="other")
     with pytest.raises(InputError, match=r"other0\.dcm: its pixels or orientation differ from 0\.dcm's; remove it\."):
@@ -102,7 +102,7 @@ def test_a_slice_without_its_pixels_is_named(write):
         read(folder)
 
 
-def test_a_position_that_is_no_number_is_said(write):
+def test_a_position_that_is_not_a_number_is_reported(write):
     folder = write([0, 2.5, 5])
     damaged = (folder / "1.dcm").read_bytes()
     assert b"\\0\\2.5" in damaged
@@ -113,7 +113,7 @@ def test_a_position_that_is_no_number_is_said(write):
         read(folder)
 
 
-def test_a_folder_without_slices_is_said(tmp_path):
+def test_a_folder_without_slices_is_reported(tmp_path):
     (tmp_path / "README.txt").write_text("nothing here")
     with pytest.raises(InputError, match="no file in it is a DICOM image"):
         read(tmp_path)

@@ -74,27 +74,27 @@ def test_padding_is_air(tmp_path, scan):
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         (np.zeros((4, 4, 4), dtype=np.int16), "every voxel is 0; give a CT in Hounsfield units."),
-        (np.arange(64, dtype=np.int16).reshape(4, 4, 4), "no voxel is below 0 HU, so this is no CT"),
+        (np.arange(64, dtype=np.int16).reshape(4, 4, 4), "no voxel is below 0 HU, so this is not a CT"),
         (np.full((4, 4, 4), np.nan, dtype=np.float32), "it has voxels that are not finite numbers; fill"),
         (np.zeros((4, 4), dtype=np.int16), "it is not a single volume of scalars"),
     ],
     ids=["zeros", "magnetic resonance", "nan", "flat"],
 )
-def test_what_is_no_ct_is_said(tmp_path, values, said):
+def test_an_image_that_is_not_a_ct_is_reported(tmp_path, values, message):
     import SimpleITK
 
     path = tmp_path / "scan.nrrd"
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(path))
     with pytest.raises(InputError) as caught:
         read(path)
-    assert str(caught.value).startswith(f"{path}: {said}")
+    assert str(caught.value).startswith(f"{path}: {message}")
 
 
-def test_missing_and_damaged_files_are_said(tmp_path):
-    with pytest.raises(InputError, match="there is no such file"):
+def test_missing_and_damaged_files_are_reported(tmp_path):
+    with pytest.raises(InputError, match="this file does not exist"):
         read(tmp_path / "none.nii.gz")
     (tmp_path / "broken.nrrd").write_text("NRRD0004\ntype: short\n")
     with pytest.raises(InputError, match="SimpleITK cannot read it"):
@@ -129,7 +129,7 @@ def test_a_changed_byte_of_a_packed_file_is_noticed(tmp_path, scan):
 
 @pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_voxel_that_is_no_number_is_not_taken_for_water(tmp_path, scan, suffix, value):
+def test_a_voxel_that_is_not_a_number_is_not_taken_for_water(tmp_path, scan, suffix, value):
     hu = scan.astype(np.float64 if suffix == ".nii" else np.float32)
     hu[3, 3, 3] = value
     with pytest.raises(InputError, match="it has voxels that are not finite numbers; fill them with air, -1024 HU"):
@@ -148,7 +148,7 @@ def test_a_mask_follows_its_image(tmp_path, scan):
     [{"spacing": (1.0, 2.0, 3.1)}, {"origin": (10.0, -19.0, 30.0)}, {"direction": np.diag([1, -1, 1])}],
     ids=["spacing", "origin", "direction"],
 )
-def test_a_mask_on_another_grid_is_said(tmp_path, scan, change):
+def test_a_mask_on_another_grid_is_reported(tmp_path, scan, change):
     image = read(write(tmp_path / "scan.nii.gz", scan))
     path = write(tmp_path / "mask.nii.gz", (scan > -500).astype(np.uint8), **change)
     with pytest.raises(InputError, match=r"mask\.nii\.gz: the mask \(40×30×20 voxels of .* is on another grid than"):
@@ -158,7 +158,7 @@ def test_a_mask_on_another_grid_is_said(tmp_path, scan, change):
         read_mask(path, image)
 
 
-def test_masks_without_or_with_many_labels_are_said(tmp_path, scan):
+def test_masks_without_or_with_many_labels_are_reported(tmp_path, scan):
     image = Image(scan, np.array([0.01, -0.02, 0.03]), np.array([0.001, 0.002, 0.003]))
     with pytest.raises(InputError, match="the mask is empty"):
         read_mask(write(tmp_path / "mask.nii.gz", np.zeros(scan.shape, dtype=np.uint8)), image)

@@ -32,9 +32,9 @@ def test_the_dense_surface_is_that_of_the_ellipsoid(spacing):
     points, triangles = dense_surface(mask, image)
     check_closed("surface", points, triangles)
     assert volume(points, triangles) == pytest.approx(mask.sum() * image.voxel_m3, rel=2e-4)
-    off = np.sqrt((points[:, 0] / 0.05) ** 2 + (points[:, 1] / 0.03) ** 2 + (points[:, 2] / 0.04) ** 2) - 1
-    # in units of half an axis; half of the coarsest spacing is all that a mask can tell
-    assert np.abs(off).max() < 0.5 * max(spacing) / 0.03
+    error = np.sqrt((points[:, 0] / 0.05) ** 2 + (points[:, 1] / 0.03) ** 2 + (points[:, 2] / 0.04) ** 2) - 1
+    # in units of half an axis; a mask resolves no more than half of the coarsest spacing
+    assert np.abs(error).max() < 0.5 * max(spacing) / 0.03
 
 
 @pytest.mark.parametrize("nodes", [60, 140])
@@ -54,8 +54,8 @@ def test_a_wanted_number_of_nodes_with_the_volume_of_the_mask(inside, handles, n
 def test_coarse_nodes_lie_on_the_surface_until_inflated():
     mask, image = masked(ellipsoid)
     points, triangles = coarse_surface(mask, image, 140)
-    off = np.sqrt((points[:, 0] / 0.05) ** 2 + (points[:, 1] / 0.03) ** 2 + (points[:, 2] / 0.04) ** 2) - 1
-    assert np.abs(off).max() < 0.001 / 0.03
+    error = np.sqrt((points[:, 0] / 0.05) ** 2 + (points[:, 1] / 0.03) ** 2 + (points[:, 2] / 0.04) ** 2) - 1
+    assert np.abs(error).max() < 0.001 / 0.03
     wanted = mask.sum() * image.voxel_m3
     assert volume(points, triangles) < 0.98 * wanted
     moved = np.linalg.norm(inflate(points, triangles, wanted) - points, axis=1)
@@ -69,7 +69,7 @@ def test_a_cut_organ_ends_in_a_flat_face():
     assert volume(points, triangles) == pytest.approx(mask.sum() * image.voxel_m3, rel=0.01)
 
 
-def test_two_balls_on_a_thread_of_a_voxel_are_said_to_fall_apart():
+def test_two_balls_on_a_thread_of_a_voxel_are_reported_to_fall_apart():
     def thread(x, y, z):
         one = (np.abs(x - 0.001) < 0.0005) & (np.abs(y - 0.001) < 0.0005)
         return (x**2 + y**2 + (np.abs(z) - 0.035) ** 2 < 0.015**2) | (one & (np.abs(z) < 0.03))
@@ -78,7 +78,7 @@ def test_two_balls_on_a_thread_of_a_voxel_are_said_to_fall_apart():
         dense_surface(*masked(thread))
 
 
-def test_parts_that_a_coarse_mesh_cannot_reach_are_said():
+def test_parts_that_a_coarse_mesh_cannot_reach_are_reported():
     def dumbbell(x, y, z):
         return (x**2 + y**2 + (np.abs(z) - 0.035) ** 2 < 0.02**2) | ((x**2 + y**2 < 0.0045**2) & (np.abs(z) < 0.03))
 

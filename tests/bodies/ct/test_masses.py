@@ -82,7 +82,7 @@ def test_an_organ_one_voxel_thin_has_a_density_all_the_same(organ):
     assert organ_densities(points, image, thin) == pytest.approx(true_density(points), rel=1e-6)
 
 
-def test_what_cannot_be_weighed_is_said(organ, mesh):
+def test_what_cannot_be_weighed_is_reported(organ, mesh):
     image, mask = organ
     with pytest.raises(InputError, match="the mask is empty; give one that marks the organ"):
         organ_densities(mesh.nodes, image, np.zeros_like(mask))

@@ -14,7 +14,7 @@ from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_boundary, check_closed
 from palpate.bodies.mesh_quality import quality
-from palpate.bodies.surfaces.tetrahedralize import fill
+from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 
 SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
@@ -83,11 +83,11 @@ def test_a_real_liver_snapped(entry):
 
 @real
 def test_a_real_liver_from_its_grey_values():
-    image, mask = mesh_from_ct.segmented(ABDOMEN | {"image": REAL["image"]})
+    image, mask = mesh_from_ct.segment_entry(ABDOMEN | {"image": REAL["image"]})
     truth = read_mask(REAL["mask"], image)
     assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) >= 0.90
     # rougher than a mask that was drawn, and yet to be meshed
-    mesh = fill(*surface(mask, image, 140))
+    mesh = tetrahedralize(*surface(mask, image, 140))
     check_whole(mesh)
     assert mesh.volumes.sum() == pytest.approx(mask.sum() * image.voxel_m3, rel=1e-6)
     assert quality(mesh)["min_dihedral_deg"] >= 5
@@ -104,8 +104,8 @@ def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
     around = {"crop_m": [[-0.14, -0.09, -0.05], [0.05, 0.06, 0.09]]}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        image, mask = mesh_from_ct.segmented(ABDOMEN | paths | around)
-    whole, liver = mesh_from_ct.segmented(ABDOMEN | paths)
+        image, mask = mesh_from_ct.segment_entry(ABDOMEN | paths | around)
+    whole, liver = mesh_from_ct.segment_entry(ABDOMEN | paths)
     assert image.hu.size < whole.hu.size / 4
     middle, same = (i.to_world(np.argwhere(m)).mean(axis=0) for i, m in ((image, mask), (whole, liver)))
     assert np.allclose(middle, same, atol=1e-6)
@@ -116,19 +116,19 @@ def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
     assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"] / 2, rel=0.05)
 
 
-def test_pieces_of_a_mask_that_are_left_out_are_told(files, tmp_path):
+def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     paths, truth = files
     image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
     two = truth["liver"].astype(np.uint8)
     two[5:10, 5:10, 5:10] = 1
     mask = write(tmp_path / "two.nii.gz", two, image)
     with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
-        kept = mesh_from_ct.segmented(ABDOMEN | paths | {"mask": mask})[1]
+        kept = mesh_from_ct.segment_entry(ABDOMEN | paths | {"mask": mask})[1]
     assert np.array_equal(kept, truth["liver"])
 
 
 @pytest.mark.parametrize("radius_m", [0.002, 0.005])
-def test_an_organ_too_thin_for_its_slices_is_said(files, tmp_path, radius_m):
+def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m):
     paths, _ = files
     image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
     places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
@@ -138,22 +138,22 @@ def test_an_organ_too_thin_for_its_slices_is_said(files, tmp_path, radius_m):
         mesh_from_ct.mesh(ABDOMEN | paths | {"mask": mask})
 
 
-def test_more_nodes_than_voxels_can_tell_apart_are_said(files):
+def test_more_nodes_than_voxels_can_resolve_are_reported(files):
     with pytest.raises(InputError, match=r"surface_nodes is 1000000, which are too many for this organ: .* are 4 mm;"):
         mesh_from_ct.mesh(ABDOMEN | files[0] | {"surface_nodes": 1_000_000})
 
 
 def test_an_empty_name_is_not_the_synthetic_abdomen():
     with pytest.raises(InputError, match="give"):
-        mesh_from_ct.segmented(ABDOMEN | {"image": ""})
+        mesh_from_ct.segment_entry(ABDOMEN | {"image": ""})
 
 
-def test_crops_that_leave_nothing_are_said(files):
+def test_crops_that_leave_nothing_are_reported(files):
     paths, _ = files
     with pytest.raises(InputError, match=r"crop_m has no voxel inside; the image reaches from \(-0\.16.* m\.$"):
-        mesh_from_ct.segmented(ABDOMEN | paths | {"crop_m": [[1, 1, 1], [2, 2, 2]]})
+        mesh_from_ct.segment_entry(ABDOMEN | paths | {"crop_m": [[1, 1, 1], [2, 2, 2]]})
     with pytest.raises(InputError, match="crop_m leaves nothing of the mask; give a box"):
-        mesh_from_ct.segmented(ABDOMEN | paths | {"crop_m": [[0.1, 0.05, -0.1], [0.15, 0.1, 0]]})
+        mesh_from_ct.segment_entry(ABDOMEN | paths | {"crop_m": [[0.1, 0.05, -0.1], [0.15, 0.1, 0]]})
 
 
 def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.segmentation import on_border, segment, whole
+from palpate.bodies.ct.segmentation import largest_filled, on_border, segment
 from palpate.errors import InputError
 
 RANGE = {"threshold_hu": [30, 120]}
@@ -65,7 +65,7 @@ def test_an_organ_at_the_border_is_known():
     assert dice(mask, truth) > 0.98
 
 
-def test_what_cannot_be_found_is_said():
+def test_what_cannot_be_found_is_reported():
     image, _ = scan(ball, (0.002, 0.002, 0.002))
     with pytest.raises(
         InputError, match=r"^image: no voxel lies between 200 and 300 HU once noise is bl.*are 0 to 60\); widen"
@@ -84,6 +84,6 @@ def test_whole_keeps_the_largest_piece_without_its_hollow():
     mask[2:7, 2:7, 2:7] = True
     mask[4, 4, 4] = False
     mask[3:5, 3:5, 12:14] = True
-    found = whole(mask)
+    found = largest_filled(mask)
     assert found.sum() == 125
     assert found[4, 4, 4]

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.bodies.ct.masses import voxel_mass
 from palpate.bodies.ct.segmentation import on_border, segment
-from palpate.bodies.ct.synthetic_abdomen import SPACING_M, abdomen, share_of
+from palpate.bodies.ct.synthetic_abdomen import SPACING_M, abdomen, voxel_fractions
 
 
 def test_voxels_have_the_volume_and_mass_of_the_ellipsoid():
@@ -18,10 +18,10 @@ def test_voxels_have_the_volume_and_mass_of_the_ellipsoid():
 @pytest.mark.parametrize("turn", [0, 0.35])
 def test_shares_of_voxels_add_up_to_the_volume_of_an_ellipsoid(turn):
     spacing, axes = np.array([0.008, 0.006, 0.012]), (0.05, 0.03, 0.04)
-    share = share_of(np.full(3, -0.07), spacing, np.array([19, 24, 12]), (0.002, 0.001, 0), axes, turn)
-    assert share.min() == 0
-    assert share.max() == 1
-    assert share.sum() * np.prod(spacing) == pytest.approx(4 / 3 * np.pi * np.prod(axes), rel=3e-3)
+    fraction = voxel_fractions(np.full(3, -0.07), spacing, np.array([19, 24, 12]), (0.002, 0.001, 0), axes, turn)
+    assert fraction.min() == 0
+    assert fraction.max() == 1
+    assert fraction.sum() * np.prod(spacing) == pytest.approx(4 / 3 * np.pi * np.prod(axes), rel=3e-3)
 
 
 def test_is_the_same_for_the_same_seed_only():

@@ -1,6 +1,6 @@
 import numpy as np
 
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, flip, spread, triangulate
+from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, flip, triangulate, triangulate_evenly
 
 
 def corner_angles(points, triangles):
@@ -12,7 +12,7 @@ def corner_angles(points, triangles):
 def test_spreads_evenly_over_a_stretched_sphere():
     sphere = fibonacci_sphere(4000)
     points = sphere * [3.0, 1.0, 0.7]
-    chosen, triangles = spread(points, triangulate(sphere), sphere, 100)
+    chosen, triangles = triangulate_evenly(points, triangulate(sphere), sphere, 100)
     assert len(set(chosen.tolist())) == 100
     assert len(triangles) == 196
     assert corner_angles(points[chosen], triangles).min() > 25

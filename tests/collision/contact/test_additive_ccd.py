@@ -1,4 +1,4 @@
-"""Limits of motions against dense sampling: nothing goes through, and nothing is held back needlessly."""
+"""Limits of motions against dense sampling: nothing intersects, and no motion is shortened needlessly."""
 
 import numpy as np
 import pytest
@@ -19,9 +19,9 @@ def limit_of(kind, x, motion, offset=0.0, keep=KEEP):
 
 
 def motions(kind, count):
-    """Stencils, offsets, motions and whether these are wild: random, aimed at each other, grazing, collapsed shapes.
+    """Make stencils, offsets, motions and whether these are wild: random, head-on, grazing, collapsed shapes.
 
-    Wild are motions of up to 10⁵ times the way from 10⁻⁹ apart: a search of these may give up early.
+    Wild are motions of up to 10⁵ times the distance, from 10⁻⁹ apart: their search may give up early.
     """
     rng = np.random.default_rng(10 + kind)
     for _ in range(count):
@@ -32,14 +32,14 @@ def motions(kind, count):
         if shape == 2:
             x[3], motion[3] = x[2] + x[1] - x[0], motion[2] + motion[1] - motion[0]
         distance, weights, normals = nearest(kind, x)
-        if style in (1, 2):  # little room left, and something fast
+        if style in (1, 2):  # little clearance, and fast motion
             x[: kind + 1] += (10.0 ** rng.uniform(-9, -1) - distance) * normals
             motion *= 10.0 ** rng.uniform(0, 4)
-        if style == 2:  # past each other, hardly closer or farther
+        if style == 2:  # sliding past each other at nearly constant distance
             motion -= np.outer(weights, weights @ motion) / (weights @ weights)
             motion += 1e-3 * rng.normal(size=(4, 3))
         if style == 3:
-            motion[: kind + 1] -= 2.5 * weights @ x + motion[: kind + 1].mean(axis=0)  # right through
+            motion[: kind + 1] -= 2.5 * weights @ x + motion[: kind + 1].mean(axis=0)  # straight through
         if style == 4:
             offset = rng.uniform(0.0, 0.99) * distance
         yield x, motion, offset, style in (1, 2)
@@ -51,7 +51,7 @@ def nearest(kind, x):
 
 
 @pytest.mark.parametrize("kind", [POINT_TRIANGLE, EDGE_EDGE])
-def test_room_is_kept_all_the_way_and_used_up_at_the_end(kind):
+def test_clearance_is_kept_throughout_and_used_up_at_the_end(kind):
     ended = 0
     for x, motion, offset, wild in motions(kind, 3000):
         t, kept = limit_of(kind, x, motion, offset), KEEP * room(kind, x, offset)
@@ -104,7 +104,7 @@ def test_limit_is_that_of_the_worst_stencil_and_of_radii():
     assert limit(kinds[:0], nodes[:0], np.zeros(0), np.zeros(0), x, motion, 0.1) == 1.0
 
 
-def test_moving_together_or_sliding_past_meets_nothing():
+def test_moving_together_or_sliding_past_is_not_limited():
     rng = np.random.default_rng(3)
     for kind in (POINT_TRIANGLE, EDGE_EDGE):
         for x in rng.normal(size=(50, 4, 3)):
@@ -115,7 +115,7 @@ def test_moving_together_or_sliding_past_meets_nothing():
     assert limit_of(POINT_TRIANGLE, np.vstack([[0.0, 0.0, 1e-9], triangle]), slide) == 1.0
 
 
-def test_no_way_from_touching_and_none_that_is_not_a_number():
+def test_no_motion_from_touching_and_none_that_is_not_a_number():
     x = np.array([[0.0, 0.0, 1.0], [-1.0, -1.0, 0.0], [2.0, -1.0, 0.0], [-1.0, 2.0, 0.0]])
     motion = np.zeros((4, 3))
     assert limit_of(POINT_TRIANGLE, x, motion, offset=1.0) == 0.0
@@ -125,8 +125,8 @@ def test_no_way_from_touching_and_none_that_is_not_a_number():
 
 
 @pytest.mark.parametrize("kind", [0, 1])
-def test_rooms_known_beforehand_change_nothing(kind):
-    """Bounds on the room, tight or loose, spare work and no result."""
+def test_known_clearances_change_nothing(kind):
+    """Bounds on the clearance, tight or loose, save work and change no result."""
     random = np.random.default_rng(5)
     for _ in range(300):
         x, motion = random.normal(size=(4, 3)), random.normal(size=(4, 3)) * random.choice([0.05, 1.0, 5.0])

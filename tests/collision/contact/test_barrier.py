@@ -29,7 +29,7 @@ def hessian(arguments, x, definite=False):
 
 
 def differences(function, x, step):
-    """Central differences of fourth order by each coordinate, (12, ...)."""
+    """Compute central differences of fourth order by each coordinate, (12, ...)."""
     out = []
     for i in range(x.size):
         delta = np.zeros(x.size)
@@ -41,7 +41,7 @@ def differences(function, x, step):
 
 
 def region(kind, x, reach):
-    """Which weights are not zero, if the same wherever a coordinate is moved by ``reach``."""
+    """Find the nonzero weights, if they are the same wherever a coordinate is moved by ``reach``."""
     found = set()
     for i in range(12):
         for side in (-reach, reach):
@@ -52,7 +52,7 @@ def region(kind, x, reach):
 
 
 def configurations(kind, count=60):
-    """Stencils 0.1 to 0.9 apart: general, needles, almost parallel, with the sum of radii taken off."""
+    """Make stencils 0.1 to 0.9 apart: general, needles, almost parallel; less the sum of radii."""
     rng = np.random.default_rng(kind)
     for x in rng.normal(size=(count, 4, 3)):
         style = rng.integers(4)
@@ -70,7 +70,7 @@ def configurations(kind, count=60):
 def test_force_and_hessian_are_derivatives(kind, mollified):
     regions = set()
     for x, offset in configurations(kind):
-        # the threshold of longer edges, so that many of these are within it
+        # the threshold of longer edges, so that many stencils are within it
         arguments = stencil(kind, x, offset, rest=6.0 * x, mollified=mollified)
         found = force(arguments, x)
         size = np.abs(found).max()
@@ -137,7 +137,7 @@ def test_energy_grows_beyond_bound_and_ends_at_the_gap():
 
 @pytest.mark.parametrize("definite", [False, True])
 def test_points_and_segments_in_place_of_triangles(definite):
-    """A sphere and a capsule: nodes named twice, forces along the line of centres, everything finite."""
+    """A sphere and a capsule: repeated nodes, forces along the line of centres, everything finite."""
     x = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     kinds, nodes = np.zeros(2, int), np.array([[0, 1, 1, 1], [0, 1, 2, 2]])
     arguments = kinds, nodes, np.full(2, 0.3), np.ones(2), np.zeros(2), 0.5

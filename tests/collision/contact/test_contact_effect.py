@@ -1,11 +1,11 @@
-"""The contact effect by itself: derivatives, limits, what it says of contacts, and whom it lets meet."""
+"""The contact effect by itself: derivatives, limits, its table of contacts, and the pairs that can touch."""
 
 from functools import partial
 
 import numpy as np
 import pytest
 
-from palpate.bodies.particles import together
+from palpate.bodies.particles import merge_particles
 from palpate.collision.contact.barrier import barrier
 from palpate.collision.contact.contact_effect import make
 from palpate.errors import InputError
@@ -18,7 +18,7 @@ GAP = 0.01
 
 @pytest.fixture(scope="module")
 def pair(cube):
-    return together([cube(2), cube(1)], [[0, 0, 0], [0.105, 0.01, 0.02]], "pair")
+    return merge_particles([cube(2), cube(1)], [[0, 0, 0], [0.105, 0.01, 0.02]], "pair")
 
 
 @pytest.fixture(scope="module")
@@ -31,11 +31,11 @@ def contact(pair):
 
 @pytest.fixture(scope="module")
 def slid(pair, contact):
-    """Positions a little on from where a step of 0.1 s begins, so that there is friction."""
+    """Move positions slightly from the start of a step of 0.1 s, so that there is friction."""
     rng = np.random.default_rng(3)
     start = pair.nodes + 0.001 * rng.normal(size=pair.nodes.shape)
     contact.at(0.1)
-    assert contact.begin(start, 0.1) is start  # nothing has been moved into it
+    assert contact.begin(start, 0.1) is start  # no obstacle has moved into it
     return start + 0.001 * rng.normal(size=start.shape)
 
 
@@ -61,7 +61,7 @@ def test_force_and_stiffness_are_the_derivatives(pair, contact, slid):
     assert np.abs(force + slope).max() < 1e-5 * np.abs(force).max()
     exact = gather([contact.touching(slid, False)], len(slid)).toarray()
     slope = -differences(lambda x: force_of(contact, x).ravel(), slid, 1e-8)
-    # stencils both of whose parts are held are left out, as nothing there can move
+    # stencils with both parts held are left out, as they cannot move
     free = np.delete(np.arange(len(slid)), [3, 7])
     free = (3 * free[:, None] + np.arange(3)).ravel()
     error = np.abs(exact - slope)[np.ix_(free, free)]
@@ -81,7 +81,7 @@ def test_energy_is_infinite_where_anything_touches(pair, contact, slid):
     assert contact.energy(x) == np.inf and np.isfinite(contact.energy(slid))
 
 
-def test_a_limited_way_leads_through_nothing(pair, contact, slid):
+def test_a_limited_motion_intersects_nothing(pair, contact, slid):
     rng = np.random.default_rng(5)
     for size in 10.0 ** np.arange(-4, 5):
         way = size * rng.normal(size=slid.shape)
@@ -94,7 +94,7 @@ def test_a_limited_way_leads_through_nothing(pair, contact, slid):
 
 
 def test_one_contact_in_closed_form(cube):
-    """A corner over the floor: where, which way, how far, how hard."""
+    """A corner over the floor: position, normal, gap and force."""
     body = cube(1)
     x = body.nodes @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     lowest = int(np.argmin(x[:, 2]))
@@ -133,20 +133,20 @@ def test_a_ball_beside_a_face_in_closed_form(cube):
     assert [seen[f"ball_force_{axis}_n"] for axis in "xyz"] == pytest.approx(total, abs=1e-12)
 
 
-def test_who_can_meet_whom(cube, pair):
+def test_which_pieces_can_touch(cube, pair):
     contact = make(pair, {"instruments": [BALL, FLOOR]}, None)
     assert contact.names == ["cube_0", "cube_1", "ball", "ground"]
     expected = np.ones((4, 4), dtype=bool)
     expected[[0, 1], [0, 1]] = False
     expected[2:, 2:] = False
-    assert np.array_equal(contact._able, expected)
-    assert make(pair, {"self_contact": True}, None)._able.all()
+    assert np.array_equal(contact._can_touch, expected)
+    assert make(pair, {"self_contact": True}, None)._can_touch.all()
     assert make(cube(1), {}, None).names == ["cube"]
 
 
 @pytest.mark.parametrize("apart", [0.11, 100.0])
 def test_the_gap_follows_the_smallest_piece_wherever_it_is(cube, apart):
-    pair = together([cube(2), cube(1, side=0.04)], [[0, 0, 0], [apart, 0, 0]], "pair")
+    pair = merge_particles([cube(2), cube(1, side=0.04)], [[0, 0, 0], [apart, 0, 0]], "pair")
     assert make(pair, {}, None).gap_m == pytest.approx(4e-5)
     assert make(pair, {"gap_m": 0.003}, None).gap_m == 0.003
     for gap in (0.0041, 3e-9):

@@ -11,7 +11,7 @@ SLIP = 0.02
 
 @pytest.fixture(scope="module")
 def contacts():
-    """Thirty stencils of both kinds at x, of which some are too far apart to act."""
+    """Make thirty stencils of both kinds at x, some of which are too far apart to act."""
     x = np.random.default_rng(1).normal(size=(120, 3))
     kinds, nodes = np.arange(30) % 2, np.arange(120).reshape(-1, 4)
     arguments = kinds, nodes, np.zeros(30), np.linspace(1.0, 2.0, 30), thresholds(kinds, nodes, x), 1.2
@@ -20,7 +20,7 @@ def contacts():
 
 def lagged(contacts, coefficient=0.4):
     arguments, x = contacts
-    return friction.lag(*arguments, x, coefficient, SLIP, x)
+    return friction.lagged_friction(*arguments, x, coefficient, SLIP, x)
 
 
 @pytest.mark.parametrize("amount", [0.1, 0.5, 1.0, 30.0])
@@ -63,7 +63,7 @@ def test_normal_forces_are_the_barriers(contacts):
     arguments, x = contacts
     kinds, nodes, offsets, scales, _, gap = arguments
     unmollified = kinds, nodes, offsets, scales, np.zeros(30), gap
-    state, force = friction.lag(*unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
+    state, force = friction.lagged_friction(*unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
     barrier.add_force(*unmollified, x, force)
     for row, weights, normal, push in zip(state.nodes, state.weights, state.normals, state.forces, strict=True):
         assert np.abs(force[row] - push * np.outer(weights, normal)).max() < 1e-12 * push
@@ -100,8 +100,8 @@ def test_friction_takes_energy_out_and_is_symmetric_in_the_two_parts(contacts):
 
 def test_coefficients_a_contact(contacts):
     arguments, x = contacts
-    one = friction.lag(*arguments, x, 0.3, SLIP, x)
-    each = friction.lag(*arguments, x, np.linspace(0.0, 0.9, 30), SLIP, x)
+    one = friction.lagged_friction(*arguments, x, 0.3, SLIP, x)
+    each = friction.lagged_friction(*arguments, x, np.linspace(0.0, 0.9, 30), SLIP, x)
     assert np.allclose(each.limits, np.linspace(0.0, 0.9, 30)[one.rows] * one.forces, rtol=1e-15)
 
 
@@ -115,7 +115,7 @@ def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(s
     x[0, 2] = resting_height(arguments, x, -weight[2])
     speed, start = 0.0, x[0].copy()
     for _ in range(20):
-        state, begin = friction.lag(*arguments, x, mu, slip, x), x.copy()
+        state, begin = friction.lagged_friction(*arguments, x, mu, slip, x), x.copy()
         x[0, 0] = bisect(lambda u, s=state, b=begin: step_force(u, s, b, mass, speed, h, weight), x[0, 0], 1.0)  # noqa: B023
         speed = (x[0, 0] - begin[0, 0]) / h
     if slope < mu:
@@ -143,7 +143,7 @@ def resting_height(arguments, x, load):
 
 
 def bisect(function, low, high):
-    """Where ``function``, positive at ``low``, becomes zero."""
+    """Find where ``function``, positive at ``low``, becomes zero."""
     for _ in range(200):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if function(middle) > 0.0 else (low, middle)

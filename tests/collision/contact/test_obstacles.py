@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.collision.contact.obstacles import obstacle
+from palpate.collision.contact.obstacles import make_obstacle
 from palpate.errors import InputError
 
 MIDDLE = np.array([0.3, 0.2, 0.1])
@@ -11,7 +11,7 @@ BALL = {"kind": "sphere", "center_m": [1.0, 2.0, 3.0], "radius_m": 0.5}
 
 
 def made(settings, size=0.1):
-    return obstacle(settings, "there", "given", size, MIDDLE)
+    return make_obstacle(settings, "there", "given", size, MIDDLE)
 
 
 def test_shapes():
@@ -59,7 +59,7 @@ def test_paths():
     [{"center_m": [0, 0, 1e300]}, {"radius_m": 1e12}, {"times_s": [0, 1], "shifts_m": [[0, 0, 0], [0, 0, -1e300]]}],
 )
 def test_lengths_beyond_any_sense_are_refused(lengths):
-    with pytest.raises(InputError, match=r"^there has a length of more than 1e\+09 m; give all of them in metres\.$"):
+    with pytest.raises(InputError, match=r"^there has a length of more than 1e\+09 m; give all lengths in metres\.$"):
         made(BALL | lengths)
 
 

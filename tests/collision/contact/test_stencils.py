@@ -5,13 +5,13 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from palpate.collision.contact.stencils import Surface, stencils, touching_pairs
+from palpate.collision.contact.stencils import Surface, adjacent_pairs, stencils
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest_points
 from palpate.errors import InputError
 
 
 def sheet(count, first=0):
-    """Triangles of a square of count × count nodes."""
+    """Triangulate a square of count × count nodes."""
     corner = first + (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
     return np.vstack(
         [
@@ -22,14 +22,14 @@ def sheet(count, first=0):
 
 
 def folded(count, rng):
-    """Nodes of a crumpled sheet that comes near itself."""
+    """Make nodes of a crumpled sheet that comes near itself."""
     u, v = np.meshgrid(*2 * [np.linspace(0.0, 1.0, count)], indexing="ij")
     points = np.stack([0.3 * np.cos(5.0 * u), v, 0.3 * np.sin(5.0 * u) * (1.0 + 0.1 * u)], axis=-1).reshape(-1, 3)
     return points + 0.02 * rng.normal(size=points.shape)
 
 
 def key(kind, nodes):
-    """One name for a stencil, however it is written."""
+    """Name a stencil uniquely, whatever the order of its nodes."""
     if kind == POINT_TRIANGLE:
         return kind, int(nodes[0]), tuple(sorted(set(map(int, nodes[1:]))))
     return kind, *sorted([tuple(sorted(map(int, nodes[:2]))), tuple(sorted(map(int, nodes[2:])))])
@@ -40,14 +40,14 @@ def is_point(triangle):
 
 
 def parts(triangles):
-    """Vertices and edges (pairs of different nodes), and the triangles as sets."""
+    """List vertices, edges (pairs of different nodes), and triangles as sets."""
     corners = {int(p) for t in triangles for p in t}
     edges = {tuple(sorted((int(t[i]), int(t[i - 1])))) for t in triangles for i in range(3) if t[i] != t[i - 1]}
     return corners, edges
 
 
 def brute_force(first, second, points, within):
-    """All stencils of two sets of triangles nearer than ``within``: names; of one with itself where they are equal."""
+    """Name all stencils of two sets of triangles nearer than ``within``; of one with itself where they are equal."""
     found = set()
     same = first is second
     sides = [(first, second)] if same else [(first, second), (second, first)]
@@ -64,7 +64,7 @@ def brute_force(first, second, points, within):
 
 
 def triangle_pairs(first, second, points, within):
-    """Pairs of triangles whose boxes are that near, as a tree finds them; i < j without a common node in one set."""
+    """List pairs of triangles whose boxes are that near, as a tree does; in one set i < j without a common node."""
     low = [points[t].min(axis=1) for t in (first, second)]
     high = [points[t].max(axis=1) for t in (first, second)]
     apart = np.maximum(low[0][:, None] - high[1], low[1] - high[0][:, None]).max(axis=2)
@@ -94,11 +94,11 @@ def test_two_surfaces(seed):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_one_surface_with_itself_needs_touching_pairs_too(seed):
+def test_one_surface_with_itself_needs_adjacent_pairs_too(seed):
     points, triangles = folded(8, np.random.default_rng(seed)), sheet(8)
     surface = Surface(triangles)
     pairs = triangle_pairs(triangles, triangles, points, 0.12)
-    found = names(*stencils(surface, surface, np.vstack([pairs, touching_pairs(triangles)])), points, 0.12)
+    found = names(*stencils(surface, surface, np.vstack([pairs, adjacent_pairs(triangles)])), points, 0.12)
     expected = brute_force(triangles, triangles, points, 0.12)
     assert found == expected
     assert names(*stencils(surface, surface, pairs), points, 0.12) < expected
@@ -116,7 +116,7 @@ def test_spheres_capsules_and_a_surface():
         assert found == brute_force(mine, other, points, 0.4)
 
 
-def test_two_points_meet_once_and_two_segments_with_ends_and_edges():
+def test_two_points_pair_once_and_two_segments_with_ends_and_edges():
     one = stencils(Surface(np.array([[0, 0, 0]])), Surface(np.array([[1, 1, 1]])), np.array([[0, 0]]))
     assert one[0].tolist() == [POINT_TRIANGLE] and one[1].tolist() == [[0, 1, 1, 1]]
     kinds, nodes = stencils(Surface(np.array([[0, 1, 1]])), Surface(np.array([[2, 3, 3]])), np.array([[0, 0]]))
@@ -138,11 +138,11 @@ def test_every_vertex_and_edge_is_owned_once():
     assert np.array_equal(np.sort(triangles[surface.vertices]), np.arange(81))
 
 
-def test_touching_pairs_are_all_that_share_a_node():
+def test_adjacent_pairs_are_all_that_share_a_node():
     triangles = np.vstack([sheet(5), [[30, 31, 31], [31, 31, 31], [40, 40, 40]]])
     shared = (triangles[:, None, :, None] == triangles[None, :, None, :]).any(axis=(2, 3))
-    assert np.array_equal(touching_pairs(triangles), np.argwhere(np.triu(shared, 1)))
-    assert touching_pairs(np.empty((0, 3), int)).shape == (0, 2)
+    assert np.array_equal(adjacent_pairs(triangles), np.argwhere(np.triu(shared, 1)))
+    assert adjacent_pairs(np.empty((0, 3), int)).shape == (0, 2)
 
 
 def test_empty_and_bad_surfaces():

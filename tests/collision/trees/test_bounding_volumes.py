@@ -1,4 +1,4 @@
-"""Bounding volumes: they contain their points, meet when they must, and are as tight as they say."""
+"""Bounding volumes: they contain their points, overlap when they must, and are as tight as computed."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from palpate.errors import InputError
 
 
 def contains(kind, row, points):
-    """Whether all points are inside, to within rounding of this check."""
+    """Test whether all points are inside, to within rounding of this check."""
     slack = 1e-12 * (1e-300 + np.abs(points).max())
     if kind == "sphere":
         return (np.linalg.norm(points - row[:3], axis=1) <= row[3] + slack).all()
@@ -23,7 +23,7 @@ def contains(kind, row, points):
 
 
 def clouds(rng):
-    """Points in general, in a plane, on a line, alone, far away, tiny, and without any spread in one direction."""
+    """Make points in general, in a plane, on a line, alone, far away, tiny, and of no extent in one direction."""
     cloud = rng.normal(size=(20, 3)) * [1.0, 0.3, 0.1]
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     yield from (cloud, cloud @ turn, cloud * [1, 1, 0] @ turn, cloud * [1, 0, 0] @ turn, cloud[:1], cloud[:3])
@@ -42,7 +42,7 @@ def test_volumes_contain_their_points_when_fitted_and_refitted(kind):
 
 
 def hulls_meet(a, b):
-    """Whether two convex hulls have a common point, by linear programming."""
+    """Test whether two convex hulls have a common point, by linear programming."""
     n, m = len(a), len(b)
     equal = np.zeros((5, n + m))
     equal[:3], equal[3, :n], equal[4, n:] = np.vstack([a, -b]).T, 1.0, 1.0
@@ -50,7 +50,7 @@ def hulls_meet(a, b):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_volumes_meet_wherever_their_points_hulls_do(kind):
+def test_volumes_overlap_wherever_their_points_hulls_do(kind):
     rng = np.random.default_rng(1)
     answers = []
     for _ in range(150):
@@ -62,7 +62,7 @@ def test_volumes_meet_wherever_their_points_hulls_do(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_points_that_touch_meet_whatever_the_rounding(kind):
+def test_points_that_touch_overlap_whatever_the_rounding(kind):
     rng = np.random.default_rng(2)
     for scale in (1e-300, 1e-150, 1.0, 1e150):
         for _ in range(200):
@@ -75,14 +75,14 @@ def test_points_that_touch_meet_whatever_the_rounding(kind):
 
 
 @pytest.mark.parametrize("kind", ["sphere", "obb", "aabb"])
-def test_volumes_far_apart_do_not_meet(kind):
+def test_volumes_far_apart_do_not_overlap(kind):
     rng = np.random.default_rng(3)
     points = rng.uniform(-1, 1, (10, 3))
     for axis in range(3):
         assert not overlap(kind, fit(kind, points), fit(kind, points + 4.0 * np.eye(3)[axis]))
 
 
-def test_boxes_meet_exactly_where_exact_boxes_do():
+def test_boxes_overlap_exactly_where_exact_boxes_do():
     """OBBs at random angles, against linear programming over their eight corners."""
     rng = np.random.default_rng(4)
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T

@@ -1,13 +1,13 @@
-"""Trees: the pairs they find against all pairs, in hundreds of frames, for every structure; wear; bad input."""
+"""Trees: the pairs they find against all pairs, in hundreds of frames, for every structure; degradation; bad input."""
 
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
 from palpate.bodies.liver import liver
-from palpate.collision.trees.tree import STRUCTURES, WORN, Tree
+from palpate.collision.trees.tree import REBUILD_QUALITY, STRUCTURES, Tree
 from palpate.collision.trees.tree_query import candidates, crossing_pairs, self_candidates
-from palpate.collision.triangles.triangle_pairs import crosses
+from palpate.collision.triangles.triangle_pairs import pairs_intersect
 from palpate.errors import InputError
 
 FRAMES = 200
@@ -17,7 +17,7 @@ KINDS += [("composite", depths) for depths in ((0, 0), (0, 4), (4, 0), (2, 20), 
 
 
 def all_pairs(a, triangles_a, b=None, triangles_b=None):
-    """Sorted pairs of triangles that meet, of all that there are: those whose boxes do, then the exact test."""
+    """Find all pairs of triangles that intersect, sorted: those whose boxes overlap, then the exact test."""
     alone = b is None
     b, triangles_b = (a, triangles_a) if alone else (b, triangles_b)
     low_a, high_a, low_b, high_b = (f(p[t], axis=1) for p, t in ((a, triangles_a), (b, triangles_b)) for f in EXTREMES)
@@ -26,18 +26,18 @@ def all_pairs(a, triangles_a, b=None, triangles_b=None):
         shared = (triangles_a[:, None, :, None] == triangles_a[None, :, None, :]).any(axis=(2, 3))
         near &= ~shared & np.triu(np.ones_like(near), 1)
     pairs = np.argwhere(near)
-    return pairs[crosses(a, triangles_a, b, triangles_b, pairs)]
+    return pairs[pairs_intersect(a, triangles_a, b, triangles_b, pairs)]
 
 
 def ball(count):
-    """Points and triangles of a bumpy ball, by its convex hull."""
+    """Make points and triangles of a bumpy ball, by its convex hull."""
     points = np.random.default_rng(7).normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     return points, ConvexHull(points).simplices.astype(np.int64)
 
 
 def grid(n):
-    """Points (n², 3) of a unit square and its triangles."""
+    """Make points (n², 3) of a unit square and its triangles."""
     points = np.stack(np.meshgrid(np.arange(n), np.arange(n), [0], indexing="ij"), axis=-1).reshape(-1, 3) / (n - 1)
     corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
     return points, np.vstack([corner[:, None] + [0, n, n + 1], corner[:, None] + [0, n + 1, 1]])
@@ -60,7 +60,7 @@ def two_livers(organ):
 
 
 def instrument(organ):
-    """A small ball on its way through the liver, which gives way around it."""
+    """Move a small ball through the liver, which gives way around it."""
     points, triangles = organ
     tool, faces = ball(60)
     for s in np.linspace(0.0, 1.0, FRAMES):
@@ -71,7 +71,7 @@ def instrument(organ):
 
 
 def soup(_):
-    """Triangles that share nothing, some without area, at new places in every frame."""
+    """Make triangles without common nodes, some degenerate, at new places in every frame."""
     rng = np.random.default_rng(8)
     for _ in range(FRAMES):
         clouds = []
@@ -79,7 +79,7 @@ def soup(_):
             points = rng.uniform(-1, 1, (150, 1, 3)) + 0.15 * rng.normal(size=(150, 3, 3))
             points[:5], points[5:10, 2] = points[:5, :1], points[5:10, 1]
             clouds += [points.reshape(-1, 3), np.arange(450).reshape(-1, 3)]
-        clouds[2][:30] = clouds[0][:30]  # some meet at points alone
+        clouds[2][:30] = clouds[0][:30]  # some share single points only
         yield clouds
 
 
@@ -116,7 +116,7 @@ def test_a_folding_sheet_finds_itself_in_every_frame():
     assert found[0] == 0 and max(found) > 20
 
 
-def test_structures_with_spheres_and_boxes_go_together(organ):
+def test_structures_with_spheres_and_boxes_can_be_mixed(organ):
     points, triangles = organ
     moved = np.add(points, [0.01, 0.06, 0.02])
     expected = all_pairs(points, triangles, moved, triangles)
@@ -148,7 +148,7 @@ def test_composites_without_spheres_or_boxes_are_the_pure_trees(organ):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("margin", [0.0, 0.03])
-def test_swept_and_inflated_trees_miss_nothing_on_the_way(kind, margin):
+def test_swept_and_inflated_trees_miss_nothing_on_the_path(kind, margin):
     rng = np.random.default_rng(9)
     triangles = np.arange(120).reshape(-1, 3)
     starts = [np.repeat(rng.uniform(-1, 1, (40, 3)), 3, axis=0) + 0.1 * rng.normal(size=(120, 3)) for _ in range(2)]
@@ -200,10 +200,10 @@ def test_degenerate_triangles_and_equal_places(kind, split):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_tree_without_triangles_meets_nothing(kind):
+def test_a_tree_without_triangles_overlaps_nothing(kind):
     empty, full = Tree(np.empty((0, 3)), np.empty((0, 3)), *kind), Tree(np.eye(3), [[0, 1, 2]], *kind)
     empty.refit(np.empty((0, 3)), 0.1)
-    assert empty.quality == 1.0 and not empty.worn
+    assert empty.quality == 1.0 and not empty.needs_rebuild
     for pair in ((empty, full), (full, empty), (empty, empty)):
         assert candidates(*pair)[0].shape == (0, 2) and crossing_pairs(*pair)[0].shape == (0, 2)
     assert self_candidates(empty)[0].shape == (0, 2) and crossing_pairs(full)[0].shape == (0, 2)
@@ -229,7 +229,7 @@ def test_obbs_stay_tight_when_their_body_turns(organ, rotation):
     assert tree.boxes[:, 12:] == pytest.approx(before, rel=1e-9, abs=1e-12)
 
 
-def test_wear_is_seen_and_mended_and_neither_margin_nor_way_is_wear(organ, rotation):
+def test_degradation_is_detected_and_repaired_and_neither_margin_nor_path_counts(organ, rotation):
     points, triangles = organ
     tree = Tree(points, triangles)
     assert tree.quality == 1.0
@@ -238,9 +238,9 @@ def test_wear_is_seen_and_mended_and_neither_margin_nor_way_is_wear(organ, rotat
     rng = np.random.default_rng(12)
     mixed = points[rng.permutation(len(points))]
     tree.refit(mixed)
-    assert tree.quality < WORN and tree.worn
+    assert tree.quality < REBUILD_QUALITY and tree.needs_rebuild
     tree.rebuild(mixed)
-    assert tree.quality == 1.0 and not tree.worn
+    assert tree.quality == 1.0 and not tree.needs_rebuild
     assert np.array_equal(crossing_pairs(tree)[0], all_pairs(mixed, triangles))
 
 

@@ -11,7 +11,7 @@ NODES = np.arange(4)
 
 
 def exact_square(kind, x):
-    """d² as a fraction: the least over all corners, and all lines and planes whose minimum lies inside."""
+    """Compute d² as a fraction: the least over all corners, and all lines and planes whose minimum lies inside."""
     x = [[Fraction(float(c)) for c in row] for row in x]
     e, f, r = (x[2], x[3], x[0]) if kind == POINT_TRIANGLE else (x[1], x[3], x[0])
     if kind == POINT_TRIANGLE:
@@ -44,7 +44,7 @@ def dot(a, b):
 
 
 def shapes(rng, count):
-    """Stencils (k, 4, 3): general ones, needles, flat, collapsed, parallel, crossing, coincident, tiny."""
+    """Make stencils (k, 4, 3): general ones, needles, flat, collapsed, parallel, crossing, coincident, tiny."""
     x = rng.normal(size=(10, count, 4, 3))
     small = 10.0 ** rng.uniform(-17, -1, size=(10, count, 1))
     way = x[:, :, 1] - x[:, :, 0]
@@ -79,7 +79,7 @@ def test_distance_is_the_least_to_rounding(kind, away):
     assert free == {0, 1, 2}
 
 
-def test_closest_point_is_told_to_rounding_although_the_distance_is_flat_there():
+def test_closest_point_is_exact_to_rounding_although_the_distance_is_flat_there():
     """Points above a side, 1e-9 to either side of where a corner, the face or another side becomes the closest."""
     rng = np.random.default_rng(2)
     for x in rng.normal(size=(300, 4, 3)):
@@ -109,7 +109,7 @@ def test_touching_parts_have_no_normal():
 
 
 @pytest.mark.parametrize("kind", [POINT_TRIANGLE, EDGE_EDGE])
-def test_boxes_tell_some_far_stencils_and_no_near_ones(kind):
+def test_boxes_exclude_some_far_stencils_and_no_near_ones(kind):
     told = 0
     for x in np.random.default_rng(6).normal(size=(300, 4, 3)):
         distance = closest_points(np.array([kind]), NODES[None], x)[0][0]

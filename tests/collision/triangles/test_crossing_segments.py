@@ -13,7 +13,7 @@ EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.p
 
 
 def weights(triangles, points):
-    """Barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), and their heights over the planes."""
+    """Compute barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), and heights over the planes."""
     p, u, v = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     normal = np.cross(u, v)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -31,7 +31,7 @@ def test_ends_lie_on_both_triangles_and_on_an_edge_of_one(scale):
         in_a, above_a = weights(a, ends[:, end])
         in_b, above_b = weights(b, ends[:, end])
         assert max(np.abs(above_a).max(), np.abs(above_b).max()) < 1e-13
-        # both ends of what is in common: inside both triangles, and on the boundary of one
+        # both ends of the common segment: inside both triangles, and on the boundary of one
         np.testing.assert_allclose(np.minimum(in_a.min(axis=1), in_b.min(axis=1)), 0.0, atol=1e-12)
     middle = ends.mean(axis=1)
     assert (weights(a, middle)[0] > 0).all()

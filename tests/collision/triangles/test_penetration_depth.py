@@ -1,4 +1,4 @@
-"""Depths by moving the one triangle out, which the exact test then confirms."""
+"""Depths by translating one triangle out, confirmed by the exact test."""
 
 import runpy
 from pathlib import Path
@@ -17,7 +17,7 @@ def moved(a, signed, direction, part):
     return a - (part * signed)[:, None, None] * direction[:, None]
 
 
-def test_the_move_is_enough_and_no_less_is():
+def test_the_translation_suffices_and_no_shorter_one_does():
     a, b = np.random.default_rng(12).normal(size=(2, 4000, 3, 3))
     signed, direction = triangle_pairs_depth(a, b)
     meets = triangle_pairs_intersect(a, b)
@@ -27,8 +27,8 @@ def test_the_move_is_enough_and_no_less_is():
         assert triangle_pairs_intersect(moved(a, signed, direction, part), b)[meets].all()
 
 
-def test_no_move_along_any_normal_is_less():
-    """A way out of nine tenths of the depth, up or down either face's normal, leads nowhere."""
+def test_no_translation_along_any_normal_is_shorter():
+    """A translation by nine tenths of the depth, up or down either face's normal, does not separate them."""
     a, b = np.random.default_rng(13).normal(size=(2, 4000, 3, 3))
     signed, _ = triangle_pairs_depth(a, b)
     meets = triangle_pairs_intersect(a, b)
@@ -39,7 +39,7 @@ def test_no_move_along_any_normal_is_less():
             assert triangle_pairs_intersect(moved(a, signed, way, 0.9), b)[meets].all()
 
 
-def test_apart_it_is_the_distance():
+def test_disjoint_it_is_the_distance():
     a, b = np.random.default_rng(14).normal(size=(2, 500, 3, 3))
     signed, direction = triangle_pairs_depth(a, b)
     distance, on_a, on_b = triangle_pairs_distance(a, b)
@@ -60,7 +60,7 @@ def test_by_hand():
     assert abs(direction[3, 2]) == 1
 
 
-def test_crossing_segments_have_no_depth_but_a_way_out():
+def test_crossing_segments_have_no_depth_but_a_direction():
     a = np.array([[0.0, 0, 0], [2, 0, 0], [2, 0, 0]])
     b = np.array([[1.0, -1, 0], [1, 1, 0], [1, 1, 0]])
     signed, direction = triangle_pairs_depth([a, a, a[[0, 0, 0]]], [b, a, a])

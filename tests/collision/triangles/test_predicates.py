@@ -5,13 +5,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from palpate.collision.triangles.predicates import TERMS_2D, TERMS_3D, digits, orient2d, orient3d
+from palpate.collision.triangles.predicates import TERMS_2D, TERMS_3D, new_accumulator, orient2d, orient3d
 
 GREATEST, LEAST = np.finfo(float).max, 5e-324
 
 
 def sign(rows):
-    """Sign of the determinant of vectors to the first of the points ``rows``, as fractions."""
+    """Compute the sign of the determinant of vectors to the first of the points ``rows``, as fractions."""
     rows = [[Fraction(float(c)) for c in row] for row in rows]
     p, q, *r = [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
     if not r:
@@ -56,8 +56,8 @@ def sets(rng, kind, n=300):
         "extreme",
     ],
 )
-def test_signs_are_those_of_whole_numbers(kind):
-    rng, sums = np.random.default_rng(1), digits()
+def test_signs_agree_with_integer_arithmetic(kind):
+    rng, sums = np.random.default_rng(1), new_accumulator()
     for points in sets(rng, kind):
         assert orient3d(points, 0, 1, 2, 3, sums) == sign(points)
         for axis in range(3):
@@ -66,7 +66,7 @@ def test_signs_are_those_of_whole_numbers(kind):
 
 
 def test_swapping_two_points_turns_the_sign():
-    rng, sums = np.random.default_rng(2), digits()
+    rng, sums = np.random.default_rng(2), new_accumulator()
     for points in sets(rng, "near a plane"):
         found = orient3d(points, 0, 1, 2, 3, sums)
         assert orient3d(points, 1, 0, 2, 3, sums) == orient3d(points, 0, 1, 3, 2, sums) == -found
@@ -76,11 +76,11 @@ def test_swapping_two_points_turns_the_sign():
 def test_one_unit_in_the_last_place_is_seen():
     """The sum of 0.1 and 0.2 is not 0.3 in doubles, so that point is above the line."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.3, 0.1 + 0.2, 0.0]])
-    assert orient2d(points, 0, 1, 2, 2, digits()) == 1
+    assert orient2d(points, 0, 1, 2, 2, new_accumulator()) == 1
 
 
 def test_products_are_those_of_determinants():
-    """The tables' products sum to the determinants, with whole numbers from 1 on that make each product different."""
+    """The tables' products sum to the determinants, with integers from 1 on that make each product different."""
     points = np.array([[2, 7, 11], [3, 19, 5], [23, 29, 13], [31, 17, 37]])
     volume = sum(s * points[i, 0] * points[j, 1] * points[k, 2] for s, i, j, k in TERMS_3D)
     assert volume == round(np.linalg.det(points[1:] - points[0]))

@@ -1,4 +1,4 @@
-"""Closest points of triangles by the plane that parts them, which no other pair of points could pass."""
+"""Closest points of triangles by their separating planes, which no closer pair of points could satisfy."""
 
 import runpy
 from pathlib import Path
@@ -14,7 +14,7 @@ ORDINARY = [kind for kind in EXACT["SHARES"] if kind.__name__ not in ("tiny", "h
 
 
 @pytest.mark.parametrize("kind", ORDINARY, ids=lambda kind: kind.__name__)
-def test_points_are_closest_and_their_distance_is_told(kind):
+def test_points_are_closest_and_their_distance_is_returned(kind):
     pairs = kind(np.random.default_rng(7), 1500)
     a, b = pairs[:, :3], pairs[:, 3:]
     distance, on_a, on_b = triangle_pairs_distance(a, b)
@@ -40,8 +40,8 @@ def test_scale_changes_nothing(scale):
 
 
 @pytest.mark.parametrize("corners", [[0, 0, 0], [0, 0, 1], [0, 1, 2]])
-def test_meeting_triangles_share_the_point_that_is_told(corners):
-    """Also a segment through the inside of a triangle, which no edge or corner of it is near, and a point in it."""
+def test_intersecting_triangles_share_the_point_returned(corners):
+    """Also a segment through the interior of a triangle, far from its edges and corners, and a point in it."""
     rng = np.random.default_rng(9)
     a, b = rng.normal(size=(2, 2000, 3, 3))
     a = a[:, corners]

@@ -1,4 +1,4 @@
-"""Triangle pairs against another method in whole numbers, in every order, and by hand."""
+"""Triangle pairs against another method in integers, in every order, and by hand."""
 
 import runpy
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.collision.triangles.triangle_pairs import crosses, triangle_pairs_intersect
+from palpate.collision.triangles.triangle_pairs import pairs_intersect, triangle_pairs_intersect
 from palpate.errors import InputError
 
 EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
@@ -14,14 +14,14 @@ FLAT = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
 
 
 @pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
-def test_every_order_tells_what_whole_numbers_tell(kind):
+def test_every_order_agrees_with_integer_arithmetic(kind):
     wrong, hits = EXACT["compare"](kind, 700, np.random.default_rng(11))
     assert wrong == 0
     assert hits > 0
 
 
 @pytest.mark.parametrize(
-    ("corners", "meets"),
+    ("corners", "intersect"),
     [
         ([[1, 1, -1], [1, 1, 1], [5, 5, 0]], True),
         ([[1, 1, 0], [1, 1, 3], [2, 1, 3]], True),
@@ -42,14 +42,14 @@ def test_every_order_tells_what_whole_numbers_tell(kind):
         ([[0.5, 0.5, 1e300], [0.5, 0.5, -1e-300], [9e300, 9e300, 1e300]], True),
     ],
 )
-def test_by_hand(corners, meets):
+def test_by_hand(corners, intersect):
     b = np.array(corners, dtype=float)
-    assert triangle_pairs_intersect([FLAT], [b]) == [meets]
-    assert triangle_pairs_intersect([b], [FLAT]) == [meets]
+    assert triangle_pairs_intersect([FLAT], [b]) == [intersect]
+    assert triangle_pairs_intersect([b], [FLAT]) == [intersect]
 
 
 @pytest.mark.parametrize(
-    ("a", "b", "meets"),
+    ("a", "b", "intersect"),
     [
         ([(0, 0, 0), (2, 2, 2)], [(0, 2, 1), (2, 0, 1)], True),
         ([(0, 0, 0), (2, 2, 2)], [(0, 2, 1), (2, 0, 2)], False),
@@ -62,10 +62,10 @@ def test_by_hand(corners, meets):
         ([(1, 1, 1), (1, 1, 1)], [(1, 1, 2), (1, 1, 2)], False),
     ],
 )
-def test_segments_and_points(a, b, meets):
+def test_segments_and_points(a, b, intersect):
     for p in ([a[0], a[0], a[1]], [a[1], a[0], a[1]]):
         for q in ([b[0], b[1], b[1]], [b[1], b[0], b[0]]):
-            assert triangle_pairs_intersect([p], [q]) == [meets]
+            assert triangle_pairs_intersect([p], [q]) == [intersect]
 
 
 def test_indexed_triangles_are_the_same_pairs():
@@ -73,7 +73,7 @@ def test_indexed_triangles_are_the_same_pairs():
     points, others = rng.normal(size=(2, 60, 3))
     triangles, faces = rng.integers(0, 60, (40, 3)), rng.integers(0, 60, (50, 3))
     pairs = np.column_stack([rng.integers(0, 40, 500), rng.integers(0, 50, 500)])
-    found = crosses(points, triangles, others, faces, pairs)
+    found = pairs_intersect(points, triangles, others, faces, pairs)
     expected = triangle_pairs_intersect(points[triangles[pairs[:, 0]]], others[faces[pairs[:, 1]]])
     assert np.array_equal(found, expected)
     assert 0 < found.sum() < 500

@@ -78,7 +78,7 @@ def test_particles_without_a_mesh_are_one_piece(volume):
         ({"kind": "cubes", "edge_m": 0.0, "overlap": 0.5}, "edge_m"),
         ({"kind": "cubes", "edge_m": np.nan, "overlap": 0.5}, "edge_m"),
         ({"kind": "cubes", "edge_m": 0.1, "overlap": 1.0}, "overlap"),
-        ({"kind": "cubes", "edge_m": 1e-9, "overlap": 0.5}, "more cubes than"),
+        ({"kind": "cubes", "edge_m": 1e-9, "overlap": 0.5}, "too many cubes"),
         ({"kind": "cubes", "edge_m": 0.026, "overlap": 0.0}, "hold the body together"),
     ],
 )

@@ -49,10 +49,10 @@ def test_one_scene_is_judged_by_its_own_numbers(table):
     assert said["query time (composite 4/2, all scenes)"] == "confirmed"
 
 
-def test_the_numbers_are_told(table):
-    told = claims(table).set_index("claim")["measured"]
-    assert told["query time (composite 4/2, one)"] == "sphere 4 ms, composite 2 ms, AABB 1 ms"
-    assert told["false pairs (composite 4/2, one)"] == "sphere 400, composite 120, AABB 100"
+def test_the_numbers_are_reported(table):
+    numbers = claims(table).set_index("claim")["measured"]
+    assert numbers["query time (composite 4/2, one)"] == "sphere 4 ms, composite 2 ms, AABB 1 ms"
+    assert numbers["false pairs (composite 4/2, one)"] == "sphere 400, composite 120, AABB 100"
 
 
 def test_a_table_read_from_its_file_gives_the_same(table, tmp_path):

@@ -11,10 +11,10 @@ def test_each_structure_is_timed_at_each_size():
     done = []
     table = collision_scaling.measure([400, 900], [[1, 1]], done.append)
     assert done == [400, 900]
-    ours = table[~table["rival"]]
-    assert (ours.groupby(["structure", "depths"]).size() == 2).all()
-    assert (ours[list(collision_growth.STAGES)] > 0).all(axis=None)
-    assert ours.groupby("triangles")["pairs"].nunique().eq(1).all()
+    tested = table[~table["rival"]]
+    assert (tested.groupby(["structure", "depths"]).size() == 2).all()
+    assert (tested[list(collision_growth.STAGES)] > 0).all(axis=None)
+    assert tested.groupby("triangles")["pairs"].nunique().eq(1).all()
 
 
 def test_exponents_are_those_of_the_powers_and_leave_small_meshes_out():

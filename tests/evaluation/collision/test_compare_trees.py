@@ -1,4 +1,4 @@
-"""The table tells what was measured, and counts what a structure gets wrong."""
+"""The table has what was measured, and counts the missed and extra pairs of a structure."""
 
 import numpy as np
 import pytest
@@ -19,29 +19,29 @@ def table():
 
 
 def test_every_scene_has_every_structure(table):
-    ours = table[~table["rival"]]
-    for _, rows in ours.groupby("scene"):
+    tested = table[~table["rival"]]
+    for _, rows in tested.groupby("scene"):
         assert list(rows["structure"]) == [*compare_trees.PURE, "composite"]
-    assert set(ours["depths"]) == {"", "1/1"}
-    assert (ours["frames"] == FRAMES).all()
+    assert set(tested["depths"]) == {"", "1/1"}
+    assert (tested["frames"] == FRAMES).all()
 
 
 def test_a_body_that_meets_itself_has_no_rival(table):
     assert not table.loc[table["scene"] == "folding_sheet", "rival"].any()
 
 
-def test_no_structure_of_ours_misses_a_pair_or_makes_one_up(table):
-    ours = table[~table["rival"]]
-    assert len(ours) == 4 * 6
-    assert (ours[["missed_pairs", "extra_pairs"]] == 0).all(axis=None)
+def test_no_structure_of_palpate_misses_a_pair_or_makes_one_up(table):
+    tested = table[~table["rival"]]
+    assert len(tested) == 4 * 6
+    assert (tested[["missed_pairs", "extra_pairs"]] == 0).all(axis=None)
 
 
 def test_times_and_counts_fit_together(table):
-    ours = table[~table["rival"]]
-    assert (ours[["build_ms", "refit_ms", "query_ms", "frame_ms", "node_tests"]] > 0).all(axis=None)
-    assert (ours["triangle_tests"] >= ours["pairs"]).all()
-    assert (ours["frame_ms"] >= ours[["refit_ms", "query_ms"]].max(axis=1)).all()
-    for _, rows in ours.groupby("scene"):
+    tested = table[~table["rival"]]
+    assert (tested[["build_ms", "refit_ms", "query_ms", "frame_ms", "node_tests"]] > 0).all(axis=None)
+    assert (tested["triangle_tests"] >= tested["pairs"]).all()
+    assert (tested["frame_ms"] >= tested[["refit_ms", "query_ms"]].max(axis=1)).all()
+    for _, rows in tested.groupby("scene"):
         assert rows["pairs"].nunique() == rows["triangles"].nunique() == 1
 
 
@@ -78,7 +78,7 @@ def test_missed_and_made_up_pairs_are_counted():
 
 def test_a_worn_tree_is_rebuilt_and_still_finds_every_pair():
     scene = random_soup(60, seed=1)
-    ours = compare_trees.RefittedTrees("composite", (2, 2), scene.triangles, scene.at(0.0))
+    tested = compare_trees.RefittedTrees("composite", (2, 2), scene.triangles, scene.at(0.0))
     random = np.random.default_rng(0)
     for _ in range(3):
         # every triangle goes somewhere else
@@ -86,16 +86,16 @@ def test_a_worn_tree_is_rebuilt_and_still_finds_every_pair():
             at[np.argsort(random.random(len(at) // 3))[:, None] * 3 + np.arange(3)].reshape(-1, 3)
             for at in scene.at(0.5)
         ]
-        ours.update(points)
-        assert np.array_equal(ours.query(), crossing(points, scene.triangles))
-    assert ours.rebuilds
+        tested.update(points)
+        assert np.array_equal(tested.query(), crossing(points, scene.triangles))
+    assert tested.rebuilds
 
 
 def test_one_body_is_searched_against_itself():
     scene = folding_sheet(10)
-    ours = compare_trees.RefittedTrees("aabb", None, scene.triangles, scene.at(0.0))
+    tested = compare_trees.RefittedTrees("aabb", None, scene.triangles, scene.at(0.0))
     points = scene.at(0.9)
-    ours.update(points)
-    found = ours.query()
+    tested.update(points)
+    found = tested.query()
     assert len(found) and (found[:, 0] < found[:, 1]).all()
     assert np.array_equal(found, crossing(points, scene.triangles))

@@ -1,4 +1,4 @@
-"""The rivals find the same pairs where rounding cannot matter, and their absence is told."""
+"""The rivals find the same pairs where rounding cannot matter, and their absence is reported."""
 
 from importlib.util import find_spec
 

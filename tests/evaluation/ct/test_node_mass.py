@@ -16,8 +16,8 @@ SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
 def check(table):
     """What the paper claims and the issue asks for."""
     assert (np.diff(table["elements"]) > 0).all()
-    off = table["deviation_from_voxels"].abs()
-    assert (off <= 0.035).all() and (off[table["elements"] >= 6000] <= 0.01).all()
+    error = table["deviation_from_voxels"].abs()
+    assert (error <= 0.035).all() and (error[table["elements"] >= 6000] <= 0.01).all()
     assert (table["elements"] >= 6000).any()
     assert np.ptp(table["mean_density_kg_m3"]) < 0.01 * table["mean_density_kg_m3"].mean()
     assert (np.diff(table["raw_deviation"]) > 0).all()  # the paper's masses rise with resolution

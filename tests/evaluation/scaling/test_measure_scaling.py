@@ -66,7 +66,7 @@ def test_the_press_is_solved():
 
 def test_a_meter_sees_what_a_call_takes():
     if not Path("/proc/self/clear_refs").exists():
-        pytest.skip("this system does not tell the peak of resident memory")
+        pytest.skip("this system does not report the peak of resident memory")
     meter = Meter()
     meter.once("large", lambda: np.ones(25_000_000).sum())
     meter.once("small", lambda: np.ones(10).sum())

@@ -1,4 +1,4 @@
-"""Our integrators grow as paper 3's eigenvalues say, and blow up where they say they do."""
+"""Integrators grow by paper 3's eigenvalues, and become unstable at the step that these predict."""
 
 import numpy as np
 import pytest

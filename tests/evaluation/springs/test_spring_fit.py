@@ -1,4 +1,4 @@
-"""Spring parameters in tables: each way, judged as it should be, and the floor below which none gets."""
+"""Tables of spring parameters: each method is evaluated correctly, and none is below the floor."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from palpate.calibration.spring_motion import simulate
 from palpate.errors import InputError
 from palpate.evaluation.springs import spring_experiment, spring_fit, spring_floor
 
-SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["calibration"]
+SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]
 YOUNG_PA = 900.0
 GRANTED = {"gradient_evaluations": 120}
 
@@ -34,7 +34,7 @@ def references(found):
 
 def made(found, references, method, volume_force, runs=None):
     budget = spring_fit.budget(SMOKE["searches"], volume_force)
-    return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *told: None)
+    return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *reported: None)
 
 
 def test_one_modulus_is_found_where_one_was_used(found, own):
@@ -55,8 +55,8 @@ def test_errors_are_those_of_the_motions(found, references):
         x, v = simulate(found.model, young, found.presses[row.press], found.settings)
         assert row.rmse_m == pytest.approx(np.sqrt(np.mean(np.linalg.norm(x - positions, axis=2) ** 2)))
         assert row.max_z_m == pytest.approx(np.abs(x - positions)[:, :, 2].max())
-        off = np.linalg.norm(x - positions, axis=2).sum() + 0.0025 * np.linalg.norm(v - velocities, axis=2).sum()
-        assert row.fitness == pytest.approx(-off)
+        error = np.linalg.norm(x - positions, axis=2).sum() + 0.0025 * np.linalg.norm(v - velocities, axis=2).sum()
+        assert row.fitness == pytest.approx(-error)
         steps = tables["spring_errors"].query("press == @row.press")
         assert list(steps["step"]) == list(range(1, found.settings.steps + 1))
         assert steps["error_z_m"].max() == pytest.approx(row.max_z_m)
@@ -123,10 +123,10 @@ def test_references_are_read_as_they_were_written(references, tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"young_pa": [3000, 300]}, r"calibration\.young_pa is from 3000 to 300 Pa"),
-        ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"calibration\.key_points_m\[0\] is .* outside the mesh"),
-        ({"duration_s": 1e-5}, r"calibration\.duration_s is 1e-05 s and a step 0\.0004 s; set it to at least one step"),
-        ({"step_s": 0.01}, r"calibration\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
+        ({"young_pa": [3000, 300]}, r"springs\.young_pa is from 3000 to 300 Pa"),
+        ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"springs\.key_points_m\[0\] is .* outside the mesh"),
+        ({"duration_s": 1e-5}, r"springs\.duration_s is 1e-05 s and a step 0\.0004 s; set it to at least one step"),
+        ({"step_s": 0.01}, r"springs\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
     ],
 )
 def test_what_cannot_be_is_said(change, said):

@@ -12,7 +12,7 @@ CAPTIONS = Path(__file__).parents[3] / "workflow" / "report"
 
 @pytest.fixture(scope="module")
 def paper():
-    return yaml.safe_load((CAPTIONS / "paper.yaml").read_text(encoding="utf-8"))
+    return yaml.safe_load((CAPTIONS / "enrichment/published.yaml").read_text(encoding="utf-8"))
 
 
 def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results, paper):

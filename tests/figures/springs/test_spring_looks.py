@@ -1,4 +1,4 @@
-"""Every way of finding spring parameters has a look of its own."""
+"""Every method for spring parameters has a look, and an unknown one is refused."""
 
 import pytest
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-# Lines of the curve: the CT number [HU] up to which each holds, density at 0 HU [kg/m³], slope [kg/m³ per HU].
-# Air to fat is drawn between air at -1000 HU and where the next line begins.
+# Segments of the curve: the CT number [HU] up to which each holds, density at 0 HU [kg/m³], slope [kg/m³ per HU].
+# Air to fat is interpolated between air at -1000 HU and the start of the next segment.
 _AIR_HU, _AIR, _FAT_HU = -1000.0, 1.21, -98.0
 _LINES = [
     (14.0, 1018.0, 0.893),  # fat to connective tissue, equation 21
@@ -14,12 +14,12 @@ _LINES = [
 
 
 def density(hu: np.ndarray) -> np.ndarray:
-    """Density [kg/m³] at CT numbers [HU], any shape; what is below -1000 HU is air.
+    """Compute the density [kg/m³] at CT numbers [HU], any shape; below -1000 HU it is that of air.
 
     W. Schneider, Bortfeld, Schlegel, "Correlation between CT numbers and tissue parameters needed for Monte Carlo
     simulations of clinical dose distributions", Phys. Med. Biol. 45 (2000) 459–478, equations 19, 21 and 23.
-    Trap: contrast agent raises CT numbers and hardly the density, so that an enhanced liver comes out a few per cent
-    too heavy; and the curve falls by 4 % at 100 HU, where soft tissue ends and bone begins.
+    Trap: contrast agent raises CT numbers but hardly the density, so that an enhanced liver comes out a few per cent
+    too heavy; and the curve drops by 4 % at 100 HU, where soft tissue ends and bone begins.
     """
     hu = np.asarray(hu, dtype=np.float64)
     fat = _LINES[0][1] + _LINES[0][2] * _FAT_HU

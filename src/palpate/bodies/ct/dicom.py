@@ -1,4 +1,4 @@
-"""One CT series in a folder of DICOM slices, ordered by where they lie."""
+"""Reader of one CT series in a folder of DICOM slices, ordered by their positions."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,14 +7,14 @@ import numpy as np
 
 from palpate.errors import InputError
 
-# parts of the slice distance by which positions may be off: headers are rounded to about 1e-3 mm
+# tolerance of positions, relative to the slice distance: headers are rounded to about 1e-3 mm
 UNEVEN = 0.02
 _DAMAGED = "{}: it cannot be read as a DICOM image, and seems to be damaged; download or export it again."
 
 
 @dataclass(frozen=True)
 class Slice:
-    """The header of one file: its place (3,) [mm], row and column direction (6,), and what must not vary."""
+    """Header of one file: position (3,) [mm], row and column direction (6,), and the grid, common to all slices."""
 
     file: Path
     series: str
@@ -25,21 +25,21 @@ class Slice:
 
 
 def read_folder(folder: Path):
-    """The series as a SimpleITK image with rescaled values; InputError unless it is one whole CT series.
+    """Read the series as a SimpleITK image with rescaled values; raise InputError unless it is one complete CT series.
 
     Traps: file names and instance numbers need not follow the patient, and the tags of slice thickness and of
-    spacing between slices need not be the distance between slices; positions are both. The reader applies the
+    spacing between slices need not be the distance between slices; positions define both. The reader applies the
     rescale slope and intercept of each slice, and decodes JPEG 2000.
     """
     import SimpleITK
 
-    slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _header(file))]
-    slices = _checked(folder, slices)
+    slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _read_header(file))]
+    slices = _check_series(folder, slices)
     first = slices[0]
     normal = np.cross(first.orientation[:3], first.orientation[3:])
     slices = sorted(slices, key=lambda s: float(s.position @ normal))
-    step = _step(folder, slices, normal)
-    image = SimpleITK.GetImageFromArray(np.stack([_values(s.file) for s in slices]))
+    step = _slice_distance(folder, slices, normal)
+    image = SimpleITK.GetImageFromArray(np.stack([_rescaled_values(s.file) for s in slices]))
     column, row = first.grid[1:]
     image.SetSpacing((row, column, step))
     image.SetOrigin(slices[0].position.tolist())
@@ -47,8 +47,8 @@ def read_folder(folder: Path):
     return image
 
 
-def _header(file: Path) -> Slice | None:
-    """What a file says of itself, or None if it is no DICOM image (a note, an index of the folder)."""
+def _read_header(file: Path) -> Slice | None:
+    """Read a file's header; None if it is not a DICOM image (a note, an index of the folder)."""
     import SimpleITK
 
     reader = SimpleITK.ImageFileReader()
@@ -57,7 +57,7 @@ def _header(file: Path) -> Slice | None:
     try:
         reader.ReadImageInformation()
     except RuntimeError as error:
-        if _was_slice(file):
+        if _is_damaged_slice(file):
             raise InputError(_DAMAGED.format(file)) from error
         return None
     if not reader.HasMetaDataKey("0008|0060"):
@@ -81,8 +81,8 @@ def _header(file: Path) -> Slice | None:
     )
 
 
-def _was_slice(file: Path) -> bool:
-    """Whether a file that cannot be read as an image is a broken slice rather than a note or the folder's index.
+def _is_damaged_slice(file: Path) -> bool:
+    """Test whether a file that cannot be read as an image is a damaged slice, not a note or the folder's index.
 
     It begins as DICOM does, with 128 bytes that are mostly zero and four letters, or ends within these.
     """
@@ -93,8 +93,8 @@ def _was_slice(file: Path) -> bool:
     )
 
 
-def _values(file: Path) -> np.ndarray:
-    """The rescaled values of one slice, (ny, nx)."""
+def _rescaled_values(file: Path) -> np.ndarray:
+    """Read the rescaled values of one slice, (ny, nx)."""
     import SimpleITK
 
     try:
@@ -103,8 +103,8 @@ def _values(file: Path) -> np.ndarray:
         raise InputError(_DAMAGED.format(file)) from error
 
 
-def _checked(folder: Path, slices: list[Slice]) -> list[Slice]:
-    """The slices, which are CT, of one series, on one grid and more than one."""
+def _check_series(folder: Path, slices: list[Slice]) -> list[Slice]:
+    """Check that the slices are several CT slices of one series on one grid, and return them."""
     if not slices:
         raise InputError(f"{folder}: no file in it is a DICOM image; give the folder that holds the slices.")
     for s in slices:
@@ -127,8 +127,8 @@ def _checked(folder: Path, slices: list[Slice]) -> list[Slice]:
     return slices
 
 
-def _step(folder: Path, slices: list[Slice], normal: np.ndarray) -> float:
-    """The distance between neighbouring slices [mm], which must be even and along the normal."""
+def _slice_distance(folder: Path, slices: list[Slice], normal: np.ndarray) -> float:
+    """Compute the distance between neighbouring slices [mm], which must be uniform and along the normal."""
     moves = np.diff([s.position for s in slices], axis=0)
     along = moves @ normal
     step = float(np.median(along))

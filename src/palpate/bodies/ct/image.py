@@ -10,7 +10,7 @@ from palpate.errors import InputError
 
 AIR_HU = -1024
 FORMATS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mhd", ".mha")
-# parts of a voxel by which two grids may differ and still be one: headers are rounded
+# difference, in voxels, up to which two grids count as the same: headers are rounded
 SAME_GRID = 1e-2
 
 
@@ -21,9 +21,9 @@ class Image:
     hu : (nz, ny, nx) [HU], int16 or float32, nowhere below air
     origin_m : (3,) [m], x y z of the centre of voxel (0, 0, 0)
     spacing_m : (3,) [m] between voxel centres along x, y and z
-    source : what to call it in messages
+    source : its name in messages
     axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
-        own axes, which for an oblique scan are turned against the patient's; a body does not mind.
+        own axes, which in an oblique scan are rotated against the patient's; a body is not affected.
     """
 
     hu: np.ndarray
@@ -38,19 +38,19 @@ class Image:
         return float(np.prod(self.spacing_m))
 
     def to_world(self, index: np.ndarray) -> np.ndarray:
-        """Coordinates, (n, 3) [m] in x y z, of places in the array, (n, 3) in z y x, which may lie between voxels."""
+        """Convert array indices, (n, 3) in z y x, possibly fractional, to coordinates, (n, 3) [m] in x y z."""
         return self.origin_m + np.asarray(index)[..., ::-1] * self.spacing_m
 
     def to_index(self, points: np.ndarray) -> np.ndarray:
-        """The inverse of ``to_world``: places in the array, (n, 3) in z y x, of points, (n, 3) [m]."""
+        """Convert points, (n, 3) [m], to array indices, (n, 3) in z y x: the inverse of ``to_world``."""
         return ((np.asarray(points) - self.origin_m) / self.spacing_m)[..., ::-1]
 
 
 def read(path: str | Path) -> Image:
-    """The CT in a NIfTI, NRRD or MetaImage file or in a folder of DICOM slices; InputError if it is none.
+    """Read the CT in a NIfTI, NRRD or MetaImage file or in a folder of DICOM slices; InputError if it is not one.
 
-    Traps: scanners pad with −2000 or −3024 outside their circle, which becomes air here, lest an interpolation or
-    a density take it for something; a grid of left-handed axes is flipped, not only relabelled.
+    Traps: scanners pad with −2000 or −3024 outside their circle, which becomes air here, so that no interpolation or
+    density takes it for tissue; a grid of left-handed axes is flipped, not only relabelled.
     """
     from palpate.bodies.ct.dicom import read_folder
 
@@ -63,14 +63,14 @@ def read(path: str | Path) -> Image:
         raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give a CT in Hounsfield units.")
     if hu.min() >= 0:
         raise InputError(
-            f"{path}: no voxel is below 0 HU, so this is no CT in Hounsfield units; "
+            f"{path}: no voxel is below 0 HU, so this is not a CT in Hounsfield units; "
             "give one, with its rescale slope and intercept applied."
         )
     return Image(np.maximum(hu, AIR_HU), *_grid(image), str(path), _axes(image))
 
 
 def read_mask(path: str | Path, image: Image) -> np.ndarray:
-    """Which voxels of ``image`` a mask file marks, (nz, ny, nx) bool; InputError if empty or on another grid."""
+    """Read a mask of ``image``'s voxels, (nz, ny, nx) bool; raise InputError if it is empty or on another grid."""
     path = Path(path)
     found = _oriented(_read_file(path))
     mask = _array(found)
@@ -80,12 +80,14 @@ def read_mask(path: str | Path, image: Image) -> np.ndarray:
     turned = np.abs(_axes(found) - image.axes) * max(image.hu.shape)
     if mask.shape != image.hu.shape or max(apart.max(), stretched.max(), turned.max()) > SAME_GRID:
         raise InputError(
-            f"{path}: the mask ({_told(mask, origin, spacing)}) is on another grid than "
-            f"{image.source} ({_told(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
+            f"{path}: the mask ({_describe_grid(mask, origin, spacing)}) is on another grid than {image.source} "
+            f"({_describe_grid(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
         )
     labels = np.unique(mask)
     if len(labels) > 2 or (len(labels) == 2 and labels[0] != 0):
-        raise InputError(f"{path}: the mask has the values {_some(labels)}; give one with 0 outside and one label.")
+        raise InputError(
+            f"{path}: the mask has the values {_list_values(labels)}; give one with 0 outside and one label."
+        )
     if labels[-1] == 0:
         raise InputError(f"{path}: the mask is empty; give one that marks the organ.")
     return mask != 0
@@ -95,9 +97,9 @@ def _read_file(path: Path):
     import SimpleITK
 
     if not path.is_file():
-        raise InputError(f"{path}: there is no such file; give a CT or a mask as {', '.join(FORMATS)}.")
+        raise InputError(f"{path}: this file does not exist; give a CT or a mask as {', '.join(FORMATS)}.")
     if not path.name.lower().endswith(FORMATS):
-        raise InputError(f"{path}: its name ends on none of {', '.join(FORMATS)}; for DICOM give the folder.")
+        raise InputError(f"{path}: its name ends in none of {', '.join(FORMATS)}; for DICOM give the folder.")
     if path.name.lower().endswith((".nii", ".nii.gz")):
         nifti.check(path)
     try:
@@ -116,7 +118,7 @@ def _oriented(image):
 
 
 def _array(image) -> np.ndarray:
-    """Its voxels, (nz, ny, nx), as int16 where that loses nothing and else as float32."""
+    """Convert the voxels to (nz, ny, nx), as int16 where that is lossless and else as float32."""
     import SimpleITK
 
     values = SimpleITK.GetArrayFromImage(image)
@@ -125,7 +127,7 @@ def _array(image) -> np.ndarray:
 
 
 def _grid(image) -> tuple[np.ndarray, np.ndarray]:
-    """Origin in the frame of the grid's own axes and spacing, both (3,) [m]."""
+    """Return the origin in the frame of the grid's own axes and the spacing, both (3,) [m]."""
     return _axes(image).T @ np.array(image.GetOrigin()) / 1e3, np.array(image.GetSpacing()) / 1e3
 
 
@@ -133,11 +135,11 @@ def _axes(image) -> np.ndarray:
     return np.array(image.GetDirection()).reshape(3, 3)
 
 
-def _told(voxels, origin, spacing) -> str:
+def _describe_grid(voxels, origin, spacing) -> str:
     numbers = [*voxels.shape[::-1], *(1e3 * spacing), *(1e3 * origin)]
     return "{}×{}×{} voxels of {:.4g}×{:.4g}×{:.4g} mm from {:.4g}, {:.4g}, {:.4g} mm".format(*numbers)
 
 
-def _some(values: np.ndarray) -> str:
+def _list_values(values: np.ndarray) -> str:
     text = ", ".join(f"{value:g}" for value in values[:4])
     return text + (f" and {len(values) - 4} more" if len(values) > 4 else "")

@@ -7,28 +7,28 @@ import numpy as np
 from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.particles import lumped
+from palpate.bodies.particles import lump_masses
 from palpate.errors import InputError
 
-_RIM = 2  # voxels around the organ that are looked at; beyond them the outermost ones count
+_MARGIN = 2  # voxels kept around the organ; beyond them the outermost ones are repeated
 
 
 def voxel_mass(image: Image, mask: np.ndarray) -> float:
-    """Mass [kg] of the voxels of ``mask``, (nz, ny, nx) bool."""
+    """Compute the mass [kg] of the voxels of ``mask``, (nz, ny, nx) bool."""
     return float(density(image.hu[mask]).sum() * image.voxel_m3)
 
 
 def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
-    """Density [kg/m³] of the organ ``mask`` at points (n, 3) [m], trilinear between the centres of voxels.
+    """Interpolate the density [kg/m³] of the organ ``mask`` at points (n, 3) [m], trilinearly between voxel centres.
 
     The organ's outermost voxels and those outside first take the density of the nearest voxel further inside. Trap:
-    the outermost ones are in part of the lung or fat beside the organ. Nodes of the surface, and a coarse mesh has
-    few others, would carry that deep into it (see ``raw_densities``).
+    the outermost ones contain in part the lung or fat beside the organ. Surface nodes, of which a coarse mesh mostly
+    consists, would spread that deep into the organ (see ``raw_densities``).
     Raises InputError if the organ is empty, or if a point is outside of it by more than half its extent.
     """
     from scipy import ndimage
 
-    image, mask = _around(points, image, mask)
+    image, mask = _crop_to_organ(points, image, mask)
     core = ndimage.binary_erosion(mask, border_value=1)
     nearest = ndimage.distance_transform_edt(
         ~(core if core.any() else mask),
@@ -40,29 +40,29 @@ def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.nd
 
 
 def raw_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
-    """The same of the voxels as they are, as paper 2 has it; raises the same."""
-    image, _ = _around(points, image, mask)
+    """Interpolate the density of the unmodified voxels, as in paper 2; otherwise like ``organ_densities``."""
+    image, _ = _crop_to_organ(points, image, mask)
     return _trilinear(density(image.hu), points, image)
 
 
 def element_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
-    """Masses (n_tetrahedra,) [kg]: volume times the mean of the densities (n_nodes,) [kg/m³] at its four nodes."""
+    """Compute masses (n_tetrahedra,) [kg]: volume times mean of the densities (n_nodes,) [kg/m³] at its nodes."""
     return mesh.volumes * densities[mesh.tetrahedra].mean(axis=1)
 
 
 def node_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
-    """Masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, equation 4)."""
-    return lumped(mesh, element_masses(mesh, densities))
+    """Compute masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, eq. 4)."""
+    return lump_masses(mesh, element_masses(mesh, densities))
 
 
-def _around(points, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
-    """The part of the image and of the mask that holds the organ."""
+def _crop_to_organ(points, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
+    """Crop the image and the mask to the organ."""
     from scipy import ndimage
 
     if not mask.any():
         raise InputError(f"{image.source}: the mask is empty; give one that marks the organ.")
     found = ndimage.find_objects(mask.astype(np.uint8))[0]
-    box = tuple(slice(max(side.start - _RIM, 0), side.stop + _RIM) for side in found)
+    box = tuple(slice(max(side.start - _MARGIN, 0), side.stop + _MARGIN) for side in found)
     part = replace(image, hu=image.hu[box], origin_m=image.to_world(np.array([side.start for side in box])))
     middle = part.to_index(points) / (np.array(part.hu.shape) - 1) - 0.5
     if (np.abs(middle) > 1).any():

@@ -1,4 +1,4 @@
-"""Finer meshes that follow the CT's surface and not the coarse mesh's facets."""
+"""Snapping of finer meshes to the CT's surface instead of the coarse mesh's facets."""
 
 from collections.abc import Callable
 
@@ -9,16 +9,16 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.surfaces.remesh import project, vertex_normals
 
-# an element keeps at least this part of its volume and these angles [°], or its nodes stay where they are
-KEPT, LEAST_DEG = 0.3, 10.0
+# an element keeps at least this fraction of its volume and this dihedral angle [°], or its nodes do not move
+LEAST_VOLUME, LEAST_DEG = 0.3, 10.0
 
 
 def snapper(points: np.ndarray, triangles: np.ndarray) -> Callable[[TetMesh, int], TetMesh]:
-    """What moves the surface nodes of a finer mesh from number ``first`` on to the dense surface given.
+    """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, to the given dense surface.
 
     points, triangles : (n, 3) [m] and (m, 3), wound outward
-    Trap: nodes whose move would invert or flatten an element go back, and so may their neighbours' elements
-    need it then; that ends, since at last all are back.
+    Trap: nodes whose move would invert or flatten an element move back, which may require that their neighbours do,
+    too; this terminates, at the latest when all have moved back.
     """
     tree, normals = cKDTree(points), vertex_normals(points, triangles)
 
@@ -28,8 +28,8 @@ def snapper(points: np.ndarray, triangles: np.ndarray) -> Callable[[TetMesh, int
         nodes[moving] = project(mesh.nodes[moving], mesh.normals[moving], points, normals, tree)
         while True:
             moved = TetMesh(nodes, mesh.tetrahedra)
-            flat = moved.volumes < KEPT * mesh.volumes
-            # angles are those of flattened elements too, but not of inverted ones
+            flat = moved.volumes < LEAST_VOLUME * mesh.volumes
+            # small angles detect flattened elements, but not inverted ones
             flat |= dihedral_angles(moved).min(axis=1) < LEAST_DEG
             bad = np.unique(mesh.tetrahedra[flat])
             bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]

@@ -1,4 +1,4 @@
-"""A synthetic abdomen whose liver is known exactly, for those who have no CT at hand."""
+"""Synthetic abdomen whose liver is known exactly, for users without a CT."""
 
 import numpy as np
 
@@ -8,12 +8,12 @@ from palpate.bodies.ct.image import AIR_HU, Image
 SEED = 1
 SPACING_M = (0.002, 0.002, 0.003)
 LIVER_HU, NOISE_HU = 60, 12
-# half the sides of the box it is scanned in [m], as a scanner's: cut by it above and below
+# half the sides of the scanned box [m]; as in a real scan, the body continues above and below
 HALF_M = np.array([0.17, 0.125, 0.1])
-# places a voxel's side at which a border that cuts it is looked at
+# samples along a voxel's side where a border cuts it
 SAMPLES = 5
-# Painted one over the other: CT number [HU], centre and half axes [m] (inf: a cylinder), turn about y [rad]. The liver
-# lies in fat, as a real one does, which no threshold of its own is half-way to.
+# Drawn one over the other: CT number [HU], centre and half axes [m] (inf: a cylinder), rotation about y [rad]. The
+# liver lies in fat, as a real one does, so that no threshold of the liver alone is midway to its neighbourhood.
 _SHAPES = {
     "skin": (-100, (0, 0, 0), (0.16, 0.115, np.inf), 0),
     "wall": (55, (0, 0, 0), (0.147, 0.102, np.inf), 0),
@@ -27,21 +27,21 @@ _SHAPES = {
 
 
 def abdomen(seed: int = SEED, spacing_m=SPACING_M) -> tuple[Image, dict]:
-    """A CT of ellipsoids with noise and partial volume, and the truth of its liver.
+    """Build a CT of ellipsoids with noise and partial volume, and the ground truth of its liver.
 
     spacing_m : (3,) [m] along x, y and z
-    The truth: "liver", the voxels (nz, ny, nx) that are it by half; "volume_m3" and "mass_kg", of the ellipsoid
-    and its density, which no voxel rounds.
+    The truth: "liver", the voxels (nz, ny, nx) of which the liver fills at least half; "volume_m3" and "mass_kg", of
+    the exact ellipsoid and its density.
     """
     spacing = np.asarray(spacing_m, dtype=float)
     counts = np.floor(2 * HALF_M / spacing).astype(int)
     origin = -(counts - 1) / 2 * spacing
     hu = np.full(counts[::-1], AIR_HU, dtype=np.float32)
     for value, *place in _SHAPES.values():
-        part = share_of(origin, spacing, counts, *place)
-        hu += part * (value - hu)
-    # the liver is painted last, so this is its share
-    liver = part >= 0.5
+        fraction = voxel_fractions(origin, spacing, counts, *place)
+        hu += fraction * (value - hu)
+    # the liver is drawn last, so these are its fractions
+    liver = fraction >= 0.5
     hu += np.random.default_rng(seed).normal(0.0, NOISE_HU, hu.shape)
     volume = 4 / 3 * np.pi * float(np.prod(_SHAPES["liver"][2]))
     truth = {"liver": liver, "volume_m3": volume, "mass_kg": volume * float(density(LIVER_HU))}
@@ -49,25 +49,25 @@ def abdomen(seed: int = SEED, spacing_m=SPACING_M) -> tuple[Image, dict]:
     return Image(hu, origin, spacing, "the synthetic abdomen"), truth
 
 
-def share_of(origin, spacing, counts, centre, axes, turn) -> np.ndarray:
-    """How much of each voxel is inside an ellipsoid, (nz, ny, nx), 0 to 1."""
+def voxel_fractions(origin, spacing, counts, centre, axes, turn) -> np.ndarray:
+    """Compute the fraction of each voxel inside an ellipsoid, (nz, ny, nx), 0 to 1."""
     x, y, z = (o + s * np.arange(n) - c for o, s, n, c in zip(origin, spacing, counts, centre, strict=True))
-    middle = _depth(x, y[:, None], z[:, None, None], axes, turn)
-    # no border is farther from the middle of a voxel that it cuts than half the voxel's diagonal
+    middle = _ellipsoid_radius(x, y[:, None], z[:, None, None], axes, turn)
+    # a border that cuts a voxel is within half the voxel's diagonal of its middle
     reach = np.linalg.norm(spacing) / 2 / min(axes)
-    share = (middle < 1).astype(np.float32)
+    fraction = (middle < 1).astype(np.float32)
     k, j, i = np.nonzero(np.abs(middle - 1) <= reach)
     steps = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
     dx, dy, dz = (s * g.ravel() for s, g in zip(spacing, np.meshgrid(steps, steps, steps), strict=True))
     inside = sum(
-        (_depth(x[i] + a, y[j] + b, z[k] + c, axes, turn) < 1).astype(np.float32)
+        (_ellipsoid_radius(x[i] + a, y[j] + b, z[k] + c, axes, turn) < 1).astype(np.float32)
         for a, b, c in zip(dx, dy, dz, strict=True)
     )
-    share[k, j, i] = inside / len(dx)
-    return share
+    fraction[k, j, i] = inside / len(dx)
+    return fraction
 
 
-def _depth(x, y, z, axes, turn) -> np.ndarray:
-    """Distance from the centre in units of the half axes: 1 on the ellipsoid."""
+def _ellipsoid_radius(x, y, z, axes, turn) -> np.ndarray:
+    """Compute the distance from the centre in units of the half axes: 1 on the ellipsoid."""
     along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
     return np.sqrt((along / axes[0]) ** 2 + (y / axes[1]) ** 2 + (up / axes[2]) ** 2)

@@ -1,16 +1,16 @@
-"""A coarse, well-shaped triangulation of a given number of vertices on a smooth closed surface."""
+"""Coarse, well-shaped triangulation of a smooth closed surface with a given number of vertices."""
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
-# how much a turn of the surface's normal counts as distance, against the vertices' mean spacing: keeps the
-# two sides of a thin lobe apart
+# weight of a difference of normals against a distance in units of the vertices' mean spacing: keeps the two
+# sides of a thin lobe apart
 NORMAL_WEIGHT = 0.3
 LLOYD_STEPS = 40
 
 
 def fibonacci_sphere(count: int) -> np.ndarray:
-    """Points spread evenly over the unit sphere, (count, 3)."""
+    """Distribute points evenly over the unit sphere, (count, 3)."""
     k = np.arange(count) + 0.5
     z = 1 - 2 * k / count
     angle = np.pi * (1 + 5**0.5) * k
@@ -18,7 +18,7 @@ def fibonacci_sphere(count: int) -> np.ndarray:
 
 
 def triangulate(sphere: np.ndarray) -> np.ndarray:
-    """Delaunay triangles of points on the unit sphere, (2 n - 4, 3), wound outward."""
+    """Triangulate points on the unit sphere (Delaunay), (2 n - 4, 3), wound outward."""
     triangles = ConvexHull(sphere).simplices.copy()
     a, b, c = (sphere[triangles[:, i]] for i in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
@@ -26,19 +26,19 @@ def triangulate(sphere: np.ndarray) -> np.ndarray:
     return triangles
 
 
-def spread(points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count: int):
+def triangulate_evenly(points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count: int):
     """Choose ``count`` of the points of a dense surface, evenly by area, and triangulate them.
 
     points, triangles : the dense surface, (n, 3) [m] and (m, 3), wound outward
-    sphere : where each point lies on the unit sphere, (n, 3)
+    sphere : image of each point on the unit sphere, (n, 3)
     Returns the chosen points' numbers, (count,), and 2 count - 4 triangles of 0 … count - 1, wound outward.
-    Centroidal Voronoi cells by Lloyd's steps from farthest points; Delaunay on the sphere gives a closed
-    surface of the right counts; edge flips fit it to the shape, which the map from the sphere may stretch.
+    Centroidal Voronoi cells by Lloyd's steps, starting from farthest points; Delaunay on the sphere gives a closed
+    surface with the right counts; edge flips adapt it to the shape, which the map from the sphere may stretch.
     """
     weight, normals = _vertex_areas(points, triangles)
     spacing = np.sqrt(weight.sum() / count)
     features = np.hstack([points / spacing, NORMAL_WEIGHT * normals])
-    centres = features[_farthest(features, count)]
+    centres = features[_farthest_points(features, count)]
     for _ in range(LLOYD_STEPS):
         cell = cKDTree(centres).query(features)[1]
         moments = [np.bincount(cell, weight * column, count) for column in features.T]
@@ -48,8 +48,8 @@ def spread(points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count:
 
 
 def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Flip edges as long as that raises the smaller of the two triangles' smallest angles."""
-    fan = np.bincount(triangles.ravel())
+    """Flip edges while that raises the smaller of the two triangles' smallest angles."""
+    valence = np.bincount(triangles.ravel())
     triangles = triangles.tolist()
     owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
     queue = [edge for edge in owner if edge[0] < edge[1]]
@@ -61,14 +61,14 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         c = next(p for p in triangles[first] if p not in (a, b))
         d = next(p for p in triangles[second] if p not in (a, b))
         old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
-        # it ends, since the sorted list of smallest angles only grows; the margin is there for rounding
-        better = _smallest(points, new) > _smallest(points, old) + 1e-3
-        # a point of three triangles is a spike, which later moves could press flat
-        spike = min(fan[a], fan[b]) <= 4
+        # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
+        better = _smallest_angle(points, new) > _smallest_angle(points, old) + 1e-3
+        # a vertex of three triangles is a spike, which later moves could flatten
+        spike = min(valence[a], valence[b]) <= 4
         if spike or not better or (c, d) in owner or (d, c) in owner or _folded(points, new):
             continue
-        fan[[a, b]] -= 1
-        fan[[c, d]] += 1
+        valence[[a, b]] -= 1
+        valence[[c, d]] += 1
         del owner[a, b], owner[b, a]
         triangles[first], triangles[second] = new
         owner |= {(t[i - 1], t[i]): k for k, t in zip((first, second), new, strict=True) for i in range(3)}
@@ -77,7 +77,7 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _vertex_areas(points, triangles):
-    """Each vertex's third of its triangles' area, (n,), and its outward unit normal, (n, 3)."""
+    """Compute a third of the area of each vertex's triangles, (n,), and its outward unit normal, (n, 3)."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     vectors = np.cross(b - a, c - a) / 6
     sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in vectors.T], axis=1)
@@ -85,8 +85,8 @@ def _vertex_areas(points, triangles):
     return lengths, sums / lengths[:, None]
 
 
-def _farthest(features, count):
-    """Start at the first point, then take the farthest from all taken before."""
+def _farthest_points(features, count):
+    """Choose points starting at the first, each the farthest from all chosen before."""
     chosen = [0]
     distance = np.full(len(features), np.inf)
     while len(chosen) < count:
@@ -95,15 +95,15 @@ def _farthest(features, count):
     return chosen
 
 
-def _smallest(points, triangles) -> float:
-    """The smallest angle of some triangles [rad]."""
+def _smallest_angle(points, triangles) -> float:
+    """Compute the smallest angle of some triangles [rad]."""
     corners = points[np.asarray(triangles)]
     u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     return np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)).min()
 
 
 def _folded(points, triangles) -> bool:
-    """Whether two triangles meet in a sharp fold (normals more than about 78° apart)."""
+    """Test whether two triangles form a sharp fold (normals more than about 78° apart)."""
     a, b, c = points[np.asarray(triangles)].transpose(1, 0, 2)
     n, m = np.cross(b - a, c - a)
     return n @ m < 0.2 * np.linalg.norm(n) * np.linalg.norm(m)

@@ -1,4 +1,4 @@
-"""Tetrahedra inside a closed triangulated surface, through gmsh, which leaves the surface as it is."""
+"""Tetrahedra inside a closed triangulated surface, by gmsh, which keeps the surface as it is."""
 
 import threading
 from contextlib import contextmanager
@@ -10,20 +10,20 @@ from scipy.sparse.csgraph import connected_components
 from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
 
-# gmsh keeps one state a process, so only one thread may be inside
-_ALONE = threading.Lock()
+# gmsh has one global state per process, so only one thread may use it
+_LOCK = threading.Lock()
 TRIANGLE, TETRAHEDRON = 2, 4
 
 
 @contextmanager
 def gmsh_session():
-    """The gmsh library in a fresh, quiet, single-threaded state (so that its meshes repeat bit for bit).
+    """Open the gmsh library in a fresh, quiet, single-threaded state (so that its meshes repeat bit for bit).
 
-    Trap: gmsh wants to catch Ctrl-C by default, which only a main thread may.
+    Trap: by default gmsh catches Ctrl-C, which only the main thread may do.
     """
     import gmsh
 
-    with _ALONE:
+    with _LOCK:
         gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
         try:
             gmsh.option.setNumber("General.Terminal", 0)
@@ -33,17 +33,19 @@ def gmsh_session():
             gmsh.finalize()
 
 
-def fill(points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = None, source="surface") -> TetMesh:
+def tetrahedralize(
+    points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = None, source="surface"
+) -> TetMesh:
     """Tetrahedralise a closed surface; its points come first and its triangles are the mesh's boundary.
 
-    points, triangles : (n, 3) [m] and (m, 3), closed and wound outward, thus inward around a hollow
-    spacing_m : wanted edge length inside; the surface's mean edge length if not given
-    source : what to call the surface if it cannot be filled (InputError), as when it cuts through itself
+    points, triangles : (n, 3) [m] and (m, 3), closed and wound outward, hence inward around a cavity
+    spacing_m : desired edge length inside; by default the surface's mean edge length
+    source : name of the surface in the InputError that is raised if it cannot be filled, as when it intersects itself
     """
     if spacing_m is None:
         edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
         spacing_m = float(np.linalg.norm(edges, axis=2).mean())
-    shells = _shells(points, triangles, source)
+    shells = _sort_shells(points, triangles, source)
     with gmsh_session() as gmsh:
         for option in ("MeshSizeMin", "MeshSizeMax"):
             gmsh.option.setNumber(f"Mesh.{option}", spacing_m)
@@ -52,40 +54,40 @@ def fill(points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = No
             nodes, tetrahedra = _generate(gmsh, points, shells)
         except Exception as error:  # gmsh raises nothing narrower
             raise InputError(
-                f"{source}: gmsh cannot fill the surface ({error}); repair it where it cuts through or touches itself."
+                f"{source}: gmsh cannot fill the surface ({error}); repair it where it intersects or touches itself."
             ) from error
     mesh = TetMesh(nodes, tetrahedra)
-    if not (np.array_equal(nodes[: len(points)], points) and _same(mesh.triangles, triangles)):
+    if not (np.array_equal(nodes[: len(points)], points) and _same_triangles(mesh.triangles, triangles)):
         raise InputError(
-            f"{source}: gmsh filled it only by changing its surface; "
-            "remesh it so that it has no needles and does not cut through itself."
+            f"{source}: gmsh changed the surface to fill it; "
+            "remesh it so that it has no needles and does not intersect itself."
         )
     return mesh
 
 
-def _shells(points, triangles, source: str) -> list[np.ndarray]:
-    """The outer shell's triangles, then those of each hollow."""
-    label = shells(triangles, len(points))
+def _sort_shells(points, triangles, source: str) -> list[np.ndarray]:
+    """List the outer shell's triangles, then those of each cavity."""
+    label = label_shells(triangles, len(points))
     found = [triangles[label == number] for number in np.unique(label)]
     # six times the volume inside, negative if wound inward
     volumes = [np.linalg.det(points[shell]).sum() for shell in found]
     if sum(volume > 0 for volume in volumes) > 1:
         raise InputError(
             f"{source}: the surface has {len(found)} separate shells; give each body a file of its own, and "
-            "wind the triangles around a hollow inward."
+            "wind the triangles around a cavity inward."
         )
     return [found[i] for i in np.argsort(volumes)[::-1]]
 
 
-def shells(triangles: np.ndarray, n_points: int) -> np.ndarray:
-    """Which connected piece of the surface each triangle belongs to, (n_triangles,)."""
+def label_shells(triangles: np.ndarray, n_points: int) -> np.ndarray:
+    """Label each triangle with its connected piece of the surface, (n_triangles,)."""
     ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]]).T
     graph = sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(n_points, n_points))
     return connected_components(graph, directed=False)[1][triangles[:, 0]]
 
 
 def gmsh_mesh(gmsh) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """The current model's nodes by increasing tag, (n, 3), and its elements, {type number: (m, corners)}."""
+    """Read the current model's nodes by increasing tag, (n, 3), and elements, {type number: (m, corners)}."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
     elements = {}
@@ -112,6 +114,6 @@ def _generate(gmsh, points, shells):
     return points, elements[TETRAHEDRON]
 
 
-def _same(first: np.ndarray, second: np.ndarray) -> bool:
-    """Whether two lists hold the same triangles, whatever their order and winding."""
+def _same_triangles(first: np.ndarray, second: np.ndarray) -> bool:
+    """Test whether two lists hold the same triangles, whatever their order and winding."""
     return {tuple(t) for t in np.sort(first, axis=1).tolist()} == {tuple(t) for t in np.sort(second, axis=1).tolist()}

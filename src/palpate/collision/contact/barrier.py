@@ -1,4 +1,4 @@
-"""The barrier that keeps surfaces apart: an energy that acts within a gap and grows beyond bound as it closes."""
+"""Barrier that keeps surfaces apart: an energy that acts within a gap and diverges as it closes."""
 
 import numba
 import numpy as np
@@ -10,20 +10,20 @@ from palpate.collision.triangles.closest_points import boxes_apart, closest, sep
 
 @numba.njit(cache=True, error_model="numpy")
 def barrier(s):
-    """b(s) = −(s − 1)² ln s for 0 < s < 1, and its first two derivatives (Li et al. 2020, eq. 6)."""
+    """Compute b(s) = −(s − 1)² ln s for 0 < s < 1, and its first two derivatives (Li et al. 2020, eq. 6)."""
     log, rest = np.log(s), s - 1.0
     return -rest * rest * log, -2.0 * rest * log - rest * rest / s, -2.0 * log - 4.0 * rest / s + (rest / s) ** 2
 
 
 @numba.njit(cache=True)
 def energy(kinds, nodes, offsets, scales, mollify, gap, x):
-    """Σ scale · gap · m · b((d − offset)/gap) [J] over stencils whose parts are less than ``gap`` [m] from touching.
+    """Sum scale · gap · m · b((d − offset)/gap) [J] over stencils whose parts are less than ``gap`` [m] from touching.
 
-    kinds : (k,) of closest.POINT_TRIANGLE or EDGE_EDGE; nodes : (k, 4); offsets : (k,) [m] sums of the parts' radii;
-    scales : (k,) [N]; mollify : (k,) [m⁴] as of mollifier.thresholds; x : (n, 3) [m]
+    kinds : (k,) of POINT_TRIANGLE or EDGE_EDGE; nodes : (k, 4); offsets : (k,) [m] sums of the parts' radii;
+    scales : (k,) [N]; mollify : (k,) [m⁴] from mollifier.thresholds; x : (n, 3) [m]
     +inf where parts touch or overlap. Li et al. 2020, eq. 5; in s, so that a force has the size of ``scale``.
-    Trap: the energy of parallel edges is zero whatever their distance, as that of their ends with the triangles
-    beside the other edge holds them apart; give both kinds of stencils.
+    Trap: the energy of parallel edges is zero whatever their distance; their ends keep apart from the triangles
+    beside the other edge, so pass both kinds of stencils.
     """
     weights, gradient, total = np.empty(4), np.empty((4, 3)), 0.0
     for k in range(len(kinds)):
@@ -40,7 +40,7 @@ def energy(kinds, nodes, offsets, scales, mollify, gap, x):
 
 @numba.njit(cache=True)
 def add_force(kinds, nodes, offsets, scales, mollify, gap, x, force):
-    """Add minus the energy's gradient to ``force`` (n, 3) [N]; nothing where it has none, as parts touch or overlap."""
+    """Add minus the energy's gradient to ``force`` (n, 3) [N]; nothing where parts touch or overlap and it has none."""
     weights, gradient = np.empty(4), np.empty((4, 3))
     for k in range(len(kinds)):
         if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
@@ -62,10 +62,10 @@ def add_force(kinds, nodes, offsets, scales, mollify, gap, x, force):
 
 @numba.njit(cache=True)
 def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
-    """Which stencils act, (a,), and the energy's second derivatives by their nodes, (a, 4, 4, 3, 3) [N/m].
+    """Find the active stencils, (a,), and the energy's second derivatives by their nodes, (a, 4, 4, 3, 3) [N/m].
 
-    The exact Hessian; with ``definite`` a positive semi-definite part of it, from which only what is negative is
-    missing. Where a row of ``nodes`` names a node twice, the blocks of both places belong to it.
+    The exact Hessian; with ``definite`` a positive semi-definite part of it, which lacks only negative terms.
+    Where a row of ``nodes`` has a node twice, the blocks of both places belong to it.
     """
     weights, active, levels = np.empty((len(kinds), 4)), np.empty(len(kinds), np.int64), np.empty(len(kinds))
     count = 0
@@ -87,15 +87,15 @@ def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
 def _fill(kind, nodes, scale, threshold, gap, x, weights, s, definite, block):
     gradient, normals = np.empty((4, 3)), np.empty((4, 3))
     factor, by_c, by_cc = mollifier(x, nodes, threshold, gradient)
-    value, slope, bend = barrier(s)
+    value, slope, curvature = barrier(s)
     r = np.array(separation(x, nodes, weights))
     r /= np.sqrt(np.sum(r * r))
     for a in range(4):
         normals[a] = weights[a] * r
     add_curvature(kind, x, nodes, weights, -scale * factor * slope, definite, block)
     if by_cc == 0.0:
-        add_outer(scale * bend / gap, normals, normals, block)
+        add_outer(scale * curvature / gap, normals, normals, block)
         return
     of_both, of_parallel = scale * slope * by_c, scale * gap * value * by_cc
-    add_mixed(scale * factor * bend / gap, of_both, of_parallel, normals, gradient, definite, block)
+    add_mixed(scale * factor * curvature / gap, of_both, of_parallel, normals, gradient, definite, block)
     add_parallel_curvature(x, nodes, scale * gap * value * by_c, definite, block)

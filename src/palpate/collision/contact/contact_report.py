@@ -1,21 +1,20 @@
-"""What is known of a contact: place, direction, depth and force."""
+"""Tables of contact: position, direction, gap and force."""
 
 import numpy as np
 import pandas as pd
 
-from palpate.collision.contact.friction import lag
+from palpate.collision.contact.friction import lagged_friction
 from palpate.collision.contact.obstacles import Obstacle
-from palpate.collision.contact.proximity import Near
+from palpate.collision.contact.proximity import NearStencils
 
 
-def contacts(near: Near, points: np.ndarray, names: list[str], radii: np.ndarray) -> pd.DataFrame:
-    """One row a pair that repels itself at ``points`` (n, 3) [m], of surfaces with ``radii`` (p,) [m] around them.
+def contact_table(near: NearStencils, points: np.ndarray, names: list[str], radii: np.ndarray) -> pd.DataFrame:
+    """Tabulate each pair in contact at ``points`` (n, 3) [m], of surfaces with ``radii`` (p,) [m] around them.
 
     first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
-    normal_x … : from the second to the first; gap_m : what is left between them, never negative; force_n : along the
-    normal
+    normal_x … : from the second to the first; gap_m : their clearance, never negative; force_n : along the normal
     """
-    active = lag(*near.barrier, points, 1.0, 1.0, points)
+    active = lagged_friction(*near.barrier, points, 1.0, 1.0, points)
     sides, normals = near.pieces[active.rows], active.normals
     ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
     others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
@@ -29,11 +28,13 @@ def contacts(near: Near, points: np.ndarray, names: list[str], radii: np.ndarray
     return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 
 
-def observed(obstacles: list[Obstacle], points: list[np.ndarray], forces: list[np.ndarray]) -> dict[str, float]:
-    """Of each obstacle the middle of its points, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …"""
+def observe_obstacles(
+    obstacles: list[Obstacle], points: list[np.ndarray], forces: list[np.ndarray]
+) -> dict[str, float]:
+    """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …"""
     row = {}
-    for thing, places, force in zip(obstacles, points, forces, strict=True):
+    for obstacle, positions, force in zip(obstacles, points, forces, strict=True):
         for axis, letter in enumerate("xyz"):
-            row[f"{thing.name}_{letter}_m"] = float(places[:, axis].mean())
-            row[f"{thing.name}_force_{letter}_n"] = float(force[axis])
+            row[f"{obstacle.name}_{letter}_m"] = float(positions[:, axis].mean())
+            row[f"{obstacle.name}_force_{letter}_n"] = float(force[axis])
     return row

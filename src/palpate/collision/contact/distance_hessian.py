@@ -12,8 +12,8 @@ def add_curvature(kind, x, nodes, weights, force, definite, block):
 
     d² /2 is the minimum over the free parameters s of φ = ½ |r|², r = Σ wᵢ(s) xᵢ, so its Hessian is
     φ_xx − φ_xs φ_ss⁻¹ φ_sx for any kind and region. With r's derivatives by s made orthonormal, qₖ, and the weights'
-    changed along with them, yₖ, this gives d Hess(d) = w wᵀ⊗(I − n nᵀ) − Σ (w⊗qₖ + yₖ⊗r)(w⊗qₖ + yₖ⊗r)ᵀ.
-    With ``definite`` only what pushes back is kept: less wwᵀ⊗(I − n nᵀ − Σ qₖqₖᵀ), the positive part of each
+    transformed with them, yₖ, this gives d Hess(d) = w wᵀ⊗(I − n nᵀ) − Σ (w⊗qₖ + yₖ⊗r)(w⊗qₖ + yₖ⊗r)ᵀ.
+    With ``definite`` only the positive part is kept: less wwᵀ⊗(I − n nᵀ − Σ qₖqₖᵀ), the positive part of each
     (w⊗qₖ)(yₖ⊗r)ᵀ + (yₖ⊗r)(w⊗qₖ)ᵀ + (yₖ⊗r)(yₖ⊗r)ᵀ, in closed form as w⊗qₖ ⟂ yₖ⊗r.
     """
     q, y = np.empty((2, 3)), np.empty((2, 4))
@@ -54,7 +54,7 @@ def add_outer(factor, first, second, block):
 
 @numba.njit(cache=True, error_model="numpy")
 def _free_directions(kind, x, nodes, weights, q, y):
-    """How many parameters are free; r's derivatives by them, orthonormal, in ``q``, and the weights' in ``y``."""
+    """Count the free parameters; write r's derivatives by them, orthonormal, to ``q``, and the weights' to ``y``."""
     free = 0
     if kind == POINT_TRIANGLE:
         first = 1 if weights[1] != 0.0 else 2

@@ -1,4 +1,4 @@
-"""Coulomb friction as a potential: with the directions and normal forces of an earlier state, and smooth at rest."""
+"""Coulomb friction as a potential: smooth at rest, with the directions and normal forces of an earlier state."""
 
 from dataclasses import dataclass
 
@@ -11,16 +11,16 @@ from palpate.collision.triangles.closest_points import closest_points
 
 
 @dataclass(frozen=True, eq=False)
-class Lagged:
-    """Σ μ λ f₀(|u|), u being the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
+class LaggedFriction:
+    """Σ μ λ f₀(|u|), where u is the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
 
-    f₀(u) = u²/ε − u³/(3 ε²) for u < ε, u − ε/3 beyond it (Li et al. 2020, eq. 14–17, less the constant that makes no
+    f₀(u) = u²/ε − u³/(3 ε²) for u < ε, u − ε/3 beyond it (Li et al. 2020, eq. 14–17, without the constant, which has no
     force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step.
 
-    rows : (a,) of the stencils that act; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
+    rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
     limits : (a,) μ λ [N]; start : (n, 3) [m]
-    Traps: below the limit contacts creep; and with the directions and forces of an earlier state friction is as wrong
-    as those have changed: lag and solve again until they do not.
+    Traps: below the limit contacts creep; and friction with the directions and forces of an earlier state has the error
+    of their change since: lag and solve again until they no longer change.
     """
 
     rows: np.ndarray
@@ -33,7 +33,7 @@ class Lagged:
     slip_m: float
 
     def energy(self, x: np.ndarray) -> float:
-        """Energy [J] at ``x`` (n, 3) [m]."""
+        """Compute the energy [J] at ``x`` (n, 3) [m]."""
         return _energy(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start)
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
@@ -41,27 +41,29 @@ class Lagged:
         _add_force(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, force)
 
     def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m], exact, or with ``definite`` those of the parabola
-        in |u| that touches the energy at x and is nowhere below it.
+        """Compute nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m].
 
-        Both are positive semi-definite. Trap: what slides has no curvature along its way, so exact ones lead far
-        beyond where it should stick; the parabola's lead there in few steps.
+        Exact, or with ``definite`` those of the parabola in |u| that touches the energy at x and is nowhere below it.
+        Both are positive semi-definite. Trap: a sliding contact has no curvature along its direction, so a step with
+        the exact ones goes far beyond where it should stick; with the parabola's it gets there in few steps.
         """
         values = _blocks(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, definite)
         return self.nodes, values
 
 
-def lag(kinds, nodes, offsets, scales, mollify, gap, x, friction, slip_m: float, start: np.ndarray) -> Lagged:
-    """Friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start`` (n, 3) [m].
+def lagged_friction(
+    kinds, nodes, offsets, scales, mollify, gap, x, friction, slip_m: float, start: np.ndarray
+) -> LaggedFriction:
+    """Set up friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start``.
 
-    friction : coefficients μ (k,), or one; slip_m : > 0 [m]
-    A normal force is the barrier's, m scale |b′| (Li et al. 2020, eq. 13); stencils with none are left out.
+    friction : coefficients μ (k,), or one; slip_m : > 0 [m]; start : (n, 3) [m]
+    A normal force is the barrier's, m scale |b′| (Li et al. 2020, eq. 13); stencils without one are left out.
     """
     distance, weights, normals = closest_points(kinds, nodes, x)
     forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
     rows = np.flatnonzero(forces > 0.0)
     limits = np.broadcast_to(friction, len(kinds))[rows] * forces[rows]
-    return Lagged(rows, nodes[rows], weights[rows], normals[rows], forces[rows], limits, start.copy(), slip_m)
+    return LaggedFriction(rows, nodes[rows], weights[rows], normals[rows], forces[rows], limits, start.copy(), slip_m)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -74,8 +76,8 @@ def _normal_forces(nodes, levels, scales, mollify, x):
 
 
 @numba.njit(cache=True)
-def _slide(nodes, weights, normal, x, start, u):
-    """The tangential part of Σ wᵢ (xᵢ − startᵢ) in ``u`` (3,), and its length [m]."""
+def _tangential_motion(nodes, weights, normal, x, start, u):
+    """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) to ``u`` (3,), and return its length [m]."""
     for i in range(3):
         u[i] = 0.0
         for a in range(4):
@@ -88,7 +90,7 @@ def _slide(nodes, weights, normal, x, start, u):
 
 @numba.njit(cache=True, error_model="numpy")
 def _resistance(length, slip):
-    """f₀′(u)/u, and its derivative by u divided by u."""
+    """Compute f₀′(u)/u, and its derivative by u divided by u."""
     if length < slip:
         return (2.0 - length / slip) / slip, -1.0 / (slip * slip * length) if length > 0.0 else 0.0
     return 1.0 / length, -1.0 / length**3
@@ -98,7 +100,7 @@ def _resistance(length, slip):
 def _energy(nodes, weights, normals, limits, slip, x, start):
     u, total = np.empty(3), 0.0
     for k in range(len(nodes)):
-        length = _slide(nodes[k], weights[k], normals[k], x, start, u)
+        length = _tangential_motion(nodes[k], weights[k], normals[k], x, start, u)
         if length < slip:
             total += limits[k] * length * length / slip * (1.0 - length / (3.0 * slip))
         else:
@@ -110,7 +112,7 @@ def _energy(nodes, weights, normals, limits, slip, x, start):
 def _add_force(nodes, weights, normals, limits, slip, x, start, force):
     u = np.empty(3)
     for k in range(len(nodes)):
-        resistance = limits[k] * _resistance(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
+        resistance = limits[k] * _resistance(_tangential_motion(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
         for a in range(4):
             for i in range(3):
                 force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
@@ -120,7 +122,7 @@ def _add_force(nodes, weights, normals, limits, slip, x, start, force):
 def _blocks(nodes, weights, normals, limits, slip, x, start, definite):
     u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
     for k in range(len(nodes)):
-        length = _slide(nodes[k], weights[k], normals[k], x, start, u)
+        length = _tangential_motion(nodes[k], weights[k], normals[k], x, start, u)
         resistance, change = _resistance(length, slip)
         if definite:
             change = 0.0

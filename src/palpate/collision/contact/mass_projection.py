@@ -1,4 +1,4 @@
-"""Where an explicit step ends that must not lead through anything: the nearest place in the norm of the masses."""
+"""End of an explicit step that must not pass through anything: the nearest place in the norm of the masses."""
 
 from collections.abc import Callable
 
@@ -11,39 +11,39 @@ from palpate.solvers.newton import minimise
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""
-MOST = 40
-"""Iterations of Newton's method: a way that ends early at one thing after another had better be cut."""
+MAX_ITERATIONS = 40
+"""Iterations of Newton's method: a path that is stopped by one obstacle after another is better halved."""
 
 
-def project(contact, begin, aim, free, inertia, before) -> np.ndarray:
-    """The z (n, 3) [m] of least ½ Σ inertia |z − aim|² + E(z), on a way from ``begin`` that leads through nothing.
+def project(contact, start, target, free, inertia, last_forces) -> np.ndarray:
+    """Find the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), on an intersection-free path from ``start``.
 
     E : the energy of ``contact``; free : (n,) bool, others stay; inertia : (n,) [N/m], mass over squared step;
-    before : (n, 3) [N], forces of contact that are likely to act again, as a guess that saves half of the iterations
+    last_forces : (n, 3) [N], forces of contact that are likely to act again, a guess that saves half of the iterations
     Raises NotConverged if it is not found.
     """
-    aim = np.where(free[:, None], aim, begin)
-    problem = _Nearest(contact, aim, free, inertia)
-    ahead = aim - begin
-    guess = ahead + np.where(free[:, None], before / inertia[:, None], 0.0)
-    starts = [begin, *(begin + contact.limit(begin, way) * way for way in (ahead, guess))]
-    begin = min(starts, key=problem.energy)
-    scale = float(np.linalg.norm(inertia[:, None] * ahead)) + float(np.linalg.norm(problem.force(begin)))
-    return minimise(problem, begin, scale, TOLERANCE, MOST).x if scale > 0.0 else begin
+    target = np.where(free[:, None], target, start)
+    problem = _Problem(contact, target, free, inertia)
+    displacement = target - start
+    guess = displacement + np.where(free[:, None], last_forces / inertia[:, None], 0.0)
+    starts = [start, *(start + contact.limit(start, motion) * motion for motion in (displacement, guess))]
+    start = min(starts, key=problem.energy)
+    scale = float(np.linalg.norm(inertia[:, None] * displacement)) + float(np.linalg.norm(problem.force(start)))
+    return minimise(problem, start, scale, TOLERANCE, MAX_ITERATIONS).x if scale > 0.0 else start
 
 
-class _Nearest:
-    """The minimisation, as Newton's method wants it."""
+class _Problem:
+    """The minimisation, in the form that Newton's method needs."""
 
-    def __init__(self, contact, aim: np.ndarray, free: np.ndarray, inertia: np.ndarray):
-        self._contact, self._aim, self._free, self._inertia = contact, aim, free, inertia[:, None]
+    def __init__(self, contact, target: np.ndarray, free: np.ndarray, inertia: np.ndarray):
+        self._contact, self._target, self._free, self._inertia = contact, target, free, inertia[:, None]
 
     def energy(self, z: np.ndarray) -> float:
-        away = z - self._aim
+        away = z - self._target
         return 0.5 * float(np.vdot(self._inertia * away, away)) + self._contact.energy(z)
 
     def force(self, z: np.ndarray) -> np.ndarray:
-        force = -self._inertia * (z - self._aim)
+        force = -self._inertia * (z - self._target)
         self._contact.add_force(z, np.zeros_like(z), force)
         return np.where(self._free[:, None], force, 0.0)
 

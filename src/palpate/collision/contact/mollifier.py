@@ -1,15 +1,15 @@
-"""The factor that takes the barrier off edges as they become parallel, where their distance has a kink."""
+"""Factor that fades the barrier of edges out as they become parallel, where their distance has a kink."""
 
 import numba
 import numpy as np
 
 from palpate.collision.contact.distance_hessian import add_outer
 from palpate.collision.triangles.closest_points import EDGE_EDGE
-from palpate.collision.triangles.closest_weights import dot, minus
+from palpate.collision.triangles.closest_weights import difference, dot
 
 
 def thresholds(kinds: np.ndarray, nodes: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """ε (k,) [m⁴] of each stencil: 10⁻³ of its edges' squared lengths' product at ``rest`` (n, 3) [m].
+    """Compute ε (k,) [m⁴] of each stencil: 10⁻³ of the product of its edges' squared lengths at ``rest`` (n, 3) [m].
 
     Zero, which means no mollifier, for points and triangles, and for edges of no length.
     Li et al. 2020, supplement, eq. 24.
@@ -20,13 +20,13 @@ def thresholds(kinds: np.ndarray, nodes: np.ndarray, rest: np.ndarray) -> np.nda
 
 @numba.njit(cache=True, error_model="numpy")
 def mollifier(x, nodes, threshold, gradient):
-    """m(c) = (2 − c/ε) c/ε of edges with c = |u × v|² < ε, else 1, and its first and second derivatives by c.
+    """Compute m(c) = (2 − c/ε) c/ε of edges with c = |u × v|² < ε, else 1, and its first and second derivatives by c.
 
     gradient : (4, 3), overwritten with c's [m³] where m < 1
     """
     if not threshold > 0.0:
         return 1.0, 0.0, 0.0
-    u, v = minus(x, nodes[1], nodes[0]), minus(x, nodes[3], nodes[2])
+    u, v = difference(x, nodes[1], nodes[0]), difference(x, nodes[3], nodes[2])
     cross = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
     c = dot(cross, cross) / threshold
     if not c < 1.0:
@@ -43,9 +43,9 @@ def mollifier(x, nodes, threshold, gradient):
 def add_parallel_curvature(x, nodes, factor, definite, block):
     """Add ``factor`` ≥ 0 times the Hessian of c = |u × v|² to ``block`` (4, 4, 3, 3).
 
-    Twice the square of u × v's first derivatives, which is all that ``definite`` keeps, and u × v times its second.
+    Twice the square of u × v's first derivatives, which ``definite`` keeps only, and u × v times its second.
     """
-    u, v = minus(x, nodes[1], nodes[0]), minus(x, nodes[3], nodes[2])
+    u, v = difference(x, nodes[1], nodes[0]), difference(x, nodes[3], nodes[2])
     uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
     for i in range(3):
         for j in range(3):
@@ -67,7 +67,7 @@ def add_parallel_curvature(x, nodes, factor, definite, block):
 def add_mixed(of_distance, of_both, of_parallel, normals, gradient, definite, block):
     """Add the 2 × 2 matrix [[of_distance, of_both], [of_both, of_parallel]] in the gradients of d and c.
 
-    ``definite`` keeps the matrix's positive part, with either gradient scaled to length one.
+    ``definite`` keeps the matrix's positive part, with each gradient scaled to length one.
     """
     first, second = np.linalg.norm(normals), np.linalg.norm(gradient)
     if not (definite and second > 0.0):

@@ -1,4 +1,4 @@
-"""Rigid things that a body can meet, at rest or driven along a path."""
+"""Rigid obstacles that a body can touch, at rest or driven along a path."""
 
 from dataclasses import dataclass
 
@@ -7,18 +7,18 @@ import numpy as np
 from palpate.bodies.mesh_checks import LARGEST
 from palpate.errors import InputError
 
-WIDE = 50.0
-"""Half a floor's side, in sizes of the body: it must not fall off the edge."""
+FLOOR_HALF_WIDTH = 50.0
+"""Half a floor's side, in sizes of the body, which must not fall off the edge."""
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A rigid surface with a thickness, which bodies stay ``radius_m`` [m] away from.
+    """A rigid surface with a thickness, from which bodies stay ``radius_m`` [m] away.
 
-    points : (k, 3) [m] before it moves; triangles : (m, 3). A ball is the triangle (0, 0, 0) of one point, a capsule
+    points : (k, 3) [m] before it moves; triangles : (m, 3). A sphere is the triangle (0, 0, 0) of one point, a capsule
     the triangle (0, 1, 1) of two, both with a radius
-    times_s : (q,) and shifts_m : (q, 3), the path: straight and even from each place to the next, still before and
-    after; empty if it stays
+    times_s : (q,) and shifts_m : (q, 3), the path: uniform motion from each position to the next, at rest before and
+    after; empty if it does not move
     """
 
     name: str
@@ -30,34 +30,34 @@ class Obstacle:
     shifts_m: np.ndarray
 
     def at(self, t: float) -> np.ndarray:
-        """Where its points (k, 3) [m] are at the time ``t`` [s]."""
+        """Compute its points (k, 3) [m] at the time ``t`` [s]."""
         if not len(self.times_s):
             return self.points
         return self.points + [np.interp(t, self.times_s, self.shifts_m[:, i]) for i in range(3)]
 
 
-def obstacle(settings: dict, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:
-    """The obstacle of one entry of ``contact.instruments``, called ``name`` unless the entry has one; ``size`` [m] and
-    ``middle`` (3,) [m] are the body's.
+def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:
+    """Make the obstacle of one entry of ``contact.instruments``, called ``name`` unless the entry has a name.
 
     kind : sphere (``center_m``, ``radius_m``), capsule (``from_m``, ``to_m``, ``radius_m``), floor (``axis``,
         ``height_m``) or mesh (``file`` with its triangles, ``scale_m``, ``radius_m``)
     times_s, shifts_m : the path, if it moves
+    size [m] and middle (3,) [m] are the body's.
 
     Raises InputError, naming ``place``, for a path whose times do not increase or lack their shifts, and for lengths
-    beyond any sense.
+    that are too large.
     """
     times = np.array(settings.get("times_s", []), dtype=float)
     shifts = np.array(settings.get("shifts_m", []), dtype=float).reshape(-1, 3)
     if len(times) != len(shifts) or not (np.diff(times) > 0.0).all():
         raise InputError(
-            f"{place}: times_s has {len(times)} entries and shifts_m {len(shifts)}; give as many of both, times in "
-            "increasing order."
+            f"{place}: times_s has {len(times)} entries and shifts_m {len(shifts)}; give the same number of "
+            "both, times in increasing order."
         )
     points, triangles = _SHAPES[settings["kind"]](settings, size, middle)
     name, radius = settings.get("name", name), settings.get("radius_m", 0.0)
     if not all((np.abs(lengths) <= LARGEST).all() for lengths in (points, shifts, np.array(radius))):
-        raise InputError(f"{place} has a length of more than {LARGEST:g} m; give all of them in metres.")
+        raise InputError(f"{place} has a length of more than {LARGEST:g} m; give all lengths in metres.")
     return Obstacle(name, settings["kind"], points, triangles, radius, times, shifts)
 
 
@@ -70,9 +70,9 @@ def _capsule(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarra
 
 
 def _floor(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """One triangle, wide enough."""
+    """Make one triangle, wide enough."""
     up = "xyz".index(settings.get("axis", "z"))
-    corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]]) * WIDE * size
+    corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]]) * FLOOR_HALF_WIDTH * size
     points = np.insert(corners + np.delete(middle, up), up, settings["height_m"], axis=1)
     return points, np.array([[0, 1, 2]]) if up != 1 else np.array([[0, 2, 1]])
 

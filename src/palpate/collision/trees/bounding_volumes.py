@@ -1,10 +1,10 @@
-"""Bounding volumes: sphere, AABB, OBB, 14-DOP and 18-DOP, one row of numbers each, and when two of them meet."""
+"""Bounding volumes: sphere, AABB, OBB, 14-DOP and 18-DOP, one row of numbers each, and their overlap test."""
 
 import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from palpate.collision.trees.fit_volumes import DIRECTIONS, fit_along, fit_dop, fit_obb, fit_sphere
-from palpate.collision.trees.volume_overlap import AABB, DOP14, DOP18, OBB, SPHERE, meet
+from palpate.collision.trees.volume_overlap import AABB, DOP14, DOP18, OBB, SPHERE, volumes_overlap
 from palpate.errors import InputError
 
 KINDS = {"sphere": SPHERE, "aabb": AABB, "obb": OBB, "dop14": DOP14, "dop18": DOP18}
@@ -13,16 +13,16 @@ OBB = centre, axes (one after the other), half lengths."""
 
 
 def fit(kind: str, points: np.ndarray) -> np.ndarray:
-    """The row [m] of a volume of ``kind`` around ``points`` (n, 3) [m]; rounding makes it larger, never smaller.
+    """Fit a volume of ``kind`` around ``points`` (n, 3) [m]: its row [m]; rounding makes it larger, never smaller.
 
-    Sphere: about the middle of the AABB (within √3 of the least one). OBB: the axes of the points' covariance, or x, y
-    and z if these do better. Raises InputError for an unknown kind, no points, and coordinates that are not finite.
+    Sphere: about the middle of the AABB (within √3 of the smallest one). OBB: the axes of the points' covariance, or x,
+    y and z if these are better. Raises InputError for an unknown kind, no points, and coordinates that are not finite.
     """
     if kind not in KINDS:
         raise InputError(f"bounding volume {kind} is unknown; name one of {', '.join(KINDS)}.")
     points = np.ascontiguousarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.isfinite(points).all():
-        raise InputError(f"points of a {kind} must be finite, of shape (n, 3), and one at least; leave out the others.")
+        raise InputError(f"points of a {kind} must be finite, of shape (n, 3), and at least one; remove the others.")
     row = np.empty({"sphere": 4, "obb": 15}.get(kind) or 2 * len(DIRECTIONS[kind]))
     if kind == "obb":
         fit_obb(points, 0, len(points), row[None], 0)
@@ -32,7 +32,7 @@ def fit(kind: str, points: np.ndarray) -> np.ndarray:
 
 
 def refit(kind: str, row: np.ndarray, points: np.ndarray) -> None:
-    """Fit a row in place to ``points`` (n, 3) [m] that have moved; an OBB keeps its axes, for they are what is dear."""
+    """Refit a row in place to ``points`` (n, 3) [m] that have moved; an OBB keeps its axes, which are expensive."""
     where = (points, 0, len(points))
     if kind == "sphere":
         row[:3] = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
@@ -44,13 +44,13 @@ def refit(kind: str, row: np.ndarray, points: np.ndarray) -> None:
 
 
 def overlap(kind: str, a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether the volumes of two rows meet, touching included; rounding says yes rather than no."""
+    """Test whether the volumes of two rows overlap, touching included; rounding errs towards yes."""
     a, b = np.atleast_2d(a, b)
-    return bool(meet(KINDS[kind], KINDS[kind], a, b, a, b, 0, 0))
+    return bool(volumes_overlap(KINDS[kind], KINDS[kind], a, b, a, b, 0, 0))
 
 
 def volume(kind: str, row: np.ndarray) -> float:
-    """Its volume [m³]."""
+    """Compute the volume [m³]."""
     if kind == "sphere":
         return float(4.0 / 3.0 * np.pi * row[3] ** 3)
     if kind == "obb":
@@ -58,7 +58,7 @@ def volume(kind: str, row: np.ndarray) -> float:
     low, high = np.split(row, 2)
     if kind == "aabb" or (low >= high).any():
         return float((high - low).prod()) if kind == "aabb" else 0.0
-    # in units of the box, where Qhull's absolute tolerances fit
+    # in units of the box, for which Qhull's absolute tolerances are suitable
     middle, half = 0.5 * low[:3] + 0.5 * high[:3], 0.5 * (high[:3] - low[:3])
     normals = DIRECTIONS[kind] * half
     shift = DIRECTIONS[kind] @ middle
@@ -69,7 +69,7 @@ def volume(kind: str, row: np.ndarray) -> float:
 
 
 def tightness(kind: str, points: np.ndarray) -> float:
-    """Volume of the volume fitted to ``points`` (n, 3) [m] over that of their convex hull: 1 is perfect.
+    """Compute the volume fitted to ``points`` (n, 3) [m] over that of their convex hull: 1 is perfect.
 
     Infinite where the hull has no volume: fewer than four points, or all in a plane.
     """

@@ -1,18 +1,18 @@
-"""A binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays."""
+"""Binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays."""
 
 import numba
 import numpy as np
 
 LEAF = 1
-"""Triangles a leaf holds at most: 2 would be a tenth quicker, and pass twice as many pairs on to the exact test."""
+"""Most triangles in a leaf: 2 would be 10 % faster, but pass twice as many pairs to the exact test."""
 BINS = 16
 CHILD, FIRST, LAST, KIND = range(4)
-"""Columns of a tree's nodes: left child (the right one is the next; -1 in leaves), the range of triangles, volume."""
+"""Columns of a tree's nodes: left child (the right one is next; -1 in leaves), the range of triangles, volume kind."""
 
 
 @numba.njit(cache=True)
 def triangle_boxes(points, triangles, boxes, centres):
-    """Least and greatest coordinates (m, 6) of triangles, and the middles between (m, 3) [m]."""
+    """Compute the least and greatest coordinates (m, 6) of triangles, and the midpoints between them (m, 3) [m]."""
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         for i in range(3):
@@ -23,11 +23,11 @@ def triangle_boxes(points, triangles, boxes, centres):
 
 @numba.njit(cache=True)
 def build(boxes, centres, leaf, heuristic):
-    """Nodes (n, 4) int32, with their level as kind; the order of the triangles (m,) int32; the levels below the root.
+    """Build nodes (n, 4) int32, with their level as kind; the order of the triangles (m,) int32; the tree's height.
 
-    Siblings are adjacent and come before their descendants; so a backward loop meets children before parents.
-    The heuristic (MacDonald, Booth 1990, over Wald's 2007 bins) gives way to the median where it sees no difference,
-    or where it has gone much deeper than the median would.
+    Siblings are adjacent and precede their descendants; so a backward loop reaches children before parents.
+    The heuristic (MacDonald, Booth 1990, over Wald's 2007 bins) is replaced by the median where all splits cost the
+    same, or where it has become much deeper than the median would.
     """
     m = len(boxes)
     nodes, order = np.empty((max(2 * m - 1, 1), 4), np.int32), np.arange(m).astype(np.int32)
@@ -35,7 +35,7 @@ def build(boxes, centres, leaf, heuristic):
     stack = np.empty((3 * deepest, 4), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, m, 0
     depth = 1
-    spread, bins, counts = np.empty((2, 3)), np.empty((BINS, 6)), np.empty(BINS, np.int64)
+    extent, bins, counts = np.empty((2, 3)), np.empty((BINS, 6)), np.empty(BINS, np.int64)
     right = np.empty(BINS)
     while depth:
         depth -= 1
@@ -44,12 +44,12 @@ def build(boxes, centres, leaf, heuristic):
         nodes[node, CHILD], nodes[node, FIRST], nodes[node, LAST], nodes[node, KIND] = -1, first, last, level
         if last - first <= leaf:
             continue
-        _spread(centres, order, first, last, spread)
+        _centre_extent(centres, order, first, last, extent)
         cut = -1
         if heuristic and last - first > 2 and level < deepest:
-            cut = _cheapest(boxes, centres, order, first, last, spread, bins, counts, right)
+            cut = _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, right)
         if cut < 0:
-            cut = _halve(centres, order, first, last, spread)
+            cut = _split_at_median(centres, order, first, last, extent)
         nodes[node, CHILD] = used
         for side, start, end in ((1, cut, last), (0, first, cut)):
             stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3] = used + side, start, end, level + 1
@@ -59,47 +59,47 @@ def build(boxes, centres, leaf, heuristic):
 
 
 @numba.njit(cache=True)
-def _spread(centres, order, first, last, spread):
-    """Least and greatest middle, by coordinate."""
+def _centre_extent(centres, order, first, last, extent):
+    """Write the least and greatest centre, by coordinate."""
     t = order[first]
     for i in range(3):
-        spread[0, i] = spread[1, i] = centres[t, i]
+        extent[0, i] = extent[1, i] = centres[t, i]
     for k in range(first + 1, last):
         t = order[k]
         for i in range(3):
-            spread[0, i], spread[1, i] = min(spread[0, i], centres[t, i]), max(spread[1, i], centres[t, i])
+            extent[0, i], extent[1, i] = min(extent[0, i], centres[t, i]), max(extent[1, i], centres[t, i])
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _cheapest(boxes, centres, order, first, last, spread, bins, counts, right):
-    """Parts the range where Σ area × number over both sides is least; where that is, -1 if nowhere."""
+def _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, right):
+    """Split the range where Σ area × count over both sides is least; return the position, -1 if there is none."""
     best, axis, border = np.inf, -1, 0
     used = min(BINS, last - first)
     for i in range(3):
-        scale = used / (spread[1, i] - spread[0, i])
+        scale = used / (extent[1, i] - extent[0, i])
         if not (scale > 0.0 and scale < np.inf):
             continue
         bins[:used, :3], bins[:used, 3:], counts[:used] = np.inf, -np.inf, 0
         for k in range(first, last):
             t = order[k]
-            b = min(int((centres[t, i] - spread[0, i]) * scale), used - 1)
+            b = min(int((centres[t, i] - extent[0, i]) * scale), used - 1)
             counts[b] += 1
-            _grow(bins[b], boxes[t])
+            _enlarge(bins[b], boxes[t])
         _areas_from_right(bins, counts, used, right)
         for b in range(used - 1):
             if b:
-                _grow(bins[b], bins[b - 1])
+                _enlarge(bins[b], bins[b - 1])
                 counts[b] += counts[b - 1]
             if 0 < counts[b] < last - first:
-                cost = _area(bins[b]) * counts[b] + right[b + 1]
+                cost = _half_surface(bins[b]) * counts[b] + right[b + 1]
                 if cost < best:
                     best, axis, border = cost, i, b
     if axis < 0:
         return -1
-    scale = used / (spread[1, axis] - spread[0, axis])
+    scale = used / (extent[1, axis] - extent[0, axis])
     i, j = first, last - 1
     while i <= j:
-        if min(int((centres[order[i], axis] - spread[0, axis]) * scale), used - 1) <= border:
+        if min(int((centres[order[i], axis] - extent[0, axis]) * scale), used - 1) <= border:
             i += 1
         else:
             order[i], order[j] = order[j], order[i]
@@ -109,37 +109,37 @@ def _cheapest(boxes, centres, order, first, last, spread, bins, counts, right):
 
 @numba.njit(cache=True)
 def _areas_from_right(bins, counts, used, right):
-    """Area × number of the bins from each on."""
+    """Accumulate area × count of the bins from each one on."""
     lx = ly = lz = np.inf
     hx = hy = hz = -np.inf
-    number = 0
+    count = 0
     for b in range(used - 1, 0, -1):
         row = bins[b]
         lx, ly, lz = min(lx, row[0]), min(ly, row[1]), min(lz, row[2])
         hx, hy, hz = max(hx, row[3]), max(hy, row[4]), max(hz, row[5])
-        number += counts[b]
-        right[b] = ((hx - lx) * (hy - ly) + (hy - ly) * (hz - lz) + (hz - lz) * (hx - lx)) * number
+        count += counts[b]
+        right[b] = ((hx - lx) * (hy - ly) + (hy - ly) * (hz - lz) + (hz - lz) * (hx - lx)) * count
 
 
 @numba.njit(cache=True)
-def _grow(row, other):
+def _enlarge(row, other):
     for i in range(3):
         row[i], row[3 + i] = min(row[i], other[i]), max(row[3 + i], other[3 + i])
 
 
 @numba.njit(cache=True)
-def _area(row):
-    """Half the surface."""
+def _half_surface(row):
+    """Compute half the surface."""
     x, y, z = row[3] - row[0], row[4] - row[1], row[5] - row[2]
     return x * y + y * z + z * x
 
 
 @numba.njit(cache=True)
-def _halve(centres, order, first, last, spread):
-    """Parts the range at the median along its longest side (Hoare's selection); where that is."""
+def _split_at_median(centres, order, first, last, extent):
+    """Split the range at the median along its longest side (Hoare's selection); return the position."""
     axis = 0
     for i in range(1, 3):
-        if spread[1, i] - spread[0, i] > spread[1, axis] - spread[0, axis]:
+        if extent[1, i] - extent[0, i] > extent[1, axis] - extent[0, axis]:
             axis = i
     middle = (first + last) // 2
     low, high = first, last - 1

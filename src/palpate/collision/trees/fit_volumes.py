@@ -1,4 +1,4 @@
-"""Bounding volumes around points, each rounded outwards: numba kernels that write one row."""
+"""Fitting of bounding volumes around points, each rounded outwards: numba kernels that write one row."""
 
 import numba
 import numpy as np
@@ -10,17 +10,17 @@ DIRECTIONS = {"aabb": _AXES, "dop14": np.vstack([_AXES, _CORNERS]), "dop18": np.
 """Normals of the slabs, (3 + k, 3); those after the first three are not of unit length, so that sums suffice."""
 ULP = 2.0**-52
 OBB_SLACK = 1e-13
-"""Added to an OBB's half lengths, in parts of their sum: its axes and its points' projections are rounded."""
+"""Added to an OBB's half lengths, relative to their sum: its axes and its points' projections are rounded."""
 TINY = 1e-150
-"""Added to a sphere's radius and an OBB's half lengths [m]: below it products underflow."""
+"""Added to a sphere's radius and an OBB's half lengths [m]: smaller values underflow in products."""
 
 
 @numba.njit(cache=True)
 def fit_sphere(points, first, last, rows, n):
-    """The least sphere about the centre in ``rows[n, :3]`` around ``points[first:last]`` (…, 3) [m]."""
+    """Fit the smallest sphere about the centre in ``rows[n, :3]`` around ``points[first:last]`` (…, 3) [m]."""
     cx, cy, cz = rows[n, 0], rows[n, 1], rows[n, 2]
     square = other = 0.0
-    # two maxima, for one would wait for itself
+    # two maxima, as a single one would serialise the loop
     for p in range(first, last - 1, 2):
         x, y, z = points[p, 0] - cx, points[p, 1] - cy, points[p, 2] - cz
         square = max(square, x * x + y * y + z * z)
@@ -33,7 +33,7 @@ def fit_sphere(points, first, last, rows, n):
 
 @numba.njit(cache=True)
 def fit_box(points, first, last, rows, n):
-    """The least AABB, exactly."""
+    """Fit the smallest AABB, exactly."""
     for i in range(3):
         low = high = points[first, i]
         for p in range(first + 1, last):
@@ -43,7 +43,7 @@ def fit_box(points, first, last, rows, n):
 
 @numba.njit(cache=True)
 def fit_dop(points, first, last, directions, rows, n):
-    """The least k-DOP with the slabs ``directions``; sums of coordinates are rounded, hence the slack."""
+    """Fit the smallest k-DOP with the slabs ``directions``; sums of coordinates are rounded, hence the slack."""
     half = len(directions)
     for k in range(half):
         u, v, w = directions[k, 0], directions[k, 1], directions[k, 2]
@@ -56,8 +56,8 @@ def fit_dop(points, first, last, directions, rows, n):
 
 
 @numba.njit(cache=True)
-def merge(half, rows, n, child):
-    """Bounds ``half`` low and ``half`` high of a node around those of its children ``child`` and the next."""
+def merge_bounds(half, rows, n, child):
+    """Merge ``half`` low and ``half`` high bounds of the children ``child`` and the next into those of a node."""
     for k in range(half):
         rows[n, k] = min(rows[child, k], rows[child + 1, k])
         rows[n, half + k] = max(rows[child, half + k], rows[child + 1, half + k])
@@ -65,7 +65,7 @@ def merge(half, rows, n, child):
 
 @numba.njit(cache=True)
 def fit_obb(points, first, last, rows, n):
-    """Of the axes of the points' covariance and x, y and z, those with the smaller box."""
+    """Fit the smaller of two boxes: along the axes of the points' covariance, or along x, y and z."""
     axes, other = np.eye(3), np.empty((1, 15))
     fit_along(points, first, last, axes, other, 0)
     _principal(points, first, last, axes)
@@ -77,7 +77,7 @@ def fit_obb(points, first, last, rows, n):
 
 @numba.njit(cache=True)
 def fit_along(points, first, last, axes, rows, n):
-    """The least box with its ``axes`` (3, 3), one a row, of unit length and orthogonal to within rounding."""
+    """Fit the smallest box with the given ``axes`` (3, 3), one per row, orthonormal to within rounding."""
     x0, y0, z0 = points[first, 0], points[first, 1], points[first, 2]
     x, y, z, size = x0, y0, z0, 0.0
     for k in range(3):
@@ -90,7 +90,7 @@ def fit_along(points, first, last, axes, rows, n):
         x, y, z, size = x + middle * u, y + middle * v, z + middle * w, size + 0.5 * (high - low)
         rows[n, 3 + 3 * k], rows[n, 4 + 3 * k], rows[n, 5 + 3 * k], rows[n, 12 + k] = u, v, w, 0.5 * (high - low)
     rows[n, 0], rows[n, 1], rows[n, 2] = x, y, z
-    # the middle itself is rounded, to the last place of the coordinates
+    # the middle itself is rounded, to the last digit of the coordinates
     slack = OBB_SLACK * size + 4.0 * ULP * (abs(x) + abs(y) + abs(z)) + TINY
     for k in range(12, 15):
         rows[n, k] += slack
@@ -104,7 +104,7 @@ def _area(rows, n):
 
 @numba.njit(cache=True, error_model="numpy")
 def _principal(points, first, last, axes):
-    """The eigenvectors of the points' covariance, by Jacobi's rotations; left alone if it is not finite."""
+    """Find the eigenvectors of the points' covariance by Jacobi rotations; unchanged if it is not finite."""
     c, mean, at, scale = np.zeros((3, 3)), np.zeros(3), np.empty(3), 0.0
     for p in range(first, last):
         for i in range(3):
@@ -119,7 +119,7 @@ def _principal(points, first, last, axes):
             for j in range(3):
                 c[i, j] += at[i] * at[j]
     for turn in range(15):
-        # each turn moves the larger eigenvalue to the front, so the pairs must agree on an order
+        # each rotation moves the larger eigenvalue to the front, so the pairs must agree on an order
         i, j = (turn % 3) // 2, min(turn % 3 + 1, 2)
         if c[i, j] == 0.0:
             continue

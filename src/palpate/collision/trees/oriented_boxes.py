@@ -1,4 +1,4 @@
-"""OBBs of a tree: axes that turn with the triangles, so that refitting need not find them anew."""
+"""OBBs of a tree whose axes rotate with the triangles, so that a refit need not recompute them."""
 
 import numba
 import numpy as np
@@ -8,15 +8,15 @@ from palpate.collision.trees.fit_volumes import fit_along, fit_obb
 
 
 @numba.njit(cache=True)
-def refit_obbs(nodes, corners, each, pad, frames, axes, boxes):
-    """OBBs whose axes turn with three corners of each node, around all its corners: O(m) a level.
+def refit_obbs(nodes, corners, per_triangle, pad, frames, axes, boxes):
+    """Refit OBBs with axes that rotate with three corners of each node, around all its corners: O(m) per level.
 
-    So a rigid motion keeps them as tight as when they were chosen, and no motion makes them unsound.
+    So a rigid motion keeps them as tight as when they were chosen, and no motion makes them miss a corner.
     """
     turned, frame = np.empty((3, 3)), np.empty((3, 3))
     for n in range(len(nodes)):
-        first, last = each * nodes[n, FIRST], each * nodes[n, LAST]
-        _frame(corners, first, each, frames[n, 0], frames[n, 1], frame)
+        first, last = per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST]
+        _frame(corners, first, per_triangle, frames[n, 0], frames[n, 1], frame)
         for i in range(3):
             for j in range(3):
                 turned[i, j] = axes[n, i, 0] * frame[0, j] + axes[n, i, 1] * frame[1, j] + axes[n, i, 2] * frame[2, j]
@@ -27,9 +27,10 @@ def refit_obbs(nodes, corners, each, pad, frames, axes, boxes):
 
 @numba.njit(cache=True)
 def choose_axes(nodes, corners, frames, axes):
-    """Axes of each node's OBB at ``corners`` (3m, 3), as coordinates (3, 3) in a frame that three corners carry.
+    """Choose axes of each node's OBB at ``corners`` (3m, 3), as coordinates (3, 3) in a frame of three of its corners.
 
-    The three, (2,) from the node's first, are the farthest from the first corner, and from the line through both.
+    The second and third corner, (2,) counted from the node's first, are the farthest from the first, and from the line
+    through both.
     """
     row, frame = np.empty((1, 15)), np.empty((3, 3))
     for n in range(len(nodes)):
@@ -63,12 +64,12 @@ def choose_axes(nodes, corners, frames, axes):
 
 
 @numba.njit(cache=True)
-def _frame(corners, first, each, second, third, frame):
-    """An orthonormal frame, a row an axis: along one edge, then the other; any that fits where they vanish."""
+def _frame(corners, first, per_triangle, second, third, frame):
+    """Build an orthonormal frame, one axis per row: along one edge, then the other; any that fits where they vanish."""
     for k in range(2):
-        # of triangle t, corners each * t … each * t + 2 are at ``points``
+        # of triangle t, corners per_triangle * t … per_triangle * t + 2 are at ``points``
         corner = second if k == 0 else third
-        p = first + corner // 3 * each + corner % 3
+        p = first + corner // 3 * per_triangle + corner % 3
         for i in range(3):
             frame[k, i] = corners[p, i] - corners[first, i]
     if not _normalise(frame, 0):
@@ -88,7 +89,7 @@ def _frame(corners, first, each, second, third, frame):
 
 @numba.njit(cache=True)
 def _straighten(frame):
-    """Make the second axis orthogonal to the first, and so twice: once leaves rounding; False if it lies along it."""
+    """Orthogonalise the second axis to the first, twice because of rounding; return False if it is parallel."""
     for _ in range(2):
         along, square = 0.0, 0.0
         for i in range(3):
@@ -104,7 +105,7 @@ def _straighten(frame):
 
 @numba.njit(cache=True, error_model="numpy")
 def _normalise(frame, k):
-    """Scale a row to unit length; False where it has none that can be told."""
+    """Scale a row to unit length; return False if it has no reliable length."""
     scale = max(abs(frame[k, 0]), abs(frame[k, 1]), abs(frame[k, 2]))
     if not (scale > 0.0 and scale < np.inf and 1.0 / scale < np.inf):
         return False

@@ -1,4 +1,4 @@
-"""A tree of bounding volumes over triangles: paper 3's composite hierarchy, its two special cases, and its rivals."""
+"""Tree of bounding volumes over triangles: paper 3's composite hierarchy, its two special cases, and its rivals."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from palpate.collision.trees.bounding_volumes import KINDS
 from palpate.collision.trees.build_tree import KIND, LEAF, build, triangle_boxes
 from palpate.collision.trees.fit_volumes import DIRECTIONS
 from palpate.collision.trees.oriented_boxes import choose_axes, refit_obbs
-from palpate.collision.trees.refit import box_areas, gather, refit_boxes, refit_dops
+from palpate.collision.trees.refit import box_areas, gather_corners, refit_boxes, refit_dops
 from palpate.collision.trees.volume_overlap import AABB, BOTH, SPHERE
 from palpate.collision.triangles.triangle_checks import as_array, coordinates, node_numbers
 from palpate.errors import InputError
@@ -14,24 +14,25 @@ from palpate.errors import InputError
 STRUCTURES = ("composite", *KINDS)
 SPLITS = ("sah", "median")
 DEPTHS = (1, 1)
-"""The quickest composite that has all three layers: each further level with spheres made a frame of two livers of 4416
-triangles slower (0.29 ms with AABBs alone, 0.33 as here, 0.42 with (4, 2)) and passed the same pairs on."""
-WORN = 0.6
-"""Where a rebuilt tree halves the tests of nodes between two twisted livers, and pays for itself in ten searches."""
+"""Levels of the fastest composite with all three layers: each further level with spheres made a frame of two livers of
+4416 triangles slower (0.29 ms with AABBs alone, 0.33 as here, 0.42 with (4, 2)) and passed on the same pairs.
+"""
+REBUILD_QUALITY = 0.6
+"""Quality below which a rebuild halves the node tests between two twisted livers, and pays off in ten searches."""
 NOT_FINITE = "points of a tree are not finite; check the coordinates of its body."
 POINTS = (None, 3)
-_NONE = np.empty((0, 3))
+_NO_POINTS = np.empty((0, 3))
 
 
 class Tree:
-    """Bounding volumes over ``triangles`` (m, 3) of ``points`` (n, 3) [m], from all of them down to one each.
+    """Bounding volumes over ``triangles`` (m, 3) of ``points`` (n, 3) [m], from all of them down to single ones.
 
     structure : composite, sphere, aabb, obb, dop14 or dop18
-    depths : of the composite, how many levels have spheres only, and how many below have a sphere and an AABB; all
+    depths : of the composite, the number of levels with spheres only, and of those below with a sphere and an AABB; all
         further ones have AABBs only (paper 3, chapter 4). So (0, 0) is the AABB tree; the sphere tree has no second.
-    split : sah (surface area heuristic), which takes twice as long to build as median, and then a fifth fewer tests of
-        nodes between livers of 4416 triangles, and half as many between sheets of 1e6
-    Degenerate triangles are points and segments; no triangles at all are a tree that meets nothing. Raises InputError
+    split : sah (surface area heuristic), which takes twice as long to build as median, and then needs 20 % fewer tests
+        of nodes between livers of 4416 triangles, and half as many between sheets of 1e6
+    Degenerate triangles are points and segments; a tree without triangles overlaps nothing. Raises InputError
     for an unknown structure or split, depths that are not two counts, arrays of another shape or type, coordinates
     that are not finite, and nodes that do not exist.
     Trap: the tree stays where it was last fitted; after the points have moved, call ``refit`` before any search.
@@ -68,42 +69,43 @@ class Tree:
         self.nodes, self.order, self.height = build(boxes, centres, LEAF, self.split == "sah")
         self._leaf_triangles = self.triangles[self.order]
         self._allocate()
-        self._gather(points, _NONE)
+        self._gather(points, _NO_POINTS)
         if self.structure == "obb":
             choose_axes(self.nodes, self._corners, self._frames, self._axes)
         self._fit(0.0)
-        self._built = self._cost()
+        self._built_cost = self._cost()
 
     def refit(self, points: np.ndarray, margin: float = 0.0, moved: np.ndarray | None = None) -> None:
-        """Fit the volumes to ``points`` (n, 3) [m], and to the way to ``moved`` (n, 3) [m] if given.
+        """Fit the volumes to ``points`` (n, 3) [m], and to the straight paths to ``moved`` (n, 3) [m] if given.
 
         Every volume then contains all points within ``margin`` [m] of its triangles; so a search finds all pairs that
-        come as near as both trees' margins together, on straight ways at any time.
+        come as near as the sum of both trees' margins at any time along the paths.
         Raises InputError for another number of points, coordinates that are not finite, and a negative margin.
         """
         points = coordinates(points, POINTS, "points of a tree")
-        moved = _NONE if moved is None else coordinates(moved, POINTS, "moved points of a tree")
+        moved = _NO_POINTS if moved is None else coordinates(moved, POINTS, "moved points of a tree")
         if len(points) != len(self.points) or len(moved) not in (0, len(points)):
             raise InputError(f"a tree over {len(self.points)} points was refitted to another number; make a new one.")
         if not 0.0 <= margin < np.inf:
             raise InputError(f"margin of a tree is {margin}; give a length in m, 0 for none.")
         self._gather(points, moved)
-        # rounding may not eat any of the margin
+        # rounding must not reduce the margin
         self._fit(margin + 2.0**-50 * (margin + np.abs(self._corners).max(initial=0.0)) if margin else 0.0)
 
     @property
     def quality(self) -> float:
-        """Surface of all nodes' AABBs over the root's, when last built over now: 1 as built, less the more it is worn.
+        """Cost of a search when last built over that of now: 1 as built, less the more the tree has degraded.
 
-        Random boxes meet a node as often as its surface is large (MacDonald, Booth 1990); neither margin nor way count.
+        The cost is the surface of all nodes' AABBs over the root's, since random boxes overlap a node as often as its
+        surface is large (MacDonald, Booth 1990); margins and paths do not count.
         """
         now = self._cost()
-        return self._built / now if now > 0.0 else 1.0
+        return self._built_cost / now if now > 0.0 else 1.0
 
     @property
-    def worn(self) -> bool:
-        """Whether the tree should be rebuilt: its quality has fallen below WORN."""
-        return self.quality < WORN
+    def needs_rebuild(self) -> bool:
+        """True where the quality has fallen below REBUILD_QUALITY: rebuild before the next search."""
+        return self.quality < REBUILD_QUALITY
 
     def _allocate(self) -> None:
         n, levels = len(self.nodes), self.nodes[:, KIND].copy()
@@ -121,17 +123,17 @@ class Tree:
             self.boxes = np.empty((n, 2 * len(DIRECTIONS.get(self.structure, DIRECTIONS["aabb"]))))
 
     def _gather(self, points: np.ndarray, moved: np.ndarray) -> None:
-        self._each = 6 if len(moved) else 3
-        if len(self._corners) != self._each * len(self.triangles):
-            self._corners = np.empty((self._each * len(self.triangles), 3))
-        if not gather(points, moved, self._leaf_triangles, self._corners):
+        self._per_triangle = 6 if len(moved) else 3
+        if len(self._corners) != self._per_triangle * len(self.triangles):
+            self._corners = np.empty((self._per_triangle * len(self.triangles), 3))
+        if not gather_corners(points, moved, self._leaf_triangles, self._corners):
             raise InputError(NOT_FINITE)
         self.points = points
 
     def _fit(self, pad: float) -> None:
         if not len(self.triangles):
             return
-        where = (self.nodes, self._corners, self._each, pad)
+        where = (self.nodes, self._corners, self._per_triangle, pad)
         if self.structure == "obb":
             refit_obbs(*where, self._frames, self._axes, self.boxes)
         elif self.structure in ("dop14", "dop18"):
@@ -140,4 +142,4 @@ class Tree:
             refit_boxes(*where, self.boxes, self.spheres)
 
     def _cost(self) -> float:
-        return box_areas(self.nodes, self._corners, self._each) if len(self.triangles) else 0.0
+        return box_areas(self.nodes, self._corners, self._per_triangle) if len(self.triangles) else 0.0

@@ -1,19 +1,19 @@
-"""When two bounding volumes meet: the numba kernels of a search's inner loop."""
+"""Overlap of two bounding volumes: the numba kernels of a search's inner loop."""
 
 import numba
 
 SPHERE, BOTH, AABB, OBB, DOP14, DOP18 = range(6)
 """Kinds of a node's volume; BOTH, a sphere and an AABB, is a composite tree's middle layer."""
 PARALLEL = 1e-12
-"""Slack in the OBB's separating axes, in parts of its half lengths: the cross product of parallel axes is noise."""
+"""Slack in the OBB's separating axes, relative to its half lengths: the cross product of parallel axes is noise."""
 
 
 @numba.njit(cache=True, forceinline=True)
-def meet(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, a, b):
-    """Whether nodes ``a`` and ``b`` of two trees meet, by the rule of paper 3, chapter 4.
+def volumes_overlap(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, a, b):
+    """Test whether nodes ``a`` and ``b`` of two trees overlap, by the rule of paper 3, chapter 4.
 
-    Sphere–sphere if both have spheres, AABB–AABB if both have boxes, else sphere–AABB; other kinds only meet alike.
-    Trap: numba counts an array's references at every call and view; one here makes a search ten times as long.
+    Sphere–sphere if both have spheres, AABB–AABB if both have boxes, else sphere–AABB; other kinds only with their own.
+    Trap: numba counts references to arrays at every call and view; one here makes a search ten times as long.
     """
     if kind_a <= BOTH and kind_b <= BOTH:
         x, y = spheres_a[a, 0] - spheres_b[b, 0], spheres_a[a, 1] - spheres_b[b, 1]
@@ -26,11 +26,15 @@ def meet(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, a, b):
             return False
         return not (boxes_a[a, 2] > boxes_b[b, 5] or boxes_b[b, 2] > boxes_a[a, 5])
     if kind_a == SPHERE:
-        return _ball_meets(_triple(spheres_a, a, 0), spheres_a[a, 3], _triple(boxes_b, b, 0), _triple(boxes_b, b, 3))
+        return _sphere_overlaps_box(
+            _triple(spheres_a, a, 0), spheres_a[a, 3], _triple(boxes_b, b, 0), _triple(boxes_b, b, 3)
+        )
     if kind_b == SPHERE:
-        return _ball_meets(_triple(spheres_b, b, 0), spheres_b[b, 3], _triple(boxes_a, a, 0), _triple(boxes_a, a, 3))
+        return _sphere_overlaps_box(
+            _triple(spheres_b, b, 0), spheres_b[b, 3], _triple(boxes_a, a, 0), _triple(boxes_a, a, 3)
+        )
     if kind_a == OBB:
-        return _obbs_meet(
+        return _obbs_overlap(
             (boxes_a[a, 0] - boxes_b[b, 0], boxes_a[a, 1] - boxes_b[b, 1], boxes_a[a, 2] - boxes_b[b, 2]),
             (_triple(boxes_a, a, 3), _triple(boxes_a, a, 6), _triple(boxes_a, a, 9)),
             (_triple(boxes_b, b, 3), _triple(boxes_b, b, 6), _triple(boxes_b, b, 9)),
@@ -50,8 +54,8 @@ def _triple(rows, n, k):
 
 
 @numba.njit(cache=True)
-def _ball_meets(centre, radius, low, high):
-    """Whether the nearest point of a box is within the radius (Arvo 1990)."""
+def _sphere_overlaps_box(centre, radius, low, high):
+    """Test whether the nearest point of a box is within the radius (Arvo 1990)."""
     x = max(low[0] - centre[0], centre[0] - high[0], 0.0)
     y = max(low[1] - centre[1], centre[1] - high[1], 0.0)
     z = max(low[2] - centre[2], centre[2] - high[2], 0.0)
@@ -59,13 +63,13 @@ def _ball_meets(centre, radius, low, high):
 
 
 @numba.njit(cache=True)
-def _obbs_meet(offset, u, v, a, b):
-    """Fifteen separating axes (Gottschalk, Lin, Manocha 1996): axes ``u``, ``v`` (3, 3), half lengths ``a``, ``b``."""
-    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = _cosines(u[0], v), _cosines(u[1], v), _cosines(u[2], v)
+def _obbs_overlap(offset, u, v, a, b):
+    """Test 15 separating axes (Gottschalk, Lin, Manocha 1996): axes ``u``, ``v`` (3, 3), half lengths ``a``, ``b``."""
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = _products(u[0], v), _products(u[1], v), _products(u[2], v)
     s00, s01, s02 = abs(r00) + PARALLEL, abs(r01) + PARALLEL, abs(r02) + PARALLEL
     s10, s11, s12 = abs(r10) + PARALLEL, abs(r11) + PARALLEL, abs(r12) + PARALLEL
     s20, s21, s22 = abs(r20) + PARALLEL, abs(r21) + PARALLEL, abs(r22) + PARALLEL
-    t0, t1, t2 = _cosines(offset, u)
+    t0, t1, t2 = _products(offset, u)
     apart = abs(t0) > a[0] + b[0] * s00 + b[1] * s01 + b[2] * s02
     apart |= abs(t1) > a[1] + b[0] * s10 + b[1] * s11 + b[2] * s12
     apart |= abs(t2) > a[2] + b[0] * s20 + b[1] * s21 + b[2] * s22
@@ -87,7 +91,7 @@ def _obbs_meet(offset, u, v, a, b):
 
 
 @numba.njit(cache=True)
-def _cosines(t, u):
+def _products(t, u):
     return (
         t[0] * u[0][0] + t[1] * u[0][1] + t[2] * u[0][2],
         t[0] * u[1][0] + t[1] * u[1][1] + t[2] * u[1][2],

@@ -1,4 +1,4 @@
-"""How deep two triangles are in each other, and which way leads out."""
+"""Penetration depth of two triangles, and the direction of separation."""
 
 import math
 
@@ -6,24 +6,24 @@ import numba
 import numpy as np
 
 from palpate.collision.triangles.crossing_segments import height, normal
-from palpate.collision.triangles.predicates import digits
-from palpate.collision.triangles.triangle_distance import nearest
-from palpate.collision.triangles.triangle_pairs import checked, normalise
+from palpate.collision.triangles.predicates import new_accumulator
+from palpate.collision.triangles.triangle_distance import pair_distance
+from palpate.collision.triangles.triangle_pairs import check_pairs, normalise
 
 ROUNDING = 1e-15
-"""What counts as on the boundary, for coordinates near 1."""
+"""Tolerance within which a point counts as on the boundary, for coordinates near 1."""
 
 
 def triangle_pairs_depth(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Signed distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and unit vectors (n, 3) along which a gets away.
+    """Compute signed distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and unit vectors (n, 3) that separate them.
 
     a, b : (n, 3, 3) [m]
-    Apart: the distance, and the direction from b to a. Meeting: minus the least move of a along a face's normal of a or
-    b after which they only touch, and the direction of this move. Segments or points that meet have no face, and are 0
-    deep, across both. Trap: the depth jumps where an edge stands upright on the other triangle's edge; it is the larger
-    one there. Raises InputError as ``triangle_pairs_intersect`` does.
+    Disjoint: the distance, and the direction from b to a. Intersecting: minus the least translation of a along a face
+    normal of a or b after which they only touch, and its direction. Intersecting segments or points have no face: their
+    depth is 0, in a direction perpendicular to both. Trap: the depth jumps where an edge is perpendicular to the other
+    triangle at one of its edges; it is the larger one there. Raises InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = checked(a, b)
+    a, b = check_pairs(a, b)
     signed, direction = np.empty(len(a)), np.empty((len(a), 3))
     _measure(a, b, signed, direction)
     return signed, direction
@@ -31,25 +31,31 @@ def triangle_pairs_depth(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.n
 
 @numba.njit(cache=True, error_model="numpy")
 def _measure(a, b, signed, direction):
-    points, scaled, sums, weights, found = np.empty((6, 3)), np.empty((6, 3)), digits(), np.empty(4), np.empty((3, 3))
+    points, scaled, sums, weights, found = (
+        np.empty((6, 3)),
+        np.empty((6, 3)),
+        new_accumulator(),
+        np.empty(4),
+        np.empty((3, 3)),
+    )
     # each cut may at most double the corners, and does so only by rounding
     polygons = np.empty((2, 24, 3))
     for n in range(len(a)):
         points[:3], points[3:] = a[n], b[n]
         exponent = normalise(points, scaled)
-        met, distance = nearest(points, scaled, sums, weights, found)
+        intersecting, distance = pair_distance(points, scaled, sums, weights, found)
         if distance > 0.0:
             for axis in range(3):
                 direction[n, axis] = found[2, axis] / distance
         else:
-            move = _least_move(scaled, polygons, direction[n])
-            distance = -move if met else 0.0
+            translation = _least_translation(scaled, polygons, direction[n])
+            distance = -translation if intersecting else 0.0
         signed[n] = math.ldexp(distance, exponent)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _least_move(points, polygons, direction):
-    """How far the triangle of the first three ``points`` has to move along a face's normal, which is written."""
+def _least_translation(points, polygons, direction):
+    """Compute the least translation of the first triangle along a face normal, and write its direction."""
     least = np.inf
     for first in (0, 3):
         nx, ny, nz = normal(points, first)
@@ -58,7 +64,7 @@ def _least_move(points, polygons, direction):
             continue
         along = (nx / length, ny / length, nz / length)
         low, high = _heights_over(points, first, along, polygons)
-        # over its own face a moves up past the highest of b, over b's it is itself high or low
+        # over a's own face, a moves up past the highest point of b; over b's face, a is the one above or below
         up, down = (high, -low) if first == 0 else (-low, high)
         if min(up, down) < least:
             least = min(up, down)
@@ -66,15 +72,15 @@ def _least_move(points, polygons, direction):
                 direction[axis] = along[axis] if up <= down else -along[axis]
     if least < np.inf:
         return least
-    _across(points, direction)
+    _write_perpendicular(points, direction)
     return 0.0
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _heights_over(points, first, along, polygons):
-    """The least and greatest height over a triangle, 0 included, of that part of the other which is above or below it.
+    """Find the least and greatest height over a triangle, 0 included, of the part of the other above or below it.
 
-    The other triangle is cut at three planes through the edges, upright on the face.
+    The other triangle is clipped by three planes through the edges, perpendicular to the face.
     """
     now, after, count = 0, 1, 3
     polygons[now, :3] = points[3 - first : 6 - first]
@@ -95,9 +101,9 @@ def _heights_over(points, first, along, polygons):
                 polygons[after, kept] = p
                 kept += 1
             if min(from_p, from_q) < -ROUNDING and max(from_p, from_q) > ROUNDING:
-                part = from_p / (from_p - from_q)
+                fraction = from_p / (from_p - from_q)
                 for axis in range(3):
-                    polygons[after, kept, axis] = p[axis] + part * (q[axis] - p[axis])
+                    polygons[after, kept, axis] = p[axis] + fraction * (q[axis] - p[axis])
                 kept += 1
         now, after, count = after, now, kept
     low, high = 0.0, 0.0
@@ -108,23 +114,23 @@ def _heights_over(points, first, along, polygons):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _across(points, direction):
-    """Write a unit vector across two segments, or across one if the other is a point or along it, or any for points."""
+def _write_perpendicular(points, direction):
+    """Write a unit vector perpendicular to two segments, or to one if the other is a point or parallel, or any."""
     one, other = _longest_edge(points, 0), _longest_edge(points, 3)
-    if _size(one) < _size(other):
+    if _largest_component(one) < _largest_component(other):
         one, other = other, one
     x, y, z = one
-    across = (y * other[2] - z * other[1], z * other[0] - x * other[2], x * other[1] - y * other[0])
-    # no longer than rounding makes it, for segments on one line
-    if _size(across) <= ROUNDING * _size(one):
+    perpendicular = (y * other[2] - z * other[1], z * other[0] - x * other[2], x * other[1] - y * other[0])
+    # for segments on one line only rounding is left
+    if _largest_component(perpendicular) <= ROUNDING * _largest_component(one):
         if abs(x) <= min(abs(y), abs(z)):
-            across = (0.0, z, -y)
+            perpendicular = (0.0, z, -y)
         else:
-            across = (-z, 0.0, x) if abs(y) <= abs(z) else (y, -x, 0.0)
-    size = _size(across)
+            perpendicular = (-z, 0.0, x) if abs(y) <= abs(z) else (y, -x, 0.0)
+    size = _largest_component(perpendicular)
     if size == 0.0:
-        across, size = (0.0, 0.0, 1.0), 1.0
-    x, y, z = across[0] / size, across[1] / size, across[2] / size
+        perpendicular, size = (0.0, 0.0, 1.0), 1.0
+    x, y, z = perpendicular[0] / size, perpendicular[1] / size, perpendicular[2] / size
     length = np.sqrt(x * x + y * y + z * z)
     direction[0], direction[1], direction[2] = x / length, y / length, z / length
 
@@ -135,11 +141,11 @@ def _longest_edge(points, first):
     for corner in range(3):
         i, j = first + corner, first + (corner + 1) % 3
         edge = (points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2])
-        if _size(edge) > _size(longest):
+        if _largest_component(edge) > _largest_component(longest):
             longest = edge
     return longest
 
 
 @numba.njit(cache=True)
-def _size(vector):
+def _largest_component(vector):
     return max(abs(vector[0]), abs(vector[1]), abs(vector[2]))

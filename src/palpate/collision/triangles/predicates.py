@@ -1,10 +1,10 @@
 """Exact signs of orientation determinants, for any finite coordinates.
 
-A determinant is computed in floating point first, and its sign is believed where it exceeds Shewchuk's bound on the
+A determinant is first computed in floating point, and its sign is accepted if it exceeds Shewchuk's bound on the
 rounding error (Adaptive precision floating-point arithmetic and fast robust geometric predicates, 1997, section 4).
-Else it is expanded into products of coordinates, each a whole number times a power of two, which are summed without
+Otherwise it is expanded into products of coordinates, each an integer times a power of two, which are summed without
 rounding in one fixed-point number wide enough for the product of any three doubles. So nothing can overflow or
-underflow there, and no case is left over.
+underflow there, and no case is left undecided.
 """
 
 import math
@@ -13,14 +13,14 @@ import numba
 import numpy as np
 
 LIMB = 27
-"""Bits a digit of the fixed-point number: a product of two digits, 72 times over, fits in 64 bits."""
+"""Bits of a digit of the fixed-point number: 72 products of two digits fit in 64 bits."""
 MASK = (1 << LIMB) - 1
 LOWEST = 3 * 1126
-"""Minus the exponent of the lowest bit of a product of three mantissas; 1126 = 1074 + 52, for the subnormal ones."""
+"""Minus the exponent of the lowest bit of a product of three mantissas; 1126 = 1074 + 52, for subnormal numbers."""
 BOUND_3D = (7.0 + 56.0 * 2.0**-53) * 2.0**-53
 BOUND_2D = (3.0 + 16.0 * 2.0**-53) * 2.0**-53
 UNDERFLOW = 1e-290
-"""Added to the bounds: far above what products lose by underflow, and not subnormal itself, which would be slow."""
+"""Added to the bounds: far above the underflow of products, and not subnormal itself, which would be slow."""
 TERMS_3D = np.array(
     [
         (side * turn, *(row + (row >= left_out) for row in rows))
@@ -40,16 +40,16 @@ TERMS_2D = np.array([(1, 1, 2), (-1, 2, 1), (-1, 0, 2), (1, 2, 0), (1, 0, 1), (-
 
 
 @numba.njit(cache=True)
-def digits() -> np.ndarray:
-    """The fixed-point number that the predicates sum in, (256,) int64: zero between calls, one a thread."""
+def new_accumulator() -> np.ndarray:
+    """Allocate the fixed-point number that predicates sum in, (256,) int64: zero between calls, one per thread."""
     return np.zeros(256, dtype=np.int64)
 
 
 @numba.njit(cache=True)
 def orient3d(points, i, j, k, l, sums):  # noqa: E741
-    """Sign of (pₗ − pᵢ) · ((pⱼ − pᵢ) × (pₖ − pᵢ)): on which side of the plane through i, j, k the point l lies.
+    """Find the sign of (pₗ − pᵢ) · ((pⱼ − pᵢ) × (pₖ − pᵢ)): the side of the plane i, j, k on which l lies.
 
-    points : (n, 3), finite; sums : from ``digits``.
+    points : (n, 3), finite; sums : from ``new_accumulator``
     """
     ux, uy, uz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
     vx, vy, vz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
@@ -69,9 +69,9 @@ def orient3d(points, i, j, k, l, sums):  # noqa: E741
 
 @numba.njit(cache=True)
 def orient2d(points, i, j, k, axis, sums):
-    """Sign of twice the area of points i, j, k projected along ``axis`` (0, 1 or 2 for x, y or z).
+    """Find the sign of twice the area of points i, j, k projected along ``axis`` (0, 1 or 2 for x, y or z).
 
-    points : (n, 3), finite; sums : from ``digits``.
+    points : (n, 3), finite; sums : from ``new_accumulator``
     """
     s, t = (axis + 1) % 3, (axis + 2) % 3
     left = (points[j, s] - points[i, s]) * (points[k, t] - points[i, t])
@@ -85,8 +85,8 @@ def orient2d(points, i, j, k, axis, sums):
 
 
 @numba.njit(cache=True)
-def same(points, i, j):
-    """Whether points i and j coincide."""
+def coincide(points, i, j):
+    """Test whether points i and j coincide."""
     return points[i, 0] == points[j, 0] and points[i, 1] == points[j, 1] and points[i, 2] == points[j, 2]
 
 
@@ -94,13 +94,13 @@ def same(points, i, j):
 def _exact3d(points, chosen, sums):
     for p in range(3):
         for q in range(p + 1, 4):
-            if same(points, chosen[p], chosen[q]):
+            if coincide(points, chosen[p], chosen[q]):
                 return 0
     low, high = len(sums), 0
     for term in TERMS_3D:
         x, y, z = points[chosen[term[1]], 0], points[chosen[term[2]], 1], points[chosen[term[3]], 2]
         if x != 0.0 and y != 0.0 and z != 0.0:
-            place = _add(term[0], x, y, z, sums)
+            place = _add_product(term[0], x, y, z, sums)
             low, high = min(low, place), max(high, place)
     return _take_sign(low, high, sums)
 
@@ -111,24 +111,24 @@ def _exact2d(points, chosen, s, t, sums):
     for term in TERMS_2D:
         x, y = points[chosen[term[1]], s], points[chosen[term[2]], t]
         if x != 0.0 and y != 0.0:
-            place = _add(term[0], x, y, 1.0, sums)
+            place = _add_product(term[0], x, y, 1.0, sums)
             low, high = min(low, place), max(high, place)
     return _take_sign(low, high, sums)
 
 
 @numba.njit(cache=True)
-def _whole(x):
-    """The mantissa of ``x`` as a whole number, and the exponent that goes with it."""
+def _integer_mantissa(x):
+    """Split ``x`` into an integer mantissa and its exponent."""
     mantissa, exponent = math.frexp(x)
     return np.int64(mantissa * 9007199254740992.0), exponent - 53
 
 
 @numba.njit(cache=True)
-def _add(sign, x, y, z, sums):
-    """Add ± x y z to ``sums`` without carrying, and tell its lowest digit; up to 24 products may be added so."""
-    x, at_x = _whole(x)
-    y, at_y = _whole(y)
-    z, at_z = _whole(z)
+def _add_product(sign, x, y, z, sums):
+    """Add ± x y z to ``sums`` without carries, for up to 24 products; return its lowest digit."""
+    x, at_x = _integer_mantissa(x)
+    y, at_y = _integer_mantissa(y)
+    z, at_z = _integer_mantissa(z)
     if (x < 0) != (y < 0):
         sign = -sign
     if z < 0:
@@ -150,7 +150,7 @@ def _add(sign, x, y, z, sums):
 
 @numba.njit(cache=True)
 def _take_sign(low, high, sums):
-    """Sign of the number in ``sums``, whose products start at digits low … high; leaves zero behind."""
+    """Return the sign of the number in ``sums``, whose products start at digits low … high, and set it to zero."""
     carry, found = np.int64(0), np.int64(0)
     for d in range(low, high + 9):
         value = sums[d] + carry

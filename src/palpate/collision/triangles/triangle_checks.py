@@ -1,36 +1,42 @@
-"""What callers hand over: coordinates and node numbers, or a sentence about what is wrong with them."""
+"""Checks of the coordinates and node numbers that callers pass."""
 
 import numpy as np
 
 from palpate.errors import InputError
 
 
-def coordinates(values, shape: tuple, said: str) -> np.ndarray:
-    """``values`` as contiguous float64 of the ``shape``, in which any length is None; else InputError of ``said``."""
+def coordinates(values, shape: tuple, name: str) -> np.ndarray:
+    """Return ``values`` as contiguous float64 of the ``shape``, in which None is any length.
+
+    Raises InputError, naming ``name``, if they are not numbers or have another shape.
+    """
     array = as_array(values)
     fits = len(array.shape) == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
     if array.dtype.kind not in "biuf":
-        raise InputError(f"{said} are not numbers; give coordinates in m.")
+        raise InputError(f"{name} are not numbers; give coordinates in m.")
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
-        raise InputError(f"{said} have shape {array.shape}; give ({wanted}) coordinates in m.")
+        raise InputError(f"{name} have shape {array.shape}; give ({wanted}) coordinates in m.")
     return np.ascontiguousarray(array, dtype=float)
 
 
-def node_numbers(values, said: str) -> np.ndarray:
-    """``values`` as contiguous int64 (m, 3); nothing at all is no triangles; else InputError of ``said``."""
+def node_numbers(values, name: str) -> np.ndarray:
+    """Return ``values`` as contiguous int64 (m, 3); an empty list is no triangles.
+
+    Raises InputError, naming ``name``, for another shape or type.
+    """
     array = as_array(values)
     if array.shape == (0,):
         return np.empty((0, 3), np.int64)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise InputError(f"{said} have shape {array.shape}; give (m, 3) numbers of nodes.")
+        raise InputError(f"{name} have shape {array.shape}; give (m, 3) numbers of nodes.")
     if len(array) and array.dtype.kind not in "iu":
-        raise InputError(f"{said} are of type {array.dtype}; give whole numbers of nodes.")
+        raise InputError(f"{name} are of type {array.dtype}; give whole numbers of nodes.")
     return np.ascontiguousarray(array, dtype=np.int64)
 
 
 def as_array(values) -> np.ndarray:
-    """An array; of rows that differ in length, one of no numbers."""
+    """Convert to an array; rows of different lengths become an array of text."""
     try:
         return np.asarray(values)
     except ValueError:

@@ -1,4 +1,4 @@
-"""How far two triangles are apart, and where they are closest."""
+"""Distance of two triangles, and their closest points."""
 
 import math
 
@@ -6,28 +6,28 @@ import numba
 import numpy as np
 
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest, separation
-from palpate.collision.triangles.crossing_segments import cross
-from palpate.collision.triangles.predicates import digits
-from palpate.collision.triangles.triangle_pair import meet
-from palpate.collision.triangles.triangle_pairs import checked, normalise
+from palpate.collision.triangles.crossing_segments import find_crossing
+from palpate.collision.triangles.predicates import new_accumulator
+from palpate.collision.triangles.triangle_pair import triangles_intersect
+from palpate.collision.triangles.triangle_pairs import check_pairs, normalise
 
 STENCILS = np.array(
     [(i, 3, 4, 5) for i in range(3)]
     + [(i, 0, 1, 2) for i in range(3, 6)]
     + [(i, (i + 1) % 3, 3 + j, 3 + (j + 1) % 3) for i in range(3) for j in range(3)]
 )
-"""Of a pair's six points: each corner with the other triangle, and each edge of a with each of b."""
+"""Stencils of a pair's six points: each corner with the other triangle, and each edge of a with each of b."""
 
 
 def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and the closest points on a and on b, (n, 3) [m].
+    """Compute distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and the closest points on a and on b, (n, 3) [m].
 
     a, b : (n, 3, 3) [m]
-    Those that meet, exactly, are 0 apart and have one point given twice: the middle of their segment if they cross.
-    Trap: the distance is rounded, so it may be 0 for triangles that just do not meet. Raises InputError as
-    ``triangle_pairs_intersect`` does.
+    Those that intersect, by the exact test, have distance 0 and one point given twice: the middle of their segment if
+    they cross. Trap: the distance is rounded, so it may be 0 for triangles that barely do not intersect. Raises
+    InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = checked(a, b)
+    a, b = check_pairs(a, b)
     distance, found = np.empty(len(a)), np.empty((len(a), 3, 3))
     _measure(a, b, distance, found)
     return distance, found[:, 0], found[:, 1]
@@ -35,26 +35,26 @@ def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, n
 
 @numba.njit(cache=True)
 def _measure(a, b, distance, found):
-    points, scaled, sums, work = np.empty((6, 3)), np.empty((6, 3)), digits(), np.empty(4)
+    points, scaled, sums, work = np.empty((6, 3)), np.empty((6, 3)), new_accumulator(), np.empty(4)
     for n in range(len(a)):
         points[:3], points[3:] = a[n], b[n]
         exponent = normalise(points, scaled)
-        _, apart = nearest(points, scaled, sums, work, found[n])
-        distance[n] = math.ldexp(apart, exponent)
+        _, length = pair_distance(points, scaled, sums, work, found[n])
+        distance[n] = math.ldexp(length, exponent)
         for side in range(2):
             for axis in range(3):
                 found[n, side, axis] = math.ldexp(found[n, side, axis], exponent)
 
 
 @numba.njit(cache=True)
-def nearest(points, scaled, sums, weights, found):
-    """Whether a pair ``points`` (6, 3) meets, and its distance, that of ``scaled``, which comes from ``normalise``.
+def pair_distance(points, scaled, sums, weights, found):
+    """Test whether a pair ``points`` (6, 3) intersects, and compute the distance of ``scaled``, from ``normalise``.
 
     found : (3, 3), overwritten: the closest points on a and on b, and the vector from b to a
     weights : (4,), overwritten
     """
-    met = meet(points, sums)
-    if met and cross(points, scaled, sums, found):
+    intersecting = triangles_intersect(points, sums)
+    if intersecting and find_crossing(points, scaled, sums, found):
         for axis in range(3):
             found[:2, axis] = 0.5 * (found[0, axis] + found[1, axis])
         found[2] = 0.0
@@ -65,22 +65,22 @@ def nearest(points, scaled, sums, weights, found):
         if distance < least:
             least = distance
             _write(scaled, STENCILS[n], weights, found)
-    if met:
+    if intersecting:
         found[1], found[2], least = found[0], 0.0, 0.0
-    return met, least
+    return intersecting, least
 
 
 @numba.njit(cache=True)
 def _write(points, nodes, weights, found):
-    """The closest points of a stencil and the vector between them, in the order of the triangles."""
+    """Write the closest points of a stencil and the vector between them, in the order of the triangles."""
     found[:] = 0.0
-    # the first part of a stencil has the positive weights, and may be of b
-    turn = 1.0 if nodes[0] < 3 else -1.0
+    # the first part of a stencil has the positive weights, and may belong to b
+    sign = 1.0 if nodes[0] < 3 else -1.0
     between = separation(points, nodes, weights)
     for axis in range(3):
-        found[2, axis] = turn * between[axis]
+        found[2, axis] = sign * between[axis]
         for i in range(4):
             if nodes[i] < 3:
-                found[0, axis] += turn * weights[i] * points[nodes[i], axis]
+                found[0, axis] += sign * weights[i] * points[nodes[i], axis]
             else:
-                found[1, axis] -= turn * weights[i] * points[nodes[i], axis]
+                found[1, axis] -= sign * weights[i] * points[nodes[i], axis]

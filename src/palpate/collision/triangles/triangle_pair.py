@@ -1,44 +1,44 @@
-"""Whether two triangles meet, decided by exact signs only.
+"""Intersection of two triangles, decided by exact signs only.
 
-Both are closed, so that touching counts, and either may have no area: then it is a segment or a point. Six points make
-a pair: (6, 3), the first three of triangle a, the others of b.
+Both are closed, so that touching counts, and either may be degenerate: then it is a segment or a point. Six points
+make a pair: (6, 3), the first three of triangle a, the others of b.
 """
 
 import numba
 
-from palpate.collision.triangles.predicates import orient2d, orient3d, same
+from palpate.collision.triangles.predicates import coincide, orient2d, orient3d
 
 
 @numba.njit(cache=True)
-def meet(points, sums):
-    """Whether the triangles of ``points`` (6, 3), finite, have a point in common; sums : from ``predicates.digits``.
+def triangles_intersect(points, sums):
+    """Test whether the triangles of ``points`` (6, 3), finite, intersect; sums : from ``predicates.new_accumulator``.
 
-    Each is tested against the other's plane. If both planes are crossed, the triangles meet their common line in two
-    intervals, whose order two more determinants tell: the problem is projected to that line (Möller 1997, in the form
-    of Devillers and Guigue, Faster triangle-triangle intersection tests, 2002, which needs no division). Triangles in
-    one plane are projected along an axis on which this plane is not edge-on, and then parted by a line along an edge,
-    or not. Segments cross a triangle's plane in a point, or lie with it or each other in one plane, or on one line.
+    Each is tested against the other's plane. If both planes are crossed, the triangles cut the planes' common line in
+    two intervals, whose order two more determinants decide: the problem is projected to that line (Möller 1997, in the
+    form of Devillers and Guigue, Faster triangle-triangle intersection tests, 2002, which needs no division). Coplanar
+    triangles are projected along an axis that is not parallel to their plane, and are disjoint if a line along an edge
+    separates them. A segment crosses a triangle's plane in a point, or is coplanar or collinear with the other.
     """
-    if not boxes_meet(points):
+    if not boxes_overlap(points):
         return False
-    of_a = sides(points, 0, 3, sums)
-    if parted(of_a):
+    of_a = plane_sides(points, 0, 3, sums)
+    if one_sided(of_a):
         return False
-    of_b = sides(points, 3, 0, sums)
-    if parted(of_b):
+    of_b = plane_sides(points, 3, 0, sums)
+    if one_sided(of_b):
         return False
     if of_a != (0, 0, 0) and of_b != (0, 0, 0):
-        p, q, r, u, v, w = ordered(of_a, of_b)
+        p, q, r, u, v, w = canonical_order(of_a, of_b)
         return orient3d(points, p, q, u, v, sums) <= 0 and orient3d(points, p, r, w, u, sums) <= 0
     if of_a != (0, 0, 0) or of_b != (0, 0, 0):
-        i, j, triangle = segment(of_a, of_b)
-        return line_meets(points, i, j, triangle, sums)
-    return _meet_flat(points, sums)
+        i, j, triangle = degenerate_segment(of_a, of_b)
+        return line_intersects(points, i, j, triangle, sums)
+    return _intersect_flat(points, sums)
 
 
 @numba.njit(cache=True)
-def boxes_meet(points):
-    """Whether the boxes about the triangles, along the axes, have a point in common."""
+def boxes_overlap(points):
+    """Test whether the axis-aligned boxes of the triangles have a point in common."""
     for axis in range(3):
         a, b, c = points[0, axis], points[1, axis], points[2, axis]
         d, e, f = points[3, axis], points[4, axis], points[5, axis]
@@ -48,8 +48,8 @@ def boxes_meet(points):
 
 
 @numba.njit(cache=True)
-def sides(points, first, plane, sums):
-    """Signs of the three points from ``first`` on against the plane of the triangle that starts at ``plane``."""
+def plane_sides(points, first, plane, sums):
+    """Find the signs of the three points from ``first`` on, relative to the plane of the triangle from ``plane`` on."""
     signs = (0, 0, 0)
     for point in range(first, first + 3):
         signs = (signs[1], signs[2], orient3d(points, plane, plane + 1, plane + 2, point, sums))
@@ -57,14 +57,14 @@ def sides(points, first, plane, sums):
 
 
 @numba.njit(cache=True)
-def ordered(of_a, of_b):
-    """The pair's points p, q, r of a and u, v, w of b, such that p and u are alone on a side of the other's plane.
+def canonical_order(of_a, of_b):
+    """Order the pair's points: p, q, r of a and u, v, w of b, with p and u alone on a side of the other's plane.
 
-    It is the upper side, as the other triangle is turned over where it is not. So along the line that the planes have
-    in common, edge pq comes before pr, and uw before uv.
+    It is the upper side: where it is not, the other triangle is reversed. So along the planes' common line
+    edge pq comes before pr, and uw before uv.
     """
-    i, upper_a = _alone(of_a)
-    j, upper_b = _alone(of_b)
+    i, upper_a = _lone_vertex(of_a)
+    j, upper_b = _lone_vertex(of_b)
     q, r = (i + 1) % 3, (i + 2) % 3
     v, w = 3 + (j + 1) % 3, 3 + (j + 2) % 3
     if not upper_b:
@@ -75,18 +75,19 @@ def ordered(of_a, of_b):
 
 
 @numba.njit(cache=True)
-def parted(signs):
+def one_sided(signs):
+    """Test whether all three points lie strictly on one side of the plane."""
     return signs[0] != 0 and signs[0] == signs[1] and signs[1] == signs[2]
 
 
 @numba.njit(cache=True)
-def _alone(signs):
-    """Which vertex is alone on its side, and whether that is the upper one; signs are neither all equal nor all 0."""
+def _lone_vertex(signs):
+    """Find the vertex alone on its side, and whether that is the upper one; signs are not all equal nor all 0."""
     for i in range(3):
         s = signs[i]
         if s != 0 and signs[(i + 1) % 3] != s and signs[(i + 2) % 3] != s:
             return i, s > 0
-    # the others are on one side, and this one in the plane
+    # the others are on one side, and this one is in the plane
     for i in range(2):
         if signs[i] == 0:
             return i, signs[2] < 0
@@ -94,10 +95,11 @@ def _alone(signs):
 
 
 @numba.njit(cache=True)
-def segment(of_a, of_b):
-    """Two points of the triangle without area, not both in the other's plane nor on one side; where the other starts.
+def degenerate_segment(of_a, of_b):
+    """Choose two points of the degenerate triangle, not both in the other's plane nor on one side of it.
 
-    One of both has none, as its plane, which is not defined, has all points of the other in it.
+    Also returns the first point of the other triangle. One of the two is degenerate, since its undefined plane contains
+    all points of the other.
     """
     signs = of_b if of_a == (0, 0, 0) else of_a
     start = 3 if of_a == (0, 0, 0) else 0
@@ -111,8 +113,8 @@ def segment(of_a, of_b):
 
 
 @numba.njit(cache=True)
-def line_meets(points, i, j, triangle, sums):
-    """Whether the line through i and j, not in the plane of the triangle that starts at ``triangle``, meets it."""
+def line_intersects(points, i, j, triangle, sums):
+    """Test whether the line through i and j, not in the plane of the triangle from ``triangle`` on, intersects it."""
     low = high = 0
     for corner in range(3):
         sign = orient3d(points, i, j, triangle + corner, triangle + (corner + 1) % 3, sums)
@@ -121,22 +123,22 @@ def line_meets(points, i, j, triangle, sums):
 
 
 @numba.njit(cache=True)
-def _meet_flat(points, sums):
-    """``meet`` for triangles in one plane, or of which neither has an area; their boxes meet."""
-    axis = _not_on_edge(points, ((0, 1, 2), (3, 4, 5)), sums)
+def _intersect_flat(points, sums):
+    """Test coplanar triangles, or two degenerate ones, for intersection; their boxes overlap."""
+    axis = _projection_axis(points, ((0, 1, 2), (3, 4, 5)), sums)
     if axis < 0:
-        i, j = 0, 2 if same(points, 0, 1) else 1
-        k, l = 3, 5 if same(points, 3, 4) else 4  # noqa: E741
+        i, j = 0, 2 if coincide(points, 0, 1) else 1
+        k, l = 3, 5 if coincide(points, 3, 4) else 4  # noqa: E741
         if orient3d(points, i, j, k, l, sums) != 0:
             return False
-        axis = _not_on_edge(points, ((i, j, k), (i, j, l), (k, l, i), (k, l, j)), sums)
-    # without an axis all are on one line, where boxes meet only if the segments do
-    return axis < 0 or _meet_projected(points, axis, sums)
+        axis = _projection_axis(points, ((i, j, k), (i, j, l), (k, l, i), (k, l, j)), sums)
+    # without an axis all points are on one line, where boxes overlap only if the segments do
+    return axis < 0 or _intersect_projected(points, axis, sums)
 
 
 @numba.njit(cache=True)
-def _not_on_edge(points, triples, sums):
-    """An axis along which some triple of points is seen as a triangle, -1 if there is none."""
+def _projection_axis(points, triples, sums):
+    """Find an axis along which some triple of points is seen as a triangle; -1 if there is none."""
     for axis in range(3):
         for i, j, k in triples:
             if orient2d(points, i, j, k, axis, sums) != 0:
@@ -145,8 +147,8 @@ def _not_on_edge(points, triples, sums):
 
 
 @numba.njit(cache=True)
-def _meet_projected(points, axis, sums):
-    """Whether the triangles, projected along ``axis`` and not all on one line there, are parted by no edge's line."""
+def _intersect_projected(points, axis, sums):
+    """Test whether no edge's line separates the triangles projected along ``axis``, not all on one line there."""
     for i in range(6):
         one = i - i % 3
         j, k, other = one + (i + 1) % 3, one + (i + 2) % 3, 3 - one

@@ -1,4 +1,4 @@
-"""Which particles are matched together: overlapping groups, from tetrahedra or from cubes."""
+"""Clusters of particles for shape matching: overlapping groups, from tetrahedra or from cubes."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from palpate.bodies.particles import Particles
 from palpate.errors import InputError
 
 KINDS = ("one", "tetrahedra", "cubes")
@@ -13,9 +14,9 @@ KINDS = ("one", "tetrahedra", "cubes")
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
-    """Groups of particles; each particle is in one at least.
+    """Groups of particles; each particle is in at least one.
 
-    members : (n_members,) particle indices, those of cluster c at ``starts[c]:starts[c + 1]``, increasing
+    members : (n_members,) numbers of particles, those of cluster c at ``starts[c]:starts[c + 1]``, increasing
     starts : (n_clusters + 1,)
     """
 
@@ -24,21 +25,22 @@ class Clusters:
 
     @property
     def shared_by(self) -> np.ndarray:
-        """In how many clusters each particle is, (n,)."""
+        """The number of clusters of each particle, (n,)."""
         return np.bincount(self.members)
 
 
-def make_clusters(particles, settings: dict) -> Clusters:
-    """The clusters of ``kind``: one | tetrahedra | cubes, of each piece of the particles' mesh by itself.
+def make_clusters(particles: Particles, settings: dict) -> Clusters:
+    """Make the clusters of a ``kind``: one, tetrahedra or cubes, separately for each connected piece of the mesh.
 
-    one : all of a piece
-    tetrahedra : tetrahedra are taken in turn that lie in no cluster yet, each with all that share a node with it, so
-        that every tetrahedron ends up inside a cluster and what the mesh joins stays joined
-    cubes : of side ``edge_m`` [m], evenly over the piece's box, neighbours sharing at least the part ``overlap``
+    one : the whole piece
+    tetrahedra : one for each tetrahedron that is not yet in a cluster, with all tetrahedra that share a node with it,
+        so that each tetrahedron is inside a cluster and the clusters of a piece are connected
+    cubes : of side ``edge_m`` [m], at equal distances in the piece's box; neighbours share at least the fraction
+        ``overlap``
 
-    Müller, Heidelberger, Teschner, Gross 2005, section 4.3. Particles that no mesh joins are one piece.
+    Müller, Heidelberger, Teschner, Gross 2005, section 4.3. Particles without a mesh are one piece.
 
-    Raises InputError for unusable settings, and where cubes share too few particles to hold a piece together.
+    Raises InputError for unusable settings, and if cubes share too few particles to hold a piece together.
     """
     count, kind = len(particles.nodes), settings["kind"]
     if kind not in KINDS:
@@ -49,9 +51,7 @@ def make_clusters(particles, settings: dict) -> Clusters:
         groups = pieces
     elif kind == "tetrahedra":
         if not len(particles.tetrahedra):
-            raise InputError(
-                f"shape_matching.clusters.kind tetrahedra needs some, {particles.name} has none: use cubes"
-            )
+            raise InputError(f"shape_matching.clusters.kind is tetrahedra, and {particles.name} has none: use cubes")
         groups = _neighbourhoods(particles.tetrahedra, count)
     else:
         if "edge_m" not in settings:
@@ -67,8 +67,8 @@ def make_clusters(particles, settings: dict) -> Clusters:
     return clusters
 
 
-def _edges(particles) -> np.ndarray:
-    """Pairs (n_pairs, 2) that join each triangle's and tetrahedron's nodes to its first."""
+def _edges(particles: Particles) -> np.ndarray:
+    """Return pairs (n_pairs, 2) of the first node of each triangle and tetrahedron and each of its other nodes."""
     cells = (particles.triangles, particles.tetrahedra)
     return np.concatenate([np.stack([c[:, 0], c[:, j]], axis=1) for c in cells for j in range(1, c.shape[1])])
 
@@ -99,20 +99,23 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int) -> list[np.ndarray]:
 
 
 def _cubes(nodes: np.ndarray, settings: dict) -> list[np.ndarray]:
-    """Members of each cube that holds some, the same ones only once."""
+    """Return the members of each cube that is not empty, without repetition."""
     edge, overlap = settings["edge_m"], settings["overlap"]
     if not 0 < edge < np.inf:
-        raise InputError(f"shape_matching.clusters.edge_m is {edge}: give the cubes a side above 0 m")
+        raise InputError(f"shape_matching.clusters.edge_m is {edge}: give a side above 0 m")
     if not 0 <= overlap < 1:
-        raise InputError(f"shape_matching.clusters.overlap is {overlap}: give a part of a cube, from 0 to below 1")
+        raise InputError(
+            f"shape_matching.clusters.overlap is {overlap}: give a fraction of a cube, at least 0 and below 1"
+        )
     low, length = nodes.min(axis=0), np.ptp(nodes, axis=0)
     slack = 1e-9 * edge
     counts = [1 + max(0, int(np.ceil((span - edge - slack) / ((1 - overlap) * edge)))) for span in length]
     if np.prod([float(n) for n in counts]) > 8 * len(nodes) + 8:
         raise InputError(
-            f"shape_matching.clusters make more cubes than {len(nodes)} particles fill: raise edge_m or lower overlap"
+            f"shape_matching.clusters needs too many cubes for {len(nodes)} particles: increase edge_m, reduce overlap"
         )
-    inside, groups = [], {}
+    inside: list[np.ndarray] = []
+    groups: dict[bytes, np.ndarray] = {}
     for place, span, number in zip((nodes - low).T, length, counts, strict=True):
         starts = np.linspace(0.0, max(span - edge, 0.0), number)
         inside.append((place[:, None] >= starts - slack) & (place[:, None] <= starts + edge + slack))
@@ -129,5 +132,5 @@ def _check_joined(clusters: Clusters, edges: np.ndarray, count: int) -> None:
     parts = connected_components(_graph(shared, count), directed=False)[0]
     if parts > connected_components(_graph(np.concatenate([shared, edges]), count), directed=False)[0]:
         raise InputError(
-            "shape_matching.clusters share too few particles to hold the body together: raise edge_m or overlap"
+            "shape_matching.clusters share too few particles to hold the body together: increase edge_m or overlap"
         )

@@ -11,14 +11,14 @@ def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarra
     Pairs of one body have i < j, and triangles that share a node are left out. Triangles are closed, as in
     ``collision.triangles.triangle_pairs``.
     """
-    from palpate.collision.triangles.triangle_pairs import crosses
+    from palpate.collision.triangles.triangle_pairs import pairs_intersect
 
     pairs = overlapping(points, triangles)
     if len(triangles) == 1:
         one, other = triangles[0][pairs[:, 0]], triangles[0][pairs[:, 1]]
         pairs = pairs[~(one[:, :, None] == other[:, None, :]).any(axis=(1, 2))]
     first, last = (points[0], triangles[0]), (points[-1], triangles[-1])
-    return pairs[crosses(*first, *last, np.ascontiguousarray(pairs))]
+    return pairs[pairs_intersect(*first, *last, np.ascontiguousarray(pairs))]
 
 
 def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:

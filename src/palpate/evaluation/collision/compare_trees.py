@@ -35,7 +35,7 @@ class RefittedTrees:
         """Refit the trees to the new ``points`` of each body, (n, 3) [m]; rebuild those that are worn."""
         for tree, moved in zip(self.trees, points, strict=True):
             tree.refit(moved)
-            if tree.worn:
+            if tree.needs_rebuild:
                 tree.rebuild(moved)
                 self.rebuilds += 1
 

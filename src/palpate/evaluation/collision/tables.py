@@ -6,7 +6,7 @@ TABLES = {
     "collision": Table(
         "scene structure depths rival triangles build_ms refit_ms query_ms frame_ms node_tests "
         "triangle_tests pairs missed_pairs extra_pairs rebuilds frames threads",
-        "The times, the tests and the wrong pairs of each bounding structure in each scene.",
+        "The times, the tests, and the missed and extra pairs of each bounding structure in each scene.",
     ),
     "collision_scaling": Table(
         "structure depths rival triangles build_ms refit_ms query_ms pairs threads",
@@ -14,6 +14,6 @@ TABLES = {
     ),
     "collision_claims": Table(
         "claim paper measured verdict",
-        "Each claim of paper 3 about its composite tree, what this run measured, and whether that confirms it.",
+        "Each claim of paper 3 about its composite tree, what this run measured, and whether it confirms the claim.",
     ),
 }

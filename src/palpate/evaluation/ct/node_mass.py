@@ -9,7 +9,7 @@ from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.mask_surface import surface
 from palpate.bodies.ct.masses import node_masses, organ_densities, raw_densities, voxel_mass
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.surfaces.tetrahedralize import fill
+from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 
 _MORE = (1.0, 1.1, 1.2)  # factors of the surface nodes, tried in turn for thin organs
@@ -51,7 +51,7 @@ def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
     """Make a mesh of about ``wanted`` surface nodes, or of a few more if its surface would intersect itself."""
     for more in _MORE:
         try:
-            return fill(*surface(mask, image, round(more * wanted)), source=image.source)
+            return tetrahedralize(*surface(mask, image, round(more * wanted)), source=image.source)
         except InputError as error:
             failure = error
     raise failure

@@ -1,4 +1,4 @@
-"""The paper's claims, each confirmed or refuted with our own figures."""
+"""Judge the paper's claims: each is confirmed or refuted by this run's numbers."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -29,7 +29,7 @@ def claims(
     timing: pd.DataFrame,
     paper: Mapping,
 ) -> pd.DataFrame:
-    """Rows of claims.csv from the other tables; only bodies that the paper has are looked at.
+    """Tabulate claims.csv from the other tables; only bodies that the paper has are looked at.
 
     paper : its numbers, as in workflow/report/enrichment/published.yaml
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.particles import Particles, solid, together
+from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.bodies.sheet import sheet
 from palpate.collision.contact.contact_effect import pieces_of
 from palpate.evaluation.collision.brute_force import crossing
@@ -69,7 +69,7 @@ def cases() -> list[Case]:
 
 def _nodes(mesh: TetMesh, held: bool) -> Particles:
     kept = np.arange(len(mesh.nodes)) if held else np.array([], dtype=int)
-    return solid(mesh, kept, FIRM, "body")
+    return solid_particles(mesh, kept, FIRM, "body")
 
 
 def _block() -> TetMesh:
@@ -99,7 +99,7 @@ def _outward(nodes: np.ndarray, tetrahedra: np.ndarray) -> TetMesh:
 
 def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: float) -> float:
     """Drop the second body on the first, which is held, and count crossing triangles in all frames."""
-    particles = together([_nodes(meshes[0], True), _nodes(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
+    particles = merge_particles([_nodes(meshes[0], True), _nodes(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
     return _crossings(particles, _played(model, particles, duration_s, {"held": None}))
 
 
@@ -158,7 +158,7 @@ def _stack(model: str) -> float:
     light = _nodes(_block(), False)
     light = replace(light, masses=0.1 * light.masses)
     heavy = replace(light, masses=100.0 * light.masses)
-    particles = together([light, light, heavy], [[0, 0, 0.005], [0.01, 0, 0.11], [0, 0.01, 0.215]], "hard_case")
+    particles = merge_particles([light, light, heavy], [[0, 0, 0.005], [0.01, 0, 0.11], [0, 0.01, 0.215]], "hard_case")
     motion = _played(model, particles, 0.25, {}, instruments=_floor(0.0))
     return _crossings(particles, motion) + max(0.0, _below(motion, 0.0))
 
@@ -174,7 +174,7 @@ def _drop(model: str) -> float:
 def _crack(model: str, mesh: TetMesh) -> float:
     wall = _nodes(box([0.1, 0.2, 0.1], [1, 2, 1]), True)
     shifts = [[-0.12, -0.1, 0.0], [0.02, -0.1, 0.0], [0.001, 0.002, 0.155 - 0.04]]
-    particles = together([wall, wall, _nodes(mesh, False)], shifts, "hard_case")
+    particles = merge_particles([wall, wall, _nodes(mesh, False)], shifts, "hard_case")
     return _crossings(particles, _played(model, particles, 0.2, {"held": None}))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.bodies.body import Material
 from palpate.bodies.box import box
-from palpate.bodies.particles import Particles, solid
+from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.shape_matching import goal_shapes
 from palpate.evaluation.hard_cases.hard_case import Case, finite
 from palpate.evaluation.hard_cases.stage import (
@@ -130,7 +130,7 @@ def _wind(model: str) -> float:
     """Rotate the held nodes of both ends by 9° in opposite directions in each step."""
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
-    particles = solid(mesh, ends, SOFT, "rod")
+    particles = solid_particles(mesh, ends, SOFT, "rod")
     stepper, x, v = Stepper(model, particles, {"held": None}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
     way = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
     for _ in range(200):

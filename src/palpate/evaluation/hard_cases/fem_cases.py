@@ -9,7 +9,7 @@ from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_boundary
 from palpate.bodies.mesh_quality import dihedral_angles
-from palpate.bodies.particles import Particles, solid
+from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.corotational import Corotational
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
@@ -59,7 +59,7 @@ def cases() -> list[Case]:
         case("joined_by_one_node_as_mesh", "a mesh of two boxes that share one node", "refused: a hinge",
              "elements accepted", 0.0, _hinge_checked, ("mesh_check",), {"mesh_check": ("refused",)}),
         case("joined_by_one_node_thrown", "two boxes that share one node move", "momentum is conserved", MOMENTUM,
-             1e-7, lambda model: _thrown(model, solid(_hinge(), np.array([], dtype=int), SOFT, "hinge")),
+             1e-7, lambda model: _thrown(model, solid_particles(_hinge(), np.array([], dtype=int), SOFT, "hinge")),
              (*FEM, *SPRINGS)),
         case("stretch_at_0.488", "ν = 0.488, a cube stretched to three times its length by its ends",
              "equilibrium of forces", "residual force at free nodes / the force on an end", 1e-6, _stretched, FEM,
@@ -174,7 +174,7 @@ def _thrown(model: str, particles: Particles) -> float:
 
 def _single(model: str) -> float:
     mesh = TetMesh(0.1 * np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2, 3]]))
-    particles = solid(mesh, np.array([], dtype=int), SOFT, "tetrahedron")
+    particles = solid_particles(mesh, np.array([], dtype=int), SOFT, "tetrahedron")
     one = (
         {"shape_matching": MODELS[model][1]["shape_matching"] | {"clusters": {"kind": "one"}}}
         if model in SHAPES
@@ -203,7 +203,7 @@ def _stretched(model: str) -> float:
     """Hold both ends apart and let the nodes between them reach equilibrium; return the relative residual."""
     mesh = box([0.1, 0.1, 0.1], [3, 3, 3])
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
-    particles = solid(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
+    particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
     x = mesh.nodes * [3.0, 1.0, 1.0]
     x, _ = Stepper(model, particles, {"held": None}).go(x, np.zeros_like(x), 0.05, 200)
     finite(x)

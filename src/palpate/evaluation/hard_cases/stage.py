@@ -5,7 +5,7 @@ import numpy as np
 from palpate.bodies.body import Material
 from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.particles import Particles, solid
+from palpate.bodies.particles import Particles, solid_particles
 from palpate.evaluation.hard_cases.hard_case import finite
 from palpate.scenes import effect_registry
 from palpate.scenes.compose import compose
@@ -45,7 +45,7 @@ def bar(held: bool = True, material: Material = SOFT) -> Particles:
     """Make a bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra, with its end at x = 0 ``held`` or free."""
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
     ends = np.flatnonzero(mesh.nodes[:, 0] == 0.0) if held else np.array([], dtype=np.int64)
-    return solid(mesh, ends, material, "bar")
+    return solid_particles(mesh, ends, material, "bar")
 
 
 def scene(model: str, step_s: float, duration_s: float, more: dict[str, dict] | None = None, **rest) -> Scene:

@@ -5,6 +5,6 @@ from palpate.evaluation.table import Table
 TABLES = {
     "scaling": Table(
         "component unit size stage seconds memory_mb threads seconds_exponent memory_exponent",
-        "The time and the memory of each computation over the size of its problem, with fitted exponents.",
+        "The time and the memory of each component over the size of its problem, with fitted exponents.",
     ),
 }

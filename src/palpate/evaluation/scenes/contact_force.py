@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pandas as pd
 
-from palpate.collision.contact.initial_clearance import winding
+from palpate.collision.contact.initial_clearance import winding_number
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.scenes.motion import Motion, Moved
 
@@ -71,7 +71,7 @@ def nearest(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.n
     for i, shift in enumerate(shifts):
         moved = points + shift
         unsure = np.flatnonzero(room <= np.linalg.norm(shift - before))
-        inside[unsure] = [winding(point, corners) > 0.5 for point in moved[unsure]]
+        inside[unsure] = [winding_number(point, corners) > 0.5 for point in moved[unsure]]
         room, before = _distances(moved, x, nodes, low, high), shift
         found[i] = np.where(inside, -room, room).min()
     return found

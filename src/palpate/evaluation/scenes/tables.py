@@ -5,7 +5,7 @@ from palpate.evaluation.table import Table
 TABLES = {
     "scene_effects": Table(
         "scene effect called reason",
-        "Whether each effect acts in each scene, and why.",
+        "The effects that act in each scene or not, with the reason.",
     ),
     "effects": Table(
         "scene effect ms_per_step share_of_step memory_kb error_if_left_out",

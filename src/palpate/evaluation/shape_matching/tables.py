@@ -20,6 +20,6 @@ TABLES = {
     ),
     "body_springs": Table(
         "case body_springs_n_m time_s phase distance_m mean_displacement_m max_displacement_m nodes moved",
-        "How far the nodes around a poke move over time, with and without virtual body springs.",
+        "The displacement of the nodes around a poke over time, with and without virtual body springs.",
     ),
 }

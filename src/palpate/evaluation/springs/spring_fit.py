@@ -162,7 +162,7 @@ def tables(
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
     """Run the functions that a search calls once, so that compilation is not timed."""
-    from palpate.calibration.gradient_descent import value_and_slopes
+    from palpate.calibration.gradient_descent import value_and_gradient
 
     fitness(young[None])
-    value_and_slopes(fitness, young, fitness.settings.volume_n_m)
+    value_and_gradient(fitness, young, fitness.settings.volume_n_m)

@@ -1,4 +1,4 @@
-"""Error of motion against its cost: a work–precision diagram a scene, a curve a model over its step."""
+"""Error of motion over its cost: a work–precision diagram for each scene, a curve for each model over its step."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -11,7 +11,7 @@ TABLES = ("dynamic_accuracy",)
 
 @style.styled
 def draw(dynamic_accuracy) -> Figure:
-    """A panel a scene; a setting that did not converge has no mark and is counted in the panel's title.
+    """Draw one panel for each scene; settings that did not converge are counted in the panel's title.
 
     dynamic_accuracy : the table of this name
     """

@@ -1,4 +1,4 @@
-"""Accuracy against online time of every method: a work–precision diagram."""
+"""Error over online time of every method: a work–precision diagram."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,16 +9,16 @@ from palpate.figures.pareto import front
 
 TABLES = ("enrichment_accuracy", "online_cost", "fem_cost")
 BUDGETS_S = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
-"""Frame budgets: haptics, 60 pictures a second, what still feels immediate."""
+"""Frame budgets: haptics, 60 pictures a second, and a response that still seems immediate."""
 
 
 @style.styled
 def draw(enrichment_accuracy, online_cost, fem_cost, *, split: str = "contacts") -> Figure:
-    """A column a body, a row for each protocol and regime; held-out ``split`` only.
+    """Draw one column for each body and one row for each protocol and regime, for one ``split``.
 
     enrichment_accuracy, online_cost, fem_cost : the tables of these names
-    The whisker reaches to the 95th percentile of the time. The stepped line is the Pareto front. A method
-    without a finite error or a time is named in its panel as failed, never dropped.
+    The whisker ends at the 95th percentile of the time. The stepped line is the Pareto front. A method without a
+    finite error or time is named in its panel as failed.
     """
     accuracy = tables.where(enrichment_accuracy, split=split)
     joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
@@ -44,7 +44,7 @@ def draw(enrichment_accuracy, online_cost, fem_cost, *, split: str = "contacts")
 
 
 def _points(axis, panel) -> None:
-    """The methods of one panel, their front, and the names of those that failed."""
+    """Draw the methods of one panel and their front, and name those that failed."""
     milliseconds = 1e3 * panel["online_median_s"].to_numpy()
     late = 1e3 * panel["online_p95_s"].to_numpy()
     error = 100 * panel["rmse_of_peak"].to_numpy()
@@ -63,7 +63,7 @@ def _points(axis, panel) -> None:
 
 
 def _lines(axis, fem_seconds) -> None:
-    """Frame budgets, and the median time of the fine simulation that all this avoids."""
+    """Draw frame budgets, and the median time of the fine simulation that the methods replace."""
     budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in BUDGETS_S.items()]
     fine = ("fine FEM", 1e3 * float(fem_seconds.median()), style.look("fine_fem").colour, "-.", 1)
     for name, x, colour, dashes, end in [*budgets, fine]:
@@ -76,7 +76,7 @@ def _lines(axis, fem_seconds) -> None:
 
 
 def _legend(present) -> list[Line2D]:
-    """Every method in table order, then the front."""
+    """Return the handles of every method in table order, then of the front."""
     handles = [
         Line2D(
             [],

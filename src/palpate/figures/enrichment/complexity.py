@@ -1,4 +1,4 @@
-"""The paper's table 3: how the cost of each step grows with the features r and the samples k."""
+"""Growth of each operation's time with the features r and the samples k (paper 1's table 3)."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,7 +12,7 @@ _COLOURS = {"r": "#0072b2", "k": "#d55e00"}
 
 @style.styled
 def draw(complexity) -> Figure:
-    """Fitted exponents with confidence intervals (discs) and the paper's (diamonds).
+    """Draw fitted exponents with confidence intervals (discs) and the paper's (diamonds).
 
     complexity : the table of this name
     """

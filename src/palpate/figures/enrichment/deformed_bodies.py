@@ -1,4 +1,4 @@
-"""The paper's figures 2 and 3: deformed bodies, coloured by displacement, one row a sample."""
+"""Deformed bodies, coloured by displacement, one row for each sample."""
 
 import numpy as np
 from matplotlib.colors import Normalize
@@ -17,11 +17,11 @@ _PIXELS, _INCHES = 480, 1.75
 
 @style.styled
 def draw(body: Body, database: Database, predictions: dict[str, Prediction], rows: int = 3) -> Figure:
-    """Rest, fine FEM, coarse FEM and METHODS, for ``rows`` test samples spread from small to large peak.
+    """Draw rest, fine FEM, coarse FEM and METHODS, for ``rows`` test samples from small to large peak.
 
-    ``predictions`` holds METHODS, all for the same test samples. The colour scale is shared and ends at the
-    largest displacement that fine FEM finds in the samples shown; the arrow is the load, dark balls are held
-    nodes, grey lines the rest state's outline. Nothing is exaggerated.
+    predictions : of METHODS, all for the same test samples. The colour scale is shared and ends at the largest
+    displacement of fine FEM in the samples shown; the arrow is the load, dark balls are held nodes, grey lines the
+    outline at rest. Displacements are to scale.
     """
     peaks = np.linalg.norm(database.fine, axis=2).max(axis=1)
     chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact, rows)
@@ -46,7 +46,7 @@ def draw(body: Body, database: Database, predictions: dict[str, Prediction], row
 
 
 def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray, rows: int) -> list[int]:
-    """``rows`` of the samples from small to large peak, with different contacts while there are any."""
+    """Choose ``rows`` of the samples from small to large peak, with different contacts as far as possible."""
     ranked = samples[np.argsort(peaks[samples], kind="stable")]
     chosen = []
     for share in (np.arange(rows) + 0.5) / rows:
@@ -59,7 +59,7 @@ def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray, rows: 
 
 
 def _states(database, predictions, i):
-    """The columns of one row: (what, displacement of fine surface (n, 3) or all coarse nodes (N, 3) [m])."""
+    """Yield the columns of one row: (kind, displacement of fine surface (n, 3) or all coarse nodes (N, 3) [m])."""
     yield "rest", np.zeros_like(database.nodes_fine_surface)
     yield "fine", database.fine[i]
     yield "coarse", database.coarse_live[i]
@@ -69,7 +69,7 @@ def _states(database, predictions, i):
 
 
 def _view(database, i) -> render.View:
-    """One camera for all pictures of a sample."""
+    """Choose one camera for all pictures of a sample."""
     rest = database.nodes_fine_surface
     contact = database.contact[i]
     axes = render.directions(rest, _normal(database, i))
@@ -79,17 +79,17 @@ def _view(database, i) -> render.View:
 
 
 def _normal(database, i) -> np.ndarray:
-    """Rest normal at the contact of sample i, (3,)."""
+    """Return the normal at rest at the contact of sample i, (3,)."""
     return database.contact_normals[np.searchsorted(database.coarse_surface, database.contact[i])]
 
 
 def _arrow(nodes) -> float:
-    """Length of the load's arrow [m]."""
+    """Return the length of the load's arrow [m]."""
     return 0.2 * float(np.ptp(nodes, axis=0).max())
 
 
 def _picture(stage, view, body, database, i, state, limit) -> np.ndarray:
-    """One rendered panel, (height, width, 3) uint8."""
+    """Render one panel, (height, width, 3) uint8."""
     rest = database.nodes_fine_surface
     held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
     actors = [
@@ -113,7 +113,7 @@ def _surface(stage, body, database, what, moved, limit) -> None:
 
 
 def _caption(database, i, what, moved, peak) -> str:
-    """What a panel says below its picture."""
+    """Return the caption below a panel."""
     if what == "rest":
         return f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
     if what == "fine":

@@ -1,4 +1,4 @@
-"""Where each method is wrong: its error over the body for its best, median and worst test sample."""
+"""Error of each method over the body, for its best, median and worst test sample."""
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -10,7 +10,7 @@ from palpate.figures.enrichment.predictions import Prediction
 from palpate.samples.database import Database
 
 METHODS = ["interpolation", style.PAPERS, "detail_correction"]
-"""One row each: what costs next to nothing, what the paper proposes, what we propose."""
+"""One row each: interpolation, which costs least, the paper's method, and detail correction."""
 
 _PIXELS, _INCHES = 480, 1.75
 _DECADES = 3
@@ -18,10 +18,10 @@ _DECADES = 3
 
 @style.styled
 def draw(body: Body, database: Database, groups: dict[str, dict[str, Prediction]]) -> Figure:
-    """Three columns (best, median, worst) for each group; a row a method; one logarithmic scale in % of peak.
+    """Draw three columns (best, median, worst) for each group and one row for each method, on one logarithmic scale.
 
-    ``groups`` maps a heading such as "paper protocol, samples held out" to predictions of METHODS.
-    A sample is ranked, for each method by itself, by its RMSE over the fine surface nodes / peak.
+    groups : maps a heading such as "paper protocol, samples held out" to predictions of METHODS
+    Samples are ranked for each method by itself, by RMSE over the fine surface nodes / peak.
     """
     shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in METHODS}
     scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
@@ -46,18 +46,18 @@ def draw(body: Body, database: Database, groups: dict[str, dict[str, Prediction]
 
 
 def limits(fields: list[np.ndarray]) -> tuple[float, float]:
-    """Three decades up to the largest of some errors / peak, in %."""
+    """Return the limits in % of three decades up to the largest of some errors / peak."""
     top = 100 * max(float(field.max()) for field in fields)
     return top / 10**_DECADES, top
 
 
 def percent(value: float) -> str:
-    """Two significant digits without an exponent."""
+    """Format a number with two significant digits without an exponent."""
     return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
 def ranked(database, prediction) -> list[tuple]:
-    """(sample, error / peak (n,), displacement (n, 3), RMSE / peak) of the best, median and worst sample."""
+    """Rank the samples: (sample, error / peak (n,), displacement (n, 3), RMSE / peak) of best, median and worst."""
     reference = database.fine[prediction.sample]
     peaks = np.linalg.norm(reference, axis=2).max(axis=1)
     fields = np.linalg.norm(prediction.predicted - reference, axis=2) / peaks[:, None]
@@ -68,14 +68,14 @@ def ranked(database, prediction) -> list[tuple]:
 
 
 def camera(database, i, moved) -> render.View:
-    """One camera for a sample: its contact in sight, its deformed body in full."""
+    """Choose the camera of a sample: its contact is visible, its deformed body complete."""
     normal = database.contact_normals[np.searchsorted(database.coarse_surface, database.contact[i])]
     rest = database.nodes_fine_surface
     return render.frame(render.directions(rest, normal), [rest + moved])
 
 
 def _picture(stage, view, body, database, percent, moved, limits) -> np.ndarray:
-    """The body as fine FEM deforms it, coloured by error; dark balls are held nodes."""
+    """Render the body as fine FEM deforms it, coloured by error; dark balls are held nodes."""
     rest = database.nodes_fine_surface
     held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
     ball = 0.014 * float(np.ptp(rest, axis=0).max())

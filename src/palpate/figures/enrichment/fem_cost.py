@@ -1,4 +1,4 @@
-"""What a fine simulation costs: Newton steps and seconds against the size of the deformation."""
+"""Cost of a fine simulation: Newton iterations and seconds over the size of the deformation."""
 
 from matplotlib.figure import Figure
 
@@ -10,7 +10,7 @@ _REGIMES = (("#0072b2", "o"), ("#d55e00", "^"), ("#009e73", "s"), ("#7d7d7d", "D
 
 @style.styled
 def draw(fem_cost, sample_peaks) -> Figure:
-    """A column a body; seconds above, Newton iterations below, both against peak displacement [mm].
+    """Draw seconds and Newton iterations over the peak displacement [mm], one column for each body.
 
     fem_cost, sample_peaks : the tables of these names, joined on body, regime and sample
     """

@@ -1,4 +1,4 @@
-"""Read what the methods predicted for the test samples."""
+"""The methods' predictions for the test samples, as they are read from file."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,12 +7,12 @@ import h5py
 import numpy as np
 
 from palpate.errors import InputError
-from palpate.files import made
+from palpate.files import require_file
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One method's answers.
+    """One method's predictions.
 
     sample : (s,) int, row numbers into the samples of the same body and regime's database
     predicted : (s, n, 3) float64 [m], displacement of the fine surface nodes
@@ -25,9 +25,9 @@ class Prediction:
 def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dict[str, Prediction]:
     """Read ``sample`` and ``predicted`` of the groups ``/{protocol}/{split}/{method}`` of a predictions.h5.
 
-    Raises InputError naming the file and the group if one is missing or misshapen.
+    Raises InputError naming the file and the group if one is missing or of a wrong shape.
     """
-    with h5py.File(made(path)) as file:
+    with h5py.File(require_file(path)) as file:
         return {m: _one(file, f"{protocol}/{split}/{m}", path) for m in methods}
 
 

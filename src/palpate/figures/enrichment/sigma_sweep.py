@@ -1,4 +1,4 @@
-"""The paper's figure 4: error against the kernel's width σ, for every feature vector and kind of weights."""
+"""Error over the kernel's width σ, for every feature vector and kind of weights (paper 1's figure 4)."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,12 +13,12 @@ TABLES = ("sigma_sweep", "enrichment_accuracy")
 def draw(
     sigma_sweep, enrichment_accuracy, *, published: dict, protocol: str = "paper", split: str = "samples"
 ) -> Figure:
-    """A row for each body and regime, a column for each feature vector, a line for each kind of weights.
+    """Draw a row for each body and regime, a column for each feature vector, a line for each kind of weights.
 
     sigma_sweep, enrichment_accuracy : the tables of these names
-    published : the paper's numbers; ``sigma`` holds its σ and what a unit of its meshes measures here [m]
-    Marked are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond) and what
-    linear interpolation reaches without any σ (dashed).
+    published : the paper's numbers; ``sigma`` holds its σ and the length of a unit of its meshes here [m]
+    Marks are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond), and the error of
+    linear interpolation, which has no σ (dashed).
     """
     sweep = tables.where(sigma_sweep, protocol=protocol, split=split)
     accuracy = tables.where(enrichment_accuracy, protocol=protocol, split=split)
@@ -48,7 +48,7 @@ def draw(
 
 
 def _curve(axis, curve, accuracy, method, sigma_m) -> None:
-    """One line with its two marks; a mark beyond the sweep's ends is left out."""
+    """Draw one line with its two marks; a mark beyond the sweep's ends is left out."""
     colour = style.look(method).colour
     relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
     axis.plot(relative, error, color=colour, zorder=2)
@@ -62,7 +62,7 @@ def _curve(axis, curve, accuracy, method, sigma_m) -> None:
 
 
 def _legend() -> list[Line2D]:
-    """Shades of grey stand for the shades that each column has in its own hue."""
+    """Return the handles; shades of grey represent the shades that each column has in its own hue."""
     greys = ("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf")
     lines = [
         Line2D([], [], color=grey, label=name) for grey, (name, _) in zip(greys, style.WEIGHTS.values(), strict=True)

@@ -1,4 +1,4 @@
-"""The paper's tables 4 and 5: seconds a deformation, the paper's machine and ours."""
+"""Seconds per deformation on the paper's machine and on this one (paper 1's tables 4 and 5)."""
 
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -11,7 +11,7 @@ TABLES = ("enrichment_timing",)
 
 @style.styled
 def draw(enrichment_timing) -> Figure:
-    """Two bars a method, logarithmic; dots are the five deformations.
+    """Draw two bars for each method on a logarithmic scale; dots are the five deformations.
 
     enrichment_timing : the table of this name
     """
@@ -40,7 +40,7 @@ def draw(enrichment_timing) -> Figure:
 
 
 def _bar(axis, y, seconds, low, **look) -> None:
-    """One bar with its number at the end; none where the paper has no such row."""
+    """Draw one bar with its number at the end; none where the paper has no such row."""
     if seconds > 0:
         axis.barh(y, seconds - low, left=low, height=0.36, linewidth=0.7, **look)
         axis.annotate(written(seconds), (seconds, y), (5, 0), textcoords="offset points", va="center", fontsize=7.5)

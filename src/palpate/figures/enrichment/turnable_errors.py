@@ -1,4 +1,4 @@
-"""Where methods are wrong, to be turned in the page: a method and one of its samples at a time."""
+"""Interactive view of errors over the body: one method and one of its samples at a time."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from palpate.figures.enrichment.predictions import Prediction
 from palpate.samples.database import Database
 
 RANKS = ("best", "median", "worst")
-_START = 1  # the first method's median sample; the view is chosen so that its contact is in sight
+_START = 1  # the first method's median sample; its contact is visible in the chosen view
 
 
 def write(database: Database, predictions: dict[str, Prediction], path: str | Path) -> None:

@@ -45,7 +45,7 @@ def draw(body_springs) -> Figure:
 def _look(case: str, stiffness: float, shades) -> tuple[str, str, str]:
     """Return colour, line style and label of a case."""
     if case == "body_springs":
-        return next(shades), "-", f"body springs, {stiffness:g} N/m a node"
+        return next(shades), "-", f"body springs, {stiffness:g} N/m per node"
     return {
         "none": (style.INK, "-", "surface springs only"),
         "dampers_only": (style.FAINT, "--", "dampers only, without body springs"),

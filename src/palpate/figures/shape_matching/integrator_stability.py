@@ -38,7 +38,7 @@ def draw(integrator_stability) -> Figure:
             handles.append(Line2D([], [], color=colour, marker=marker, ms=5, mec="white", mew=0.5, label=label))
     _threshold(growth, stability)
     growth.set(xscale="log", yscale="log", ylabel="growth per step", title="one mass on a spring")
-    error.set(yscale="log", xlabel="h / sqrt(m/k)", ylabel="|simulation/formula − 1|", xlim=(0.009, 110))
+    error.set(yscale="log", xlabel="h / sqrt(m/k)", ylabel="relative\ndifference", xlim=(0.009, 110))
     style.plain_log(error.xaxis)
     figure.legend(handles=handles, loc="outside right upper", title="line: spectral radius\nmarker: simulation")
     return figure

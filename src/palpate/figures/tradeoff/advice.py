@@ -1,4 +1,4 @@
-"""How wrong the advised model is within each budget, and how wrong the next best."""
+"""Errors of the advised model and of the next best model within each budget."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,7 +13,7 @@ TABLES = ("advice", "accuracy_vs_time")
 
 @style.styled
 def draw(advice, accuracy_vs_time) -> Figure:
-    """A panel a budget, a row a scene: the advised model with its interval, the next best one, and the factor.
+    """Draw the advised model with its interval, the next best and the factor; a panel per budget, a row per scene.
 
     advice, accuracy_vs_time : the tables of these names
     """
@@ -40,7 +40,7 @@ def draw(advice, accuracy_vs_time) -> Figure:
 
 
 def _row(axis, place: int, row, settings) -> None:
-    """One scene in one panel."""
+    """Draw one scene in one panel."""
     if row.model == NONE:
         axis.text(0.5, place, "none", transform=axis.get_yaxis_transform(), ha="center", va="center", color="#aa0000")
         return
@@ -59,12 +59,12 @@ def _row(axis, place: int, row, settings) -> None:
 
 
 def _percent(share: float) -> float:
-    """Where an error is drawn; what is all but exact stands at the edge, as in the work–precision diagrams."""
+    """Convert an error to %; nearly exact answers are drawn at the edge, as in the work–precision diagrams."""
     return max(100 * share, LEAST)
 
 
 def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> None:
-    """A name above (1) or below (-1) its point."""
+    """Draw a name above (1) or below (-1) its point."""
     va = "bottom" if side > 0 else "top"
     axis.annotate(
         text, (x, place), (0, 5 * side), textcoords="offset points", ha="center", va=va, fontsize=7, color=colour

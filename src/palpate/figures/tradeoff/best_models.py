@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from palpate.evaluation.tradeoff.resampling import TRUTH
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds

@@ -1,10 +1,10 @@
-"""After how many answers preparing a model has paid."""
+"""Number of answers after which the preparation of a model has paid."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, pick
-from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent
@@ -12,12 +12,12 @@ from palpate.figures.number_format import percent
 TABLES = ("accuracy_vs_time", "advice")
 ANSWERS = np.geomspace(1, 1e6, 61)
 DASHES = ("-", "--", ":", "-.")
-"""One for each setting of a model."""
+"""Line styles, one for each setting of a model."""
 
 
 @style.styled
 def draw(accuracy_vs_time, advice) -> Figure:
-    """A panel a scene: preparation and all answers together, of what is advised for any limit and of fine FEM.
+    """Draw the time of preparation and answers together, for every advised setting and fine FEM; a panel per scene.
 
     accuracy_vs_time, advice : the tables of these names
     """
@@ -45,7 +45,7 @@ def draw(accuracy_vs_time, advice) -> Figure:
 
 
 def advised(settings, advice):
-    """The settings of one scene that are advised for anything, and the most accurate of all, most accurate first."""
+    """Select the settings of one scene that are advised for any limit, and the most accurate; most accurate first."""
     able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(
         ["model", "setting"], drop=False
     )

@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import mesh_error
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import EXACT, alone, lasting
-from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.figures import style, tables
 from palpate.figures.model_looks import features, label, look, minor
 from palpate.figures.number_format import percent, seconds
@@ -18,7 +18,7 @@ from palpate.figures.pareto import front
 
 TABLES = ("accuracy_vs_time", "advice")
 LEAST = 100 * EXACT
-"""Errors [% of the peak] below this are drawn at it: the fine model is all but equal to what it is compared with."""
+"""Errors [% of the peak] below this are drawn at it: the fine model almost equals the reference."""
 
 
 @style.styled
@@ -27,7 +27,7 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
 
     accuracy_vs_time, advice : the tables of these names
     The stepped line is the front of this run; the numbered points are on it in other runs too. A setting that failed
-    on some samples is hollow, and is named below with those that have no error at all.
+    on some samples is hollow, and is named below with those that failed on all samples.
     """
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     own = mesh_error(settings)
@@ -60,7 +60,7 @@ def milliseconds_and_percent(rows) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _curve(axis, model: str, rows) -> None:
-    """One model's settings, and a line through those that none of its others beats."""
+    """Draw one model's settings, and a line through its own front."""
     t, error = milliseconds_and_percent(rows)
     shown, faint = look(model), minor(model)
     best = front(t, error)
@@ -74,7 +74,7 @@ def _curve(axis, model: str, rows) -> None:
 
 
 def _front(axis, settings) -> None:
-    """The steps of this run's front, and a number at each point that lasts."""
+    """Draw the steps of this run's front, and a number at each point that is on it in other runs too."""
     whole = settings[settings["failures"] == 0]
     t, error = milliseconds_and_percent(whole)
     best = front(t, whole["rmse_of_peak"])
@@ -90,7 +90,7 @@ def _front(axis, settings) -> None:
 
 
 def front_rows(settings):
-    """The settings of one scene that are on the front in other runs too, fastest first, without a model's twins."""
+    """Select the settings of one scene that stay on the front in other runs, fastest first, one of equal ones."""
     whole = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)]
     kept = whole[lasting(whole["online_median_s"], whole["rmse_of_peak"])]
     rows = [alone(same) for _, same in kept.groupby("model", sort=False)]
@@ -98,7 +98,7 @@ def front_rows(settings):
 
 
 def _lines(axis, advice, own) -> None:
-    """Frame budgets with what is advised for each, and the error of the fine mesh itself."""
+    """Draw frame budgets with the advised model for each, and the error of the fine mesh itself."""
     for row in advice.itertuples():
         axis.axvline(row.budget_ms, color="#b5b5b5", ls=":", lw=1, zorder=1)
         advised = NONE if row.model == NONE else label(row.model, "default")
@@ -116,7 +116,7 @@ def _lines(axis, advice, own) -> None:
 
 
 def _failures(axis, settings) -> None:
-    """What failed, below the picture."""
+    """Name the settings that failed, below the picture."""
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
     told = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
     text = "failed: " + ", ".join(told) if told else "no setting failed on any sample"

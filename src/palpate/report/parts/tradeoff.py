@@ -7,8 +7,8 @@ import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN, mesh_error
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
-from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.evaluation.tradeoff.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.model_looks import label

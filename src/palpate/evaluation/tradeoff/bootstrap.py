@@ -1,10 +1,12 @@
-"""How sure a mean error is: the test samples drawn anew, whole contacts at a time."""
+"""Find how sure a mean error is: a bootstrap that draws whole contacts of the test samples anew."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from palpate.errors import InputError
 from palpate.files import read_table
 
 DRAWS = 2000
@@ -20,19 +22,32 @@ _NEEDED = ["model", "setting", "sample", "rmse_of_peak"]
 
 
 def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
-    """Errors of every model on every test sample of one scene: model, setting, sample, contact, rmse_of_peak.
+    """Read the errors of every model on every test sample of one scene, from where the workflow keeps them.
 
     data : ``results/data``; settings : the scene's rows of accuracy_vs_time.csv
-    Raises InputError naming a file that is missing or lacks a column.
     """
     place = Path(data, *settings.iloc[0][["body", "regime"]])
+    return errors_from(sorted((place / "tradeoff").glob("*_samples.csv")), place / "samples.csv", settings)
+
+
+def errors_from(families: Iterable[str | Path], samples: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
+    """Join the errors of all models of ``settings``: model, setting, sample, contact, rmse_of_peak.
+
+    families : files of sample errors, one a family of models; samples : the table of samples of that body and regime
+    Raises InputError naming a file that is missing or lacks a column, or a model that no file has.
+    """
     models = [model for model in settings["model"].unique() if model != TRUTH]
-    found = pd.concat([_read(place / "tradeoff" / f"{model}.csv", _NEEDED) for model in models], ignore_index=True)
-    return found.merge(_read(place / "split.csv", ["sample", "contact"]), on="sample", how="left")
+    tables = [_read(path, _NEEDED) for path in families]
+    found = pd.concat(tables or [pd.DataFrame(columns=_NEEDED)], ignore_index=True)
+    if missing := sorted(set(models) - set(found["model"])):
+        scene = settings["scene"].iloc[0]
+        raise InputError(f"{scene}: the sample errors of {missing[0]} are missing: make them with the workflow (make)")
+    found = found[found["model"].isin(models)]
+    return found.merge(_read(samples, ["sample", "contact"]), on="sample", how="left")
 
 
 def resampled(errors: pd.DataFrame) -> pd.DataFrame:
-    """Mean rmse_of_peak of each setting in each of DRAWS draws of the contacts: rows (model, setting).
+    """Return the mean rmse_of_peak of each setting in each of DRAWS draws of the contacts: rows (model, setting).
 
     errors : of one scene, as ``read_errors`` gives them
     All settings see the same draws, so they can be compared draw by draw. A setting without an answer to
@@ -49,5 +64,5 @@ def resampled(errors: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(means, index=sums.index)
 
 
-def _read(path: Path, needed: list[str]) -> pd.DataFrame:
+def _read(path: str | Path, needed: list[str]) -> pd.DataFrame:
     return read_table(path, needed)[needed]

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from palpate.errors import InputError
-from palpate.evaluation.tradeoff.resampling import DRAWS, RANGE, read_errors, resampled
+from palpate.evaluation.tradeoff.bootstrap import DRAWS, RANGE, read_errors, resampled
 
 
 def test_draws_are_those_of_contacts_not_of_samples(trade_off):
@@ -55,9 +55,13 @@ def test_reads_what_a_run_leaves_behind(trade_off, trade_off_folder):
 def test_what_is_missing_is_named(trade_off, trade_off_folder):
     table, _ = trade_off
     liver = table[table["scene"] == "liver_small"]
-    (trade_off_folder / "data/liver/small/tradeoff/detail_correction.csv").write_text("model,setting,sample\n")
-    with pytest.raises(InputError, match=r"detail_correction\.csv lacks the column\(s\) rmse_of_peak"):
+    place = trade_off_folder / "data/liver/small"
+    (place / "tradeoff/detail_correction_samples.csv").write_text("model,setting,sample\n")
+    with pytest.raises(InputError, match=r"detail_correction_samples\.csv lacks the column\(s\) rmse_of_peak"):
         read_errors(trade_off_folder / "data", liver)
-    (trade_off_folder / "data/liver/small/tradeoff/detail_correction.csv").unlink()
-    with pytest.raises(InputError, match=r"detail_correction\.csv is missing: make it"):
+    (place / "tradeoff/detail_correction_samples.csv").unlink()
+    with pytest.raises(InputError, match=r"^liver_small: the sample errors of detail_correction are missing"):
         read_errors(trade_off_folder / "data", liver)
+    (place / "samples.csv").unlink()
+    with pytest.raises(InputError, match=r"samples\.csv is missing: make it"):
+        read_errors(trade_off_folder / "data", liver[liver["model"] != "detail_correction"])

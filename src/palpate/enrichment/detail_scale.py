@@ -1,15 +1,15 @@
-"""How strongly the linear detail is to be applied: two coefficients learnt by ridge regression."""
+"""Fit how strongly the linear detail is applied: two coefficients, by ridge regression."""
 
 import numpy as np
 
 from palpate.enrichment.training_samples import Training
 
 PENALTIES = np.geomspace(1e-6, 1e2, 17)
-"""The ridge penalties tried, relative to the mean square of the regressors; no gain at all is tried too."""
+"""The ridge penalties tried, relative to the mean square of the regressors; the scale 1 is tried too."""
 
 
-def fit_gain(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, training: Training) -> np.ndarray:
-    """β (2,) that makes (1 + β · (ratios − 1)) detail fit what interpolation is ``missing`` best.
+def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, training: Training) -> np.ndarray:
+    """Find β (2,) with which (1 + β · (ratios − 1)) detail fits best what interpolation is ``missing``.
 
     ratios : (k, 2); detail, missing : (k, n, 3) [m]
     Samples count by the square of their relative error. The penalty is the one that cross-validates best over

@@ -8,8 +8,8 @@ from palpate.enrichment.training_samples import FitOptions
 from palpate.models.model import Case
 from palpate.samples.assemble import assemble
 from palpate.samples.loads import choose_loads
-from palpate.samples.press import press
 from palpate.samples.split import split
+from palpate.samples.static_responses import press
 from palpate.samples.subsampling import subsample
 from palpate.solvers.compliance import compute_compliance
 

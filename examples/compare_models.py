@@ -8,7 +8,7 @@ from case_of_a_liver import errors, make_case
 
 from palpate.models.model_registry import model
 
-OWN = {"nearest": Path(__file__).parents[1] / "docs/example_model.py"}
+OWN = {"nearest": str(Path(__file__).parents[1] / "docs/example_model.py")}
 NAMES = {
     "nearest": "model of one's own: nearest sample, scaled",
     "fem_coarse": "coarse FEM",

@@ -10,10 +10,13 @@ from pathlib import Path
 from palpate.job import kernel_cache
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is imported
+# linear algebra on one thread, as in the workflow's jobs: two processes of tests share the cores
+os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures import kernel_lock
 
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.cylinder import cylinder
@@ -22,6 +25,8 @@ from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_
 from palpate.files import read_yaml
 from palpate.schema import checked
 from palpate.solvers.compliance import Compliance, compute_compliance
+
+kernel_lock.one_at_a_time()
 
 
 def pytest_terminal_summary(terminalreporter) -> None:
@@ -166,8 +171,8 @@ def slab_case(slab, slab_compliance, grid) -> tuple:
     from palpate.models.model import Case
     from palpate.samples.assemble import assemble
     from palpate.samples.loads import choose_loads
-    from palpate.samples.press import press
     from palpate.samples.split import split
+    from palpate.samples.static_responses import press
     from palpate.samples.subsampling import subsample
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)

@@ -9,8 +9,8 @@ import pytest
 
 from palpate.config import complete
 from palpate.files import read_yaml
+from palpate.scenes.contact_settings import bodies_in
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
-from palpate.scenes.instruments import bodies_in
 from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
@@ -23,7 +23,7 @@ from dataclasses import replace
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of, merge_particles
 from palpate.scenes import run_scene as runs
-from palpate.scenes.compose import effect_names
+from palpate.scenes.build_system import effect_names
 from palpate.scenes.scene import scene_of
 
 name, entry, bodies = json.load(sys.stdin)

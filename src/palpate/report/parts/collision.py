@@ -10,8 +10,8 @@ from palpate.evaluation.collision.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.collision.collision_looks import look, ranked
 from palpate.figures.number_format import seconds
-from palpate.report.claims import Claim, tabulated
 from palpate.report.material import Report, Section
+from palpate.report.paper_claims import Claim, tabulated
 from palpate.report.words import spaced
 
 __all__ = ["TABLES", "TITLE", "claims", "failures", "numbers", "sections"]

@@ -9,8 +9,8 @@ from palpate.evaluation.enrichment.tables import TABLES
 from palpate.figures import style, tables
 from palpate.figures.number_format import seconds
 from palpate.report import markup
-from palpate.report.claims import Claim, tabulated
 from palpate.report.material import Report, Section
+from palpate.report.paper_claims import Claim, tabulated
 from palpate.report.parts.enrichment_numbers import numbers
 from palpate.report.words import capital, spaced
 

@@ -9,8 +9,8 @@ from palpate.evaluation.shape_matching.shape_matching_growth import HEADLINE, ex
 from palpate.evaluation.shape_matching.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.number_format import percent, seconds
-from palpate.report.claims import Claim, verdict
 from palpate.report.material import Report, Section
+from palpate.report.paper_claims import Claim, verdict
 from palpate.report.words import spaced
 
 __all__ = ["TABLES", "TITLE", "claims", "numbers", "sections"]

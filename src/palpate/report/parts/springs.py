@@ -10,8 +10,8 @@ from palpate.figures import tables
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.springs.spring_looks import FORCES, look
 from palpate.report import markup
-from palpate.report.claims import OPEN, Claim, verdict
 from palpate.report.material import Report, Section
+from palpate.report.paper_claims import OPEN, Claim, verdict
 
 __all__ = ["TABLES", "TITLE", "claims", "numbers", "sections"]
 

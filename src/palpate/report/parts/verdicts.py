@@ -3,8 +3,8 @@
 import pandas as pd
 
 from palpate.report import markup
-from palpate.report.claims import COLUMNS, CONFIRMED, REFUTED
 from palpate.report.material import Report, Section
+from palpate.report.paper_claims import COLUMNS, CONFIRMED, REFUTED
 
 TITLE = "The papers' claims, checked"
 TABLES = {}

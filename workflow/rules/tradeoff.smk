@@ -13,7 +13,7 @@ STATIC = [f"{body}_{regime}" for body in BODIES for regime in REGIMES]
 TARGETS["tradeoff"] = (
     tabulated("accuracy_vs_time", "advice")
     + figures("tradeoff", "advice", "break_even")
-    + figures("tradeoff", "work_precision", scenes=STATIC)
+    + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
 
 

@@ -118,11 +118,11 @@ def _lines(axis, advice, own) -> None:
 def _failures(axis, settings) -> None:
     """Name the settings that failed, below the picture."""
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
-    told = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
-    text = "failed: " + ", ".join(told) if told else "no setting failed on any sample"
+    failures = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
+    text = "failed: " + ", ".join(failures) if failures else "no setting failed on any sample"
     axis.text(
         0, -0.11, fill(text, 120), transform=axis.transAxes, va="top", fontsize=7.5,
-        color="#aa0000" if told else "#666666",
+        color="#aa0000" if failures else "#666666",
     )  # fmt: skip
 
 

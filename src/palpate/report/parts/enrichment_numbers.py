@@ -100,8 +100,8 @@ def _speedup(timing, body, paper) -> str:
     """Return how much faster contact-ordered is than unordered, and than fine FEM, here and in the paper."""
 
     def ratios(mean):
-        ours = mean["contact_ordered"]
-        return f"{mean['unordered'] / ours:.2g}× and {mean['fine_fem'] / ours:,.0f}×"
+        ordered = mean["contact_ordered"]
+        return f"{mean['unordered'] / ordered:.2g}× and {mean['fine_fem'] / ordered:,.0f}×"
 
     here = tables.where(timing, body=body).set_index("method")["mean_s"]
     rows = paper["timing"].get(body)

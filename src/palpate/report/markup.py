@@ -2,6 +2,7 @@
 
 import base64
 import zlib
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -29,7 +30,7 @@ def text(value) -> str:
     return f"{value:.3g}"
 
 
-def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: list[str] = ()) -> str:
+def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: Sequence[str] = ()) -> str:
     """A data frame as a table, which the page's script makes sortable.
 
     faint : positions of the rows that hold the paper's numbers; best : columns whose least value is in bold

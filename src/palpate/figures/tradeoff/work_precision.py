@@ -1,6 +1,7 @@
 """Error against online time of every model over its setting, on one scene: the work–precision diagram."""
 
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -134,7 +135,7 @@ def _legend(settings) -> list[Line2D]:
             Line2D([], [], color=shown.colour, marker=shown.marker, ms=size, lw=1, mec="white", label=shown.label)
         )
     handles.append(Line2D([], [], color=style.INK, lw=0.9, label="Pareto front of this run"))
-    nothing = {"ls": "", "marker": ""}
+    nothing: dict[str, Any] = {"ls": "", "marker": ""}
     handles.append(Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=9, label="on it in other runs too:"))
     for number, row in enumerate(front_rows(settings).itertuples(), start=1):
         found = f"{percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"

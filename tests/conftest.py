@@ -166,8 +166,8 @@ def slab_case(slab, slab_compliance, grid) -> tuple:
     from palpate.models.model import Case
     from palpate.samples.assemble import assemble
     from palpate.samples.loads import choose_loads
-    from palpate.samples.press import press
     from palpate.samples.split import split
+    from palpate.samples.static_responses import press
     from palpate.samples.subsampling import subsample
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)

@@ -13,7 +13,7 @@ from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.training_samples import FitOptions, gather
 from palpate.samples.assemble import assemble
 from palpate.samples.loads import COLUMNS
-from palpate.samples.press import press
+from palpate.samples.static_responses import press
 from palpate.samples.subsampling import subsample
 
 PROTOCOLS = ("paper", "live")

@@ -7,7 +7,7 @@ import pytest
 from palpate.enrichment.linear_fem import LinearFem
 from palpate.errors import InputError
 from palpate.samples.loads import COLUMNS
-from palpate.samples.press import press
+from palpate.samples.static_responses import press
 
 
 def test_is_the_compliance_times_the_force(slab_compliance):

@@ -9,7 +9,7 @@ import pytest
 from palpate.errors import InputError
 from palpate.samples.assemble import assemble, digest
 from palpate.samples.database import read, write
-from palpate.samples.press import Responses
+from palpate.samples.static_responses import Responses
 from palpate.samples.subsampling import subsample
 
 

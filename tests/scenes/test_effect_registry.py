@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import compose, decisions
+from palpate.scenes.build_system import compose, decisions
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS, Entry
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene

@@ -9,8 +9,8 @@ import pytest
 
 from palpate.config import complete
 from palpate.files import read_yaml
+from palpate.scenes.contact_settings import bodies_in
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
-from palpate.scenes.instruments import bodies_in
 from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]

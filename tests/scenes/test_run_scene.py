@@ -12,7 +12,7 @@ from palpate.bodies.cylinder import cylinder
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
-from palpate.scenes.compose import compose, decisions, effect_names
+from palpate.scenes.build_system import compose, decisions, effect_names
 from palpate.scenes.initial_states import STARTS, initial_positions
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene, scene_of

@@ -45,7 +45,11 @@ rule measure_models:
     threads: HALF
     params:
         models=lambda wildcards: FAMILIES[wildcards.family],
-        settings=lambda wildcards: config["tradeoff"]["settings"].get(wildcards.family, {}),
+        settings=lambda wildcards: {
+            family: lists
+            for family, lists in config["tradeoff"]["settings"].items()
+            if family == wildcards.family
+        },
         regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],

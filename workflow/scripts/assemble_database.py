@@ -4,7 +4,7 @@ from palpate.bodies.body_file import load
 from palpate.job import job
 from palpate.samples.assemble import assemble, digest
 from palpate.samples.database import write
-from palpate.samples.press import load_responses
+from palpate.samples.static_responses import load_responses
 from palpate.samples.subsampling import load_subsampled
 
 with job(snakemake.log[0]):

@@ -10,12 +10,13 @@ with job(snakemake.log[0]) as say:
     given, params, wild = snakemake.input, snakemake.params, snakemake.wildcards
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
     files = given.body, given.database, given.compliance, given.samples
-    case, test, numbers = read_case(*files, wild.regime, params.radius_m, options, params.tolerance, params.settings)
+    rest = params.radius_m, options, params.tolerance, {wild.family: params.settings}
+    case, test, numbers = read_case(*files, wild.regime, *rest)
     tables = []
     for name, recipe in params.models.items():
         progress = steps(say, f"{wild.body}, {wild.regime}, {name}: setting")
-        rest = test, numbers, params.repeats, params.budget_s, progress
-        tables.append(measure(case, name, load_model(name, **recipe), *rest))
+        asked = test, numbers, params.repeats, params.budget_s, progress
+        tables.append(measure(case, name, load_model(name, **recipe), *asked))
     samples, settings = (pd.concat(part) for part in zip(*tables, strict=True))
     write_table(samples, snakemake.output.samples)
     write_table(settings, snakemake.output.settings)

@@ -1,6 +1,6 @@
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
-from palpate.scenes.compose import decisions
+from palpate.scenes.build_system import decisions
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
 from palpate.scenes.scene_bodies import load_particles

@@ -1,6 +1,6 @@
 from palpate.bodies.body_file import load
 from palpate.job import job
-from palpate.samples.press import load_responses
+from palpate.samples.static_responses import load_responses
 from palpate.samples.subsampling import save_subsampled, subsample
 
 with job(snakemake.log[0]):

@@ -36,7 +36,7 @@ class BlendWeights:
     """
 
     def __init__(self, kind: str, squared: np.ndarray, sigma: float):
-        """squared : (k, k) between training features [m²]; sigma [m]."""
+        """Build the matrix; squared : (k, k) distances between training features [m²]; sigma [m]."""
         phi = gaussian(squared, sigma)
         self.sigma = sigma
         self._per_query = kind == "nonnegative_b"

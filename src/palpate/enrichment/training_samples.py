@@ -46,7 +46,7 @@ class Training:
     fold: np.ndarray
 
     def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """Cross-validate each candidate, (candidates,): mean RMSE / peak over the training samples.
+        """Evaluate each candidate by cross-validation, (candidates,): mean RMSE / peak over the training samples.
 
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only

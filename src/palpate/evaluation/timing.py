@@ -13,8 +13,9 @@ import pandas as pd
 
 from palpate.errors import NotConverged
 
-WARM_UP = 3
-"""Calls that are dropped, as what they compile or load is no part of a query; one call if that is slow."""
+WARM_UP = 2
+"""Calls that are dropped, as what they compile or load is no part of a query. Always as many: shape matching starts from
+where its last answer ended, so that the rounding of an answer depends on the calls before it."""
 SLOW_S, SLOW_CALLS = 1.0, 5
 """Calls that take longer are repeated so often only."""
 
@@ -57,11 +58,8 @@ def time_calls(
     count = len(calls)
     timed = Timed([[] for _ in calls], [""] * count)
     with threadpool_limits(limits=1):
-        first = _once(calls[0], lambda answer: None)[0]
-        slow = first > SLOW_S
-        for i in range(1, 1 if slow else WARM_UP):
-            _once(calls[i % count], lambda answer: None)
-        wanted, made, began = min(repeats, SLOW_CALLS) if slow else repeats, 0, time.perf_counter()
+        first, *_ = (_once(calls[i % count], lambda answer: None)[0] for i in range(WARM_UP))
+        wanted, made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()
         while made < count or (made < wanted and time.perf_counter() - began < budget_s):
             i = made % count
             made += 1

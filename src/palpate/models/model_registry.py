@@ -35,10 +35,10 @@ MODELS: dict[str, tuple[str, dict]] = {
     "warped_compliance": ("palpate.models.warped_compliance", {}),
     "detail_correction": ("palpate.models.detail_correction", {}),
     **_enriched("interpolation", "ridge", "pod_rbf"),
-    "springs": ("palpate.models.springs", {"nodal": False, "volume": False}),
-    "springs_volume": ("palpate.models.springs", {"nodal": False, "volume": True}),
-    "springs_nodal": ("palpate.models.springs", {"nodal": True, "volume": False}),
-    "springs_nodal_volume": ("palpate.models.springs", {"nodal": True, "volume": True}),
+    "springs": ("palpate.models.mass_spring", {"nodal": False, "volume": False}),
+    "springs_volume": ("palpate.models.mass_spring", {"nodal": False, "volume": True}),
+    "springs_nodal": ("palpate.models.mass_spring", {"nodal": True, "volume": False}),
+    "springs_nodal_volume": ("palpate.models.mass_spring", {"nodal": True, "volume": True}),
     "shape_matching": ("palpate.models.shape_matching", {}),
     **_enriched("blend"),
 }
@@ -72,7 +72,7 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
 
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:
-    """Say what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
+    """Describe what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
     modules = {place.rpartition(".")[2] for place, _ in MODELS.values()}
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):

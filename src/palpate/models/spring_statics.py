@@ -10,11 +10,11 @@ from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.volume import Volume
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
-from palpate.linalg.krylov import conjugate_gradients
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.model import Case
-from palpate.models.quasi_newton import descend
+from palpate.solvers.lbfgs import descend
 from palpate.solvers.system import System
 
 TOLERANCE, REACHED, MOST = 1e-6, 1e-3, 300

@@ -9,7 +9,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.errors import InputError
 from palpate.samples.database import Database
-from palpate.samples.press import Responses
+from palpate.samples.static_responses import Responses
 
 
 def assemble(

@@ -1,7 +1,7 @@
 """Check that a scene's entry suits a dynamic trial of models, before anything is made of it."""
 
 from palpate.errors import InputError
-from palpate.scenes.instruments import has_contact
+from palpate.scenes.contact_settings import has_contact
 
 LOADS = ("gravity", "push")
 """Effects that a trial takes over from its scene; it is held in any case."""

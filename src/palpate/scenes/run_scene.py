@@ -12,7 +12,7 @@ from palpate.bodies.particles import Particles
 from palpate.effects import effect as hooks
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import compose
+from palpate.scenes.build_system import compose
 from palpate.scenes.initial_states import initial_positions
 from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.scene import Scene

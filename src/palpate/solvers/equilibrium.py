@@ -9,8 +9,8 @@ from palpate.bodies.body import Body
 from palpate.effects.corotational import Corotational
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
-from palpate.linalg.krylov import conjugate_gradients
 from palpate.linalg.multigrid import Multigrid
 from palpate.solvers.newton import Product, Solution, minimise
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.linalg.krylov import conjugate_gradients
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 
 Product = Callable[[np.ndarray], np.ndarray]
 """A linear map of (n_nodes, 3) arrays."""

@@ -5,7 +5,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Goals
-from palpate.effects.shape_matching.clusters import Clusters, make_clusters
+from palpate.effects.shape_matching.clustering import Clusters, make_clusters
 from palpate.effects.shape_matching.polynomial_fit import TERMS, determinant, fit, moment, orthonormal_terms
 from palpate.errors import InputError
 from palpate.linalg.nearest_rotation import nearest

@@ -9,7 +9,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import compose
+from palpate.scenes.build_system import compose
 from palpate.scenes.dynamic_check import LOADS, check_trial
 from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene

@@ -8,7 +8,7 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError, NotConverged
-from palpate.scenes.compose import effect_names
+from palpate.scenes.build_system import effect_names
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene

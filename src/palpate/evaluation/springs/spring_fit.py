@@ -76,7 +76,7 @@ def find(
         fit = closed_forms.uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
-        from palpate.calibration.smooth_gradient import descend_smoothly
+        from palpate.calibration.regularized_fit import descend_smoothly
 
         return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
     from palpate.calibration.gradient_descent import descend

@@ -81,14 +81,14 @@ def ratio(rival: pd.Series, best: pd.Series, column: str) -> float:
 
 
 def behind(factor: float, tie: float, what: str) -> str:
-    """Say how far a rival is behind: "4 times as wrong", or "on a par" within the factor ``tie``."""
+    """Describe how far a rival is behind: "4 times as wrong", or "on a par" within the factor ``tie``."""
     if 1 / tie <= factor <= tie:
         return "on a par"
     return f"{factor:.3g} times as {what}" if factor < 1000 else f"over 1000 times as {what}"
 
 
 def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
-    """Name the best of the other models, and say how far it is behind in ``column``, an error or a time."""
+    """Name the best of the other models, and how far it is behind in ``column``, an error or a time."""
     if rival is None:
         return "no other model would do"
     tie, what = (EQUAL, "wrong") if column == "rmse_of_peak" else (CLOSE, "slow")
@@ -96,7 +96,7 @@ def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
 
 
 def _truth(best: pd.Series, settings: pd.DataFrame) -> list[str]:
-    """Say that a smaller error would be lost in the reference's own, if so."""
+    """Warn that a smaller error would be lost in the reference's own, if so."""
     own = mesh_error(settings)
     return [f"less than the error of the fine mesh itself, {_percent(own)}"] if best["rmse_of_peak"] < own else []
 

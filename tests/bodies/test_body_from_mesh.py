@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from palpate.bodies.mesh_files import load_file, load_surface, weld
+from palpate.bodies.body_from_mesh import load_file, load_surface, weld
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
 from palpate.errors import InputError
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.scenes.instruments import has_contact, has_moving_instrument
+from palpate.scenes.contact_settings import has_contact, has_moving_instrument
 
 STILL = {"kind": "floor", "height_m": 0.0}
 PUSHED = STILL | {"times_s": [0.5, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 1]]}

@@ -6,9 +6,9 @@ import pytest
 
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
-from palpate.samples import press as module
+from palpate.samples import static_responses as module
 from palpate.samples.loads import COLUMNS
-from palpate.samples.press import load_responses, press, save_responses
+from palpate.samples.static_responses import load_responses, press, save_responses
 from palpate.solvers.equilibrium import Equilibrium
 
 

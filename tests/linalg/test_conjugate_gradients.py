@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.linalg.krylov import conjugate_gradients
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 
 
 def nothing(residual):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.models.quasi_newton import descend
+from palpate.solvers.lbfgs import descend
 
 
 class Valley:

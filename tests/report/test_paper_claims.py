@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.report.claims import verdicts
+from palpate.report.paper_claims import verdicts
 
 PUBLISHED = {
     "enrichment": {},

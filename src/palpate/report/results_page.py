@@ -1,6 +1,6 @@
 """Write docs/results.md, a page of Markdown with the main tables and figures of one run.
 
-``python -m palpate.report.snapshot results docs`` (``make snapshot``) writes it from the tables of a finished run.
+``python -m palpate.report.results_page results docs`` (``make snapshot``) writes it from the tables of a finished run.
 """
 
 import os
@@ -16,7 +16,7 @@ import pandas as pd
 from palpate.errors import InputError
 from palpate.figures import tables
 from palpate.files import require_file, write_whole
-from palpate.report import snapshot_tables
+from palpate.report import results_tables
 
 TABLES = ["accuracy_vs_time", "advice", "dynamic_accuracy", "effects", "hard_cases", "scaling"]
 PICTURES = ["advice", "dynamic_accuracy", "hard_cases", "scaling"]
@@ -73,7 +73,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
         "Errors are RMSE over the fine surface as a share of the peak displacement, mean over the test samples, in "
         "brackets the range of 90 % of random draws of the test contacts. In motion there is one load, and so no range."
     )
-    yield _markdown(snapshot_tables.advice(found["advice"]))
+    yield _markdown(results_tables.advice(found["advice"]))
     yield _picture("advice")
     yield "## Error of the reference"
     yield (
@@ -82,7 +82,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
         "node, so it is not in the unit of the models' errors. A model's error that is smaller than that describes "
         "agreement with this mesh, and not accuracy."
     )
-    yield _markdown(snapshot_tables.reference(found["accuracy_vs_time"]))
+    yield _markdown(results_tables.reference(found["accuracy_vs_time"]))
     yield "## Accuracy over time"
     for scene in scenes:
         yield f"### {scene.replace('_', ' ')}\n\n{_picture(f'work_precision_{scene}')}"
@@ -92,19 +92,19 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
         "zero, and its speed in multiples of real time. Springs and shape matching are fitted to the same scene under "
         "half of its loads."
     )
-    yield _markdown(snapshot_tables.motion(found["dynamic_accuracy"]))
+    yield _markdown(results_tables.motion(found["dynamic_accuracy"]))
     yield _picture("dynamic_accuracy")
     yield "## Scenes and their effects"
     yield (
         "The time of a step, and for each effect the error of the scene without it (RMSE / peak). Effects that hold "
         "the body together or in place are left out."
     )
-    yield _markdown(snapshot_tables.effects(found["effects"]))
+    yield _markdown(results_tables.effects(found["effects"]))
     yield "## Hard cases"
-    yield _markdown(snapshot_tables.hard_cases(found["hard_cases"]))
+    yield _markdown(results_tables.hard_cases(found["hard_cases"]))
     yield _picture("hard_cases")
     yield f"## Scaling\n\n{_picture('scaling')}"
-    yield _markdown(snapshot_tables.scaling(found["scaling"]))
+    yield _markdown(results_tables.scaling(found["scaling"]))
 
 
 def _markdown(table: pd.DataFrame) -> str:

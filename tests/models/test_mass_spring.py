@@ -7,9 +7,9 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import errors
-from palpate.models import springs
+from palpate.models import mass_spring
+from palpate.models.fit_spring_moduli import _Search, fit
 from palpate.models.model_registry import model
-from palpate.models.spring_moduli import _Search, fit
 from palpate.models.spring_statics import Network
 from palpate.samples.database import Database
 
@@ -80,10 +80,10 @@ def test_small_loads_need_one_iteration(slab_case, network):
 
 def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
     case = replace(slab_case[0], database=replace(slab_case[0].database), used={})
-    first, later = springs.settings(case, nodal=False, volume=False)[:2]
-    springs.prepare(case, first, nodal=False, volume=False)
+    first, later = mass_spring.settings(case, nodal=False, volume=False)[:2]
+    mass_spring.prepare(case, first, nodal=False, volume=False)
     assert "moduli" not in case.used
-    springs.prepare(case, later, nodal=False, volume=False)
+    mass_spring.prepare(case, later, nodal=False, volume=False)
     assert case.used["moduli"] > 0.0
 
 

@@ -5,8 +5,8 @@ import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import behind
-from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, TRUTH
+from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.figures import tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.bodies.particles import merge_particles
 from palpate.collision.contact.barrier import barrier
-from palpate.collision.contact.contact_effect import make
+from palpate.collision.contact.barrier_contact import make
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
 

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.calibration.fitness import Fitness, Range
 from palpate.calibration.gradient_descent import descend
-from palpate.calibration.smooth_gradient import TARGET_ERROR, descend_smoothly, square_and_gradient
+from palpate.calibration.regularized_fit import TARGET_ERROR, descend_smoothly, square_and_gradient
 from palpate.calibration.spring_motion import simulate
 
 LIMITS = Range(500.0, 3000.0)

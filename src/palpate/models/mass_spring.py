@@ -5,9 +5,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from palpate.models.fit_spring_moduli import Moduli, fit
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
-from palpate.models.spring_moduli import Moduli, fit
 from palpate.models.spring_statics import Network
 
 _fits: WeakKeyDictionary = WeakKeyDictionary()
@@ -16,7 +16,7 @@ _fits: WeakKeyDictionary = WeakKeyDictionary()
 
 def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
     """List iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
-    grid = case.grid["springs"]
+    grid = case.grid["mass_spring"]
     found = [{"level": 0, "iterations": n} for n in grid["iterations"]]
     if len(case.body.levels) > 2 and not (nodal or volume):
         found += [{"level": 1, "iterations": n} for n in grid["middle_iterations"]]
@@ -36,7 +36,7 @@ def prepare(case: Case, setting: Setting, nodal: bool, volume: bool) -> "Springs
 
 
 def _fitted(case: Case, network: Network, level: int, nodal: bool, volume: bool) -> Moduli:
-    grid, kind = case.grid["springs"], (level, nodal, volume)
+    grid, kind = case.grid["mass_spring"], (level, nodal, volume)
     samples = (case.first(grid["middle_samples"]) if level else case).use_training()
     known = _fits.setdefault(case.database, {})
     if kind in known:

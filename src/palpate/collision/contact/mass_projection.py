@@ -10,7 +10,7 @@ from palpate.linalg.factor import Factor
 from palpate.solvers.newton import Product, minimise
 
 if TYPE_CHECKING:
-    from palpate.collision.contact.contact_effect import Contact
+    from palpate.collision.contact.barrier_contact import Contact
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""

@@ -10,10 +10,13 @@ from pathlib import Path
 from palpate.job import kernel_cache
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is imported
+# linear algebra on one thread, as in the workflow's jobs: two processes of tests share the cores
+os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures import kernel_lock
 
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.cylinder import cylinder
@@ -22,6 +25,8 @@ from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_
 from palpate.files import read_yaml
 from palpate.schema import checked
 from palpate.solvers.compliance import Compliance, compute_compliance
+
+kernel_lock.one_at_a_time()
 
 
 def pytest_terminal_summary(terminalreporter) -> None:

@@ -14,8 +14,8 @@ import pandas as pd
 from palpate.errors import NotConverged
 
 WARM_UP = 2
-"""Calls that are dropped, as what they compile or load is no part of a query. Always as many: shape matching starts from
-where its last answer ended, so that the rounding of an answer depends on the calls before it."""
+"""Calls that are dropped, as what they compile or load is not a part of a query. Their number is fixed: shape matching
+starts from where its last answer ended, so that the rounding of an answer depends on the calls before it."""
 SLOW_S, SLOW_CALLS = 1.0, 5
 """Calls that take longer are repeated so often only."""
 

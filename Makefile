@@ -8,7 +8,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
 SNAKEMAKE := $(BIN)/snakemake --workflow-profile profiles/$(PROFILE)
-PATHS := src tests workflow/scripts
+PATHS := src tests examples workflow/scripts
 # what can be asked for by itself, if its block is in the settings
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
@@ -59,7 +59,7 @@ bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
 snapshot: $(STAMP)  ## write docs/results.md from the results
-	@$(BIN)/python -m palpate.report.snapshot results docs
+	@$(BIN)/python -m palpate.report.results_page results docs
 
 lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
@@ -69,7 +69,7 @@ lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	--output-file environment.lock pyproject.toml
 
 clean:  ## delete the results and the environment
-	rm -rf results .smoke .slurm .example .snakemake $(VENV)
+	rm -rf $(filter-out results/README.md,$(wildcard results/*)) .smoke .slurm .example .snakemake $(VENV)
 
 help:  ## list what can be made
 	@echo "make STUDY  compute one study: $(STUDIES)"

@@ -5,11 +5,12 @@ from press_a_liver import LIVER
 
 from palpate.bodies.make_body import make_body
 from palpate.enrichment.training_samples import FitOptions
-from palpate.models.model import Case, rows_of
+from palpate.models.model import Case
 from palpate.samples.assemble import assemble
 from palpate.samples.loads import choose_loads
-from palpate.samples.press import press
 from palpate.samples.split import split
+from palpate.samples.static_responses import press
+from palpate.samples.subsampling import subsample
 from palpate.solvers.compliance import compute_compliance
 
 RADIUS_M = 0.02
@@ -21,12 +22,10 @@ def make_case(train=18, test=6):
     linear = compute_compliance(body, RADIUS_M)  # responses to unit forces, without samples
     loads = choose_loads(body, linear, [0.5, 1.0, 1.5], 0.05, RADIUS_M, train + test, seed=1)
     fine, coarse = press(body, 1, loads, 1e-8), press(body, 0, loads, 1e-8)
-    samples = assemble(body, loads, fine.displacement, coarse.displacement, fine.residual, "")
+    samples = assemble(body, loads, fine, (fine.sample, subsample(body, fine.displacement)), coarse, "")
     known, asked = split(samples.contact, train, test, "contacts", seed=1)
     options = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 3, "contacts", seed=1)
-    seconds = (fine.seconds + coarse.seconds)[known]
-    case = Case(body, "medium", RADIUS_M, rows_of(samples, known), linear, options, 1e-8, seconds)
-    return case, rows_of(samples, asked)
+    return Case(body, "medium", RADIUS_M, samples.take(known), linear, options, 1e-8), samples.take(asked)
 
 
 def errors(solver, asked):

@@ -3,6 +3,7 @@
 import os
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
@@ -21,6 +22,8 @@ from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.mesh import TetMesh
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
+from palpate.files import read_yaml
+from palpate.schema import checked
 from palpate.solvers.compliance import Compliance, compute_compliance
 
 kernel_lock.one_at_a_time()
@@ -147,26 +150,36 @@ def trade_off_folder(trade_off, tmp_path) -> Path:
     for scene, errors in samples.items():
         place = tmp_path / "data" / scene.replace("_", "/")
         (place / "tradeoff").mkdir(parents=True)
-        errors[["sample", "contact"]].drop_duplicates().to_csv(place / "split.csv", index=False)
-        for model, rows in errors.groupby("model"):
-            rows.drop(columns="contact").to_csv(place / "tradeoff" / f"{model}.csv", index=False)
+        errors[["sample", "contact"]].drop_duplicates().to_csv(place / "samples.csv", index=False)
+        families = {"fem_coarse": "fem", "fem_fine": "fem"}
+        for family, rows in errors.groupby(errors["model"].replace(families)):
+            rows.drop(columns="contact").to_csv(place / "tradeoff" / f"{family}_samples.csv", index=False)
     return tmp_path
 
 
 @pytest.fixture(scope="session")
-def slab_case(slab, slab_compliance) -> tuple:
+def grid() -> dict[str, dict]:
+    """The settings that models are tried with, by family, where the config says nothing."""
+    schema = Path(__file__).parents[1] / "workflow/schemas/studies/tradeoff.yaml"
+    return checked({}, read_yaml(schema), schema)["settings"]
+
+
+@pytest.fixture(scope="session")
+def slab_case(slab, slab_compliance, grid) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
     from palpate.enrichment.training_samples import FitOptions
-    from palpate.models.model import Case, rows_of
+    from palpate.models.model import Case
     from palpate.samples.assemble import assemble
     from palpate.samples.loads import choose_loads
-    from palpate.samples.press import press
     from palpate.samples.split import split
+    from palpate.samples.static_responses import press
+    from palpate.samples.subsampling import subsample
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)
-    db = assemble(slab, loads, fine.displacement, coarse.displacement, fine.residual, "abc")
+    paper = loads["sample"].to_numpy(), subsample(slab, fine.displacement)
+    db = replace(assemble(slab, loads, fine, paper, coarse, "abc"), seconds=np.full(18, 2.0))
     train, test = split(db.contact, 12, 6, "contacts", 1)
     options = FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
-    case = Case(slab, "large", 0.0, rows_of(db, train), slab_compliance, options, 1e-8, np.full(12, 2.0))
-    return case, rows_of(db, test), test
+    case = Case(slab, "large", 0.0, db.take(train), slab_compliance, options, 1e-8, grid)
+    return case, db.take(test), test

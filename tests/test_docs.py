@@ -1,41 +1,41 @@
 """The pages are true: links lead somewhere, paths exist, README is short, and the glossary has every word in use."""
 
+import ast
 import re
-from importlib import import_module
+import subprocess
 from pathlib import Path
 from pkgutil import iter_modules
+from urllib.parse import unquote
 
 import pytest
 import yaml
 
 from palpate import evaluation
+from palpate.effects.effect import HOOKS, members
 from palpate.evaluation.table import declared
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted(
-    path
-    for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *ROOT.glob("results/README.md"))
-    if path.is_file()
-)
-COMMON = set(
-    """
-    all allow allowed at axis called case center change claim complexity count d1 d2 d3 d4 d5 density depth distance
-    division duration edge element even file fine coarse middle frame from high low h half height if image in instrument
-    iteration job key kind kinetic kg left length life limit linear mass material max mean measure measured median
-    member memory message min moved moves name node object of operation other out over overlap own pair paper particle
-    path per plane point radius rate ratio raw reason relative repeat rest scale search second seed self share side size
-    space spacing sphere start stable stability stated step stop substep surface tetrahedron thickness threshold time
-    timing to tool total trade tradeoff training triangle unit unstable up used value velocity volume why work x y z
-    acceleration advice collision dynamic effect force gradient growth hold hard scaling solver stiffness strain
-    blow sqrt membership search release relaxation matching correction displacement k r solve tests 1
-    """.split()
-)
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "results/README.md"])
+WRITTEN = [page for page in PAGES if page != ROOT / "docs/results.md"]
+"""Pages that are not generated."""
+COMMON = set((ROOT / "tests/common_words.txt").read_text(encoding="utf-8").split())
 """Words of everyday and of school mechanics, which need no explanation."""
-UNITS = set("m m2 m3 mm s s2 ms kg g n pa hu j mb kb deg hz 1".split())
+UNITS = {"m", "m3", "s", "s2", "ms", "kg", "n", "pa", "hu", "j", "mb", "kb", "deg", "1"}
+PATH = re.compile(r"(?<![\w/.(-])(?:src/palpate|tests|workflow|examples|docs|profiles)/[\w./*<>-]*[\w/*]")
+STUMBLES = re.compile(
+    r"\b(ours|knobs?|tells?|told|slower than life|against life|dear|might be|is none|but for|on a par|betters|whoever|"
+    r"plays? in|as wrong as|(?<!here )(?:is|are) no [a-z]+(?! longer))\b"
+)
+"""Expressions that engineers who read English as a second language stumbled over."""
 
 
 def text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
+
+
+def prose(path: Path) -> str:
+    """Return a page without its code."""
+    return re.sub(r"```.*?```|`[^`]*`", "", text(path), flags=re.DOTALL)
 
 
 def forms(word: str) -> set[str]:
@@ -93,3 +93,86 @@ def test_the_list_of_common_words_is_short(names):
 def test_no_term_is_explained_twice():
     found = [word.strip() for term in terms() for word in term.lower().split(",")]
     assert sorted(found) == sorted(set(found))
+
+
+def test_readme_is_short():
+    assert len(text(ROOT / "README.md").splitlines()) <= 120
+    assert len(text(ROOT / "README.md").split()) <= 1000
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    links = re.findall(r"\]\(([^)\s]+)\)", prose(page))
+    inside = [unquote(link) for link in links if not link.startswith(("http://", "https://"))]
+    for link in inside:
+        file, _, anchor = link.partition("#")
+        target = (page.parent / file).resolve() if file else page
+        assert target.exists(), link
+        if anchor:
+            headings = re.findall(r"^#+ (.+)$", text(target), flags=re.MULTILINE)
+            assert anchor in {re.sub(r"[^a-z0-9 _-]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(ROOT)))
+def test_paths_exist(page):
+    named = re.findall(
+        r"(?<![\w/.(-])(?:src/palpate|tests|workflow|examples|docs|profiles)/[\w./*<>-]*[\w/*]", text(page)
+    )
+    own = [path for path in named if "<" not in path and "toy" not in path]
+    assert [path for path in own if not list(ROOT.glob(path.rstrip("/")))] == []
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(ROOT)))
+def test_modules_in_the_text_can_be_found(page):
+    missing = []
+    for name in re.findall(r"\bpalpate(?:\.[a-z_]+)+", text(page)):
+        place = ROOT / "src" / name.replace(".", "/")
+        if "toy" in name or place.exists() or place.with_suffix(".py").exists():
+            continue
+        module, _, member = name.rpartition(".")  # perhaps the name of something in a module
+        file = (ROOT / "src" / module.replace(".", "/")).with_suffix(".py")
+        if not (file.is_file() and re.search(rf"^(def|class) {member}\b|^{member}\b", text(file), flags=re.MULTILINE)):
+            missing.append(name)
+    assert missing == []
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(ROOT)))
+def test_prose_is_plain(page):
+    assert STUMBLES.findall(prose(page)) == []
+
+
+def test_the_guide_to_a_study_shows_the_files_that_are_tested():
+    tree = ast.parse(text(ROOT / "tests/workflow/test_reruns.py"))
+    values = [line.value for line in tree.body if isinstance(line, ast.Assign) and line.targets[0].id == "TOY"]
+    page = text(ROOT / "docs/add-a-study.md")
+    for name, content in ast.literal_eval(values[0]).items():
+        assert name.endswith("__init__.py") or (name in page and content.strip("\n") in page), name
+
+
+def test_the_guide_to_an_effect_shows_its_file():
+    assert text(ROOT / "examples/wind.py") in text(ROOT / "docs/add-an-effect.md")
+
+
+def test_the_guide_to_an_effect_has_every_hook():
+    page = text(ROOT / "docs/add-an-effect.md")
+    names = {name for hook in HOOKS for name in members(hook)}
+    assert [name for name in sorted(names) if not re.search(rf"`{name}\b", page)] == []
+
+
+def test_results_cite_a_commit_of_this_repository():
+    commits = re.findall(r"of commit ([0-9a-f]{7,})", text(ROOT / "docs/results.md"))
+    assert commits
+    git = ["git", "-C", str(ROOT)]
+    whole = subprocess.run([*git, "rev-parse", "--is-shallow-repository"], capture_output=True, text=True)
+    if whole.stdout.strip() != "false":
+        pytest.skip("this is not a whole git repository, so its history cannot be searched")
+    for commit in commits:
+        assert subprocess.run([*git, "cat-file", "-e", f"{commit}^{{commit}}"]).returncode == 0, commit
+
+
+def test_the_version_is_the_same_everywhere():
+    import tomllib
+
+    version = tomllib.loads(text(ROOT / "pyproject.toml"))["project"]["version"]
+    assert yaml.safe_load(text(ROOT / "CITATION.cff"))["version"] == version
+    assert f"[{version}]" in text(ROOT / "CHANGELOG.md")

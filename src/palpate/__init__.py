@@ -1,1 +1,1 @@
-"""What accuracy costs in soft-tissue simulation."""
+"""The cost of accuracy in soft-tissue simulation: published methods and their rivals on the same scenes."""

@@ -66,7 +66,7 @@ def _share(text: str) -> float:
 def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float | None) -> str:
     from palpate.evaluation.tradeoff.advice import advise
     from palpate.evaluation.tradeoff.advice_motion import advise_motion
-    from palpate.evaluation.tradeoff.resampling import read_errors
+    from palpate.evaluation.tradeoff.bootstrap import read_errors
     from palpate.figures import tables
     from palpate.report.advice_words import told
 

@@ -17,6 +17,8 @@ PACKAGE = Path(__file__).parent
 WRAPPERS = frozenset(PACKAGE / name for name in ("job.py", "files.py", "errors.py", "__init__.py"))
 """Modules around the work; no result depends on them."""
 KEPT = PACKAGE / "__pycache__" / "facts.json"
+FACTS = 2000
+"""Files of which facts are kept: all modules several times over."""
 _FRESH: list[str] = []
 
 
@@ -77,6 +79,8 @@ def _facts(path: Path) -> dict:
 def _keep() -> None:
     """Write the facts of files that are new; where nothing can be written they are worked out again."""
     if _FRESH:
+        if len(_kept()) > FACTS:
+            _kept().clear()
         with suppress(OSError), write_whole(KEPT) as temporary:
             temporary.write_text(json.dumps(_kept()))
         _FRESH.clear()

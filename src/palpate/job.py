@@ -1,4 +1,4 @@
-"""What every workflow script wraps its work in: a log, one sentence when it fails, no orphan left running."""
+"""The frame of every workflow script: a log, one sentence when it fails, no process left running after its run."""
 
 import math
 import os
@@ -51,7 +51,7 @@ def job(log: str) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def _warnings_to(say: Callable[[str], None]) -> Iterator[None]:
-    """Have what palpate warns of said, and with that in the log; others' warnings go where they went."""
+    """Print warnings of palpate, which puts them into the log; those of other packages go where they went."""
     with warnings.catch_warnings():
         others = warnings.showwarning
 
@@ -82,9 +82,9 @@ def _end_with(run: int) -> None:
 
 
 def kernel_cache() -> Path:
-    """A folder for compiled kernels that is another one after every edit of a module that has some.
+    """Return the folder of compiled functions, another one after every edit of a module that has some.
 
-    Trap: numba's own cache looks at the file of a kernel only, and would go on using one whose callee in another
+    Trap: numba's own cache looks at the file of a function only, and would go on using one whose callee in another
     file has changed.
     """
     package = Path(__file__).parent
@@ -114,7 +114,7 @@ def steps(say: Callable[[str], None], what: str) -> Callable[[Sequence], Iterato
 
 
 def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
-    """Something to tell numbers to: it says ``what`` and the numbers, at most every five seconds."""
+    """Return a function that prints ``what`` and the numbers it is called with, at most every five seconds."""
     said = -math.inf
 
     def tell(*values: float) -> None:
@@ -127,5 +127,5 @@ def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
 
 
 def stem(outputs: Sequence[str]) -> Path:
-    """What the files of one figure are called, without their suffixes."""
+    """Return the path of a figure's files without their suffixes."""
     return Path(outputs[0]).with_suffix("")

@@ -33,7 +33,7 @@ def defaults(schema: dict, name: str) -> dict:
 
 
 def checked(config: dict, schema: dict, file: Path) -> dict:
-    """``config`` with the schema's defaults filled in; InputError naming ``file``, the key and the remedy."""
+    """Return ``config`` with the schema's defaults filled in; InputError naming ``file``, the key and the remedy."""
     from jsonschema import Draft202012Validator
 
     validator = Draft202012Validator(schema)
@@ -82,7 +82,7 @@ def _fill(value: object, schema: dict, root: dict) -> object:
 
 
 def _explain(error, root: dict) -> str:
-    """One sentence for a jsonschema error: the key, what is wrong, the remedy."""
+    """Return one sentence for a jsonschema error: the key, the fault, the remedy."""
     key = error.json_path.removeprefix("$").removeprefix(".") or "the file"
     rule, wanted, found = error.validator, error.validator_value, error.instance
     if rule == "additionalProperties":

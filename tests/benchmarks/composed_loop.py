@@ -27,7 +27,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import compose
+from palpate.scenes.build_system import compose
 from palpate.scenes.run_scene import loop
 from palpate.scenes.scene import Scene, scene_of
 

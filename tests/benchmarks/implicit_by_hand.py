@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.collision.contact import contact_effect
+from palpate.collision.contact import barrier_contact
 from palpate.effects import bending, corotational, gravity, held, plasticity, push, rayleigh, triangles
 from palpate.linalg.block_pattern import gather, hold, shared_pattern
 from palpate.scenes.scene import Scene
@@ -114,7 +114,7 @@ class Draped(ByHand):
         self.elastic = triangles.make(particles, {})
         self.gravity = gravity.make(particles, given["gravity"], self.elastic)
         self.bending = bending.make(particles, {}, self.elastic)
-        self.contact = contact_effect.make(particles, given["contact"], self.elastic)
+        self.contact = barrier_contact.make(particles, given["contact"], self.elastic)
         self.contact.hold(held.make(particles, {}, self.elastic).fixed)
         self.begin, self.limit = self.contact.begin, self.contact.limit
 

@@ -51,7 +51,7 @@ def test_it_counts_and_survives_a_diverging_motion(cube):
 
 @pytest.mark.parametrize(("low", "high"), [(5000.0, 300.0), (300.0, 300.0), (-1.0, 5.0), (1.0, np.inf), (np.nan, 1.0)])
 def test_an_empty_range_gets_one_sentence(low, high):
-    with pytest.raises(InputError, match=r"^calibration.young_pa is from .* Pa; give two positive numbers, .*\.$"):
+    with pytest.raises(InputError, match=r"^springs.young_pa is from .* Pa; give two positive numbers, .*\.$"):
         Range(low, high)
 
 

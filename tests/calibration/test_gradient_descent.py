@@ -7,7 +7,7 @@ import pytest
 
 from palpate.calibration.fitness import Fitness, Range
 from palpate.calibration.genetic_algorithm import Rules, evolve
-from palpate.calibration.gradient_descent import descend, descend_with_volume, value_and_slopes
+from palpate.calibration.gradient_descent import descend, descend_with_volume, value_and_gradient
 
 LIMITS = Range(500.0, 3000.0)
 
@@ -24,32 +24,32 @@ def slope(value, at, step):
 
 
 @pytest.mark.parametrize("volume_n_m", [0.0, 0.2])
-def test_slopes_are_those_of_differences(cube, young, volume_n_m):
+def test_the_gradient_agrees_with_differences(cube, young, volume_n_m):
     fitness = Fitness(cube.model, cube.press, replace(cube.settings, volume_n_m=volume_n_m), *cube.motion)
-    value, slopes = value_and_slopes(fitness, young, volume_n_m)
+    value, gradient = value_and_gradient(fitness, young, volume_n_m)
     assert value == pytest.approx(fitness(young[None])[0], rel=1e-12)
     differences = np.zeros(120)
     for node in range(0, 120, 3):
         unit = np.eye(120)[node]
         differences[node] = slope(lambda e, u=unit: fitness((young + e * u)[None])[0], 0.0, 1e-4 * young[node])
-    checked = slopes.young[::3]
+    checked = gradient.young[::3]
     assert np.abs(checked - differences[::3]).max() < 1e-5 * np.abs(checked).max()
     assert np.linalg.norm(checked - differences[::3]) < 1e-5 * np.linalg.norm(checked)
     if volume_n_m:
-        by_volume = slope(lambda k: value_and_slopes(fitness, young, k)[0], volume_n_m, 1e-4 * volume_n_m)
-        assert slopes.volume == pytest.approx(by_volume, rel=1e-5)
+        by_volume = slope(lambda k: value_and_gradient(fitness, young, k)[0], volume_n_m, 1e-4 * volume_n_m)
+        assert gradient.volume == pytest.approx(by_volume, rel=1e-5)
 
 
 def test_held_nodes_move_nothing_but_their_springs(cube, young):
     """A modulus next to no moving node has no slope: all its springs are between held ones."""
-    slopes = value_and_slopes(cube.fitness, young, 0.0)[1].young
+    gradient = value_and_gradient(cube.fitness, young, 0.0)[1].young
     pairs, held = cube.model.pairs, np.isin(np.arange(120), cube.model.held)
     moving = np.zeros(120, dtype=bool)
     for first, second in ((0, 1), (1, 0)):
         moving[pairs[~held[pairs[:, second]], first]] = True
     moving |= ~held
-    assert (slopes[moving] != 0.0).all()
-    assert (slopes[~moving] == 0.0).all()
+    assert (gradient[moving] != 0.0).all()
+    assert (gradient[~moving] == 0.0).all()
 
 
 def test_descent_passes_the_genetic_algorithm(cube):

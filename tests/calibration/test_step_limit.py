@@ -24,5 +24,5 @@ def test_the_limit_is_the_edge(cube, volume):
 
 def test_a_step_that_is_too_long_gets_one_sentence(cube):
     check_step(cube.particles, cube.model, cube.settings, Range(300.0, 5000.0))
-    with pytest.raises(InputError, match=r"^calibration.step_s is 0.0004 s, and springs of 50000 Pa are stable .*\.$"):
+    with pytest.raises(InputError, match=r"^springs.step_s is 0.0004 s, and springs of 50000 Pa are stable .*\.$"):
         check_step(cube.particles, cube.model, cube.settings, Range(300.0, 50000.0))

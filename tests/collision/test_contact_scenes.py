@@ -10,7 +10,7 @@ from palpate.bodies.particles import merge_particles
 from palpate.effects import corotational
 from palpate.errors import NotConverged
 from palpate.scenes import motion as motions
-from palpate.scenes.compose import compose
+from palpate.scenes.build_system import compose
 from palpate.scenes.effect_registry import integrator
 from palpate.scenes.scene import Scene
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.enrichment.blend_weights import KINDS, BlendWeights, inverse, normalise
+from palpate.enrichment.blend_kinds import WEIGHTS
+from palpate.enrichment.blend_weights import BlendWeights, inverse, normalise
 from palpate.enrichment.gaussian_kernel import squared_distances
 
 RANDOM = np.random.default_rng(0)
@@ -18,7 +19,7 @@ def test_training_samples_reproduce_themselves(kind, sigma):
     assert BlendWeights(kind, SQUARED, sigma)(SQUARED) == pytest.approx(np.eye(15), abs=1e-8)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", WEIGHTS)
 def test_narrow_kernels_give_the_nearest_sample(kind):
     query = KNOWN[6:7] + 1e-3
     assert BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, query)).ravel() == pytest.approx(
@@ -27,7 +28,7 @@ def test_narrow_kernels_give_the_nearest_sample(kind):
 
 
 @pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 13))
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", WEIGHTS)
 @pytest.mark.parametrize("known", [KNOWN, TWICE], ids=["distinct", "duplicates"])
 def test_weights_are_finite_and_sum_to_one(kind, sigma, known):
     away = 1e6 * sigma * np.array([1.0, -1, 1, 1, -1, 1])
@@ -43,7 +44,7 @@ def test_weights_are_finite_and_sum_to_one(kind, sigma, known):
 
 def test_one_query_equals_many():
     squared = squared_distances(KNOWN, RANDOM.normal(size=(4, 6)))
-    for kind in KINDS:
+    for kind in WEIGHTS:
         weights = BlendWeights(kind, SQUARED, 1.0)
         many = weights(squared)
         for i in range(4):

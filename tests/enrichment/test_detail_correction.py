@@ -13,11 +13,12 @@ from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.training_samples import FitOptions, gather
 from palpate.samples.assemble import assemble
 from palpate.samples.loads import COLUMNS
-from palpate.samples.press import press
+from palpate.samples.static_responses import press
+from palpate.samples.subsampling import subsample
 
 PROTOCOLS = ("paper", "live")
 FORCE = np.array([0.1, 0.2, -0.4])
-SETTINGS = FitOptions(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0)
+OPTIONS = FitOptions(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0)
 
 
 def simulate(body, contacts, forces):
@@ -25,7 +26,8 @@ def simulate(body, contacts, forces):
     rows = [[i, c, *f, 0.0] for i, (c, f) in enumerate(zip(contacts, forces, strict=True))]
     loads = pd.DataFrame(rows, columns=COLUMNS)
     fine = press(body, len(body.levels) - 1, loads, 1e-8)
-    return assemble(body, loads, fine.displacement, press(body, 0, loads, 1e-8).displacement, fine.residual, "abc")
+    paper = fine.sample, subsample(body, fine.displacement)
+    return assemble(body, loads, fine, paper, press(body, 0, loads, 1e-8), "abc")
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +55,7 @@ def error(method, db, protocol, i):
 
 
 def ratios(method, db, coarse, contact, force):
-    """What each gain coefficient alone makes of the detail, relative to no gain."""
+    """What each coefficient of the scale alone makes of the detail, relative to the scale 1."""
     scales = []
     interpolated = db.prolongation @ coarse
     for beta in np.vstack([np.zeros(2), np.eye(2)]):
@@ -116,13 +118,13 @@ def test_kept_nodes_stay_where_the_subsample_has_them(slab, slab_compliance, db)
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
-def test_a_gain_is_learnt_that_helps_on_other_contacts(slab_compliance, db, protocol):
+def test_a_scale_is_learnt_that_helps_on_other_contacts(slab_compliance, db, protocol):
     contacts = np.unique(db.contact)
     train = np.flatnonzero(np.isin(db.contact, contacts[::2]))
     test = np.setdiff1d(np.arange(len(db.contact)), train)
     plain, learnt = DetailCorrection(db, slab_compliance, protocol), DetailCorrection(db, slab_compliance, protocol)
     assert not plain.beta.any()
-    learnt.learn(gather(db, train, protocol, SETTINGS), SETTINGS)
+    learnt.learn(gather(db, train, protocol, OPTIONS), OPTIONS)
     rivals = [np.mean([error(m, db, protocol, i) for i in test]) for m in (learnt, plain, Interpolation(db))]
     assert rivals[0] <= rivals[1] < 0.5 * rivals[2]
 
@@ -142,7 +144,7 @@ def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
     world = replace(db, fine=np.array(fine), coarse_live=3 * db.coarse_live)
     test = np.arange(0, k, 5)
     train = np.setdiff1d(np.arange(k), test)
-    settings = replace(SETTINGS, split="samples", sigma_relative={"min": 0.1, "max": 100, "count": 7})
+    settings = replace(OPTIONS, split="samples", sigma_relative={"min": 0.1, "max": 100, "count": 7})
     learnt.learn(gather(world, train, "live", settings), settings)
     assert np.isnan(plain.sigma_m) and learnt.sigma_m > 0
     errors = [np.mean([error(m, world, "live", i) for i in test]) for m in (learnt, plain)]
@@ -158,7 +160,7 @@ def test_without_turning_the_force_acts_on_the_rest_shape(slab, slab_compliance,
     assert large[0] > 1.1 * large[1]
 
 
-def test_the_gain_is_linear_in_the_ratios(slab_compliance, db):
+def test_the_scale_is_linear_in_the_ratios(slab_compliance, db):
     method = DetailCorrection(db, slab_compliance, "live")
     contact, force, coarse = int(db.contact[3]), db.force[3], db.coarse_live[3]
     first, second = ratios(method, db, coarse, contact, force)

@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 
 from palpate.enrichment.linear_fem import LinearFem
+from palpate.errors import InputError
 from palpate.samples.loads import COLUMNS
-from palpate.samples.press import press
+from palpate.samples.static_responses import press
 
 
 def test_is_the_compliance_times_the_force(slab_compliance):
@@ -16,7 +17,7 @@ def test_is_the_compliance_times_the_force(slab_compliance):
     expected = 0.3 * x - 0.2 * y + 0.5 * z
     for coarse in (slab_compliance.coarse[row, 0], np.full_like(slab_compliance.coarse[row, 0], np.nan)):
         assert np.abs(method.predict(coarse, contact, force) - expected).max() < 1e-15
-    with pytest.raises(KeyError):
+    with pytest.raises(InputError, match="contact 0 is not a free"):
         method.predict(coarse, 0, force)
 
 

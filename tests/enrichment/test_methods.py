@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from palpate.enrichment.blend import Blend, Known
-from palpate.enrichment.blend_weights import KINDS
+from palpate.enrichment.blend_kinds import WEIGHTS
 from palpate.enrichment.feature_vectors import kinds
 from palpate.enrichment.interpolation import Interpolation
 from palpate.enrichment.methods import build
@@ -17,7 +17,7 @@ from palpate.enrichment.training_samples import gather
 from palpate.solvers.compliance import Compliance
 
 TRAIN, TEST = np.arange(0, 18), np.arange(18, 24)
-BLENDS = [f"{features}_{kind}" for features in ("unordered", "ordered", "framed") for kind in KINDS]
+BLENDS = [f"{features}_{kind}" for features in ("unordered", "ordered", "framed") for kind in WEIGHTS]
 OTHERS = [
     "interpolation",
     "ridge_upsampling",
@@ -176,7 +176,7 @@ def test_duplicate_training_samples_change_nothing_bad(db, settings, name):
     twice = np.concatenate([TRAIN, TRAIN[:5]])
     training = gather(db, twice, "paper", settings)
     known = Known(kinds(db, 10)[name], training, settings)
-    for kind in KINDS:
+    for kind in WEIGHTS:
         method = Blend(known, kind, known.choose_sigma(kind))
         assert np.isfinite(predict(method, db, 20)).all()
     for method in (

@@ -30,6 +30,7 @@ def db() -> Database:
         coarse_paper=coarse,
         coarse_live=coarse + 0.1 * random.normal(size=coarse.shape),
         residual=np.zeros(20),
+        seconds=np.ones(20),
         material=Material(3000.0, 0.3, 1000.0),
         config_digest="abc",
     )

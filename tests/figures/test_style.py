@@ -6,7 +6,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from palpate.enrichment.blend_weights import KINDS
+from palpate.enrichment.blend_kinds import WEIGHTS
 from palpate.errors import InputError
 from palpate.figures import style
 from palpate.scenes.effect_registry import EFFECTS
@@ -43,7 +43,7 @@ def test_every_method_has_its_own_look():
 
 
 def test_kinds_of_weights_are_those_of_the_methods():
-    assert set(KINDS) == set(style.WEIGHTS)
+    assert set(WEIGHTS) == set(style.WEIGHTS)
 
 
 @pytest.mark.parametrize("eye", DICHROMATS)

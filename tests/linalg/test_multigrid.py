@@ -7,7 +7,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
 from palpate.effects.corotational import Corotational
 from palpate.linalg.block_pattern import hold, pattern_of
-from palpate.linalg.krylov import conjugate_gradients
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.multigrid import Multigrid
 
 

@@ -1,4 +1,4 @@
-"""What a model may see, and what looking costs."""
+"""What a model may see, and what using it costs."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError, NotConverged
-from palpate.models.model import checked, rows_of, setting_text
+from palpate.models.model import checked, distinct, setting_text, training_counts
 
 
 @pytest.fixture
@@ -16,35 +16,35 @@ def case(slab_case):
 
 def test_no_test_sample_is_in_a_case(slab_case):
     case, test, numbers = slab_case
-    assert not set(case.training.contact) & set(test.contact)
+    assert not set(case.use_training().contact) & set(test.contact)
     assert len(numbers) == len(test.contact) == 6
 
 
-def test_looking_is_paid_for_once(case):
-    assert case.used == {}
+def test_what_is_used_is_charged_once_and_looking_costs_nothing(case):
+    assert case.database.fine.any() and case.response.fine.any() and case.used == {}
     assert case.meshes.contact.size == 0 and case.n_training == 12 and case.used == {}
     for _ in range(2):
-        assert case.training.fine.shape == (12, case.n_surface, 3)
+        assert case.use_training().fine.shape == (12, case.n_surface, 3)
     assert case.used == {"training": 24.0}
-    assert case.compliance.seconds > 0
-    assert case.used == {"training": 24.0, "compliance": case.compliance.seconds}
+    assert case.use_compliance() is case.response and case.response.seconds > 0
+    assert case.used == {"training": 24.0, "compliance": case.response.seconds}
 
 
 def test_fewer_samples_cost_less_and_are_part_of_more(case):
     few, more = case.first(4), case.first(9)
     assert few.n_training == 4 and more.n_training == 9
     assert {tuple(f) for f in few.database.force} <= {tuple(f) for f in more.database.force}
-    assert few.training is few.database and case.used == {"training": 8.0}
+    assert few.use_training() is few.database and case.used == {"training": 8.0}
 
 
 def test_a_case_without_compliance_says_so(case):
     with pytest.raises(InputError, match="no compliance"):
-        replace(case, response=None).compliance  # noqa: B018
+        replace(case, response=None).use_compliance()
 
 
 def test_rows(slab_case):
     db = slab_case[1]
-    part = rows_of(db, np.array([4, 1]))
+    part = db.take(np.array([4, 1]))
     assert np.array_equal(part.fine, db.fine[[4, 1]]) and np.array_equal(part.coarse_live, db.coarse_live[[4, 1]])
     assert part.nodes_fine_surface is db.nodes_fine_surface
 
@@ -56,11 +56,22 @@ def test_settings_as_text():
     )
 
 
+def test_shares_of_the_samples_are_whole_numbers(case):
+    assert training_counts(case, [0.25, 0.4, 0.6, 0.8, 1.0]) == [4, 5, 7, 10, 12]
+    assert training_counts(case, [1.0, 0]) == [0, 12]
+
+
+def test_no_setting_stands_twice():
+    assert distinct([{"a": 1}, {"b": 2}, {"a": 1.0}]) == [{"a": 1}, {"b": 2}]
+
+
 def test_answers_are_checked():
     answer = np.zeros((4, 3))
     assert checked(answer, 4) is answer
-    with pytest.raises(InputError, match="shape"):
-        checked(answer, 5)
+    with pytest.raises(InputError, match=r"^mine: respond gave the shape \(4, 3\)"):
+        checked(answer, 5, "mine")
+    with pytest.raises(InputError, match="no array of numbers"):
+        checked("answer", 5)
     answer[1, 2] = np.nan
     with pytest.raises(NotConverged, match="not finite"):
         checked(answer, 4)

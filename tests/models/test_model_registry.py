@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from palpate.enrichment.methods import METHODS
 from palpate.errors import InputError
 from palpate.models import model_registry
 
@@ -28,6 +29,36 @@ def test_an_unknown_name_is_told():
         assert f"{taken}, which palpate uses itself" in model_registry.unknown([], {taken: ""})
 
 
-def test_a_family_is_what_one_module_makes():
-    found = model_registry.families(["fem_fine", "detail_correction", "fem_coarse", "mine"], {"mine": "mine.py"})
-    assert found == {"fem": ["fem_fine", "fem_coarse"], "detail_correction": ["detail_correction"], "mine": ["mine"]}
+def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
+    found = model_registry.families(["fem_fine", "pod_rbf", "fem_coarse", "mine"], {"mine": "mine.py"})
+    assert found == {
+        "fem": {
+            "fem_fine": {"place": "palpate.models.fem", "keywords": {"level": -1}},
+            "fem_coarse": {"place": "palpate.models.fem", "keywords": {"level": 0}},
+        },
+        "pod_rbf": {"pod_rbf": {"place": "palpate.models.pod_rbf", "keywords": {}}},
+        "mine": {"mine": {"place": "mine.py", "keywords": {}}},
+    }
+
+
+def test_methods_of_enrichment_are_registered_once():
+    """All that need no more than a coarse answer are models too, by the same names and keywords."""
+    alone = {"linear_fem", "detail_correction", "detail_correction_unturned", "detail_correction_untaught"}
+    for name in set(METHODS) - alone:
+        assert model_registry.MODELS[name][1] == METHODS[name][1]
+
+
+def test_every_family_that_has_settings_stands_in_the_config(grid):
+    families = model_registry.families(list(model_registry.MODELS), {})
+    assert set(grid) == set(families) - {"linear_fem", "interpolation"}
+
+
+def test_measuring_a_model_reads_no_registry():
+    code = (
+        "import sys, palpate.models.read_case, palpate.evaluation.tradeoff.measure_model\n"
+        "from palpate.models.load_model import load_model\n"
+        "load_model('fem_coarse', 'palpate.models.fem', {'level': 0})\n"
+        "names = ('palpate.models.model_registry', 'palpate.enrichment.methods')\n"
+        "print([name for name in names if name in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from palpate.errors import InputError, NotConverged
+from palpate.errors import InputError
 from palpate.evaluation.tradeoff.measure_model import measure
 from palpate.models.model_registry import model
 from palpate.models.own_model import load
@@ -54,10 +53,10 @@ def test_a_bad_one_is_refused_by_name(tmp_path, slab_case, text, said):
 
 
 def test_one_that_is_not_finite_has_failed(tmp_path, slab_case):
-    case, test, _ = slab_case
+    case, test, numbers = slab_case
     file = tmp_path / "mine.py"
     file.write_text(
         "import numpy as np\n" + SETTINGS + SOLVER % f"return np.full(({case.n_surface}, 3), np.nan)" + PREPARE
     )
-    with pytest.raises(NotConverged):
-        load("mine", file).prepare(case, {}).respond(int(test.contact[0]), np.ones(3))
+    samples, settings = measure(case, "mine", load("mine", file), test, numbers, 1, 0.1)
+    assert settings["failures"].item() == len(samples) and "not finite" in settings["failure"].item()

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.samples.loads import COLUMNS, choose_loads, force_of
-from palpate.samples.press import press
+from palpate.samples.static_responses import press
 
 MAGNITUDES = [0.5, 1.0]
 

@@ -41,7 +41,7 @@ def test_a_good_one_is_made(tmp_path):
         (CLASS + "    def energy(self, x):\n        return 0.0" + MAKE, "has energy and no add_force"),
         (CLASS + "    fixed = [4]" + MAKE, "fixed names nodes other than 0 to 3"),
         (CLASS + "    couples = [[0.5]]\n    fixed = [0]" + MAKE, "couples names nodes"),
-        (CLASS + "    def add_force(self, x, v, force):\n        return x" + MAKE, "returns something"),
+        (CLASS + "    def add_force(self, x, v, force):\n        return x" + MAKE, "returns a value"),
         (CLASS + "    def add_force(self, x, v, force):\n        x += 1" + MAKE, "changes the positions"),
         (CLASS + "    def add_force(self, x, v, force):\n        force += np.nan" + MAKE, "not finite"),
         (CLASS + "    def add_force(self, x, v, force):\n        force += np.ones(7)" + MAKE, "does not work"),

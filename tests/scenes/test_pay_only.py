@@ -9,21 +9,21 @@ import pytest
 
 from palpate.config import complete
 from palpate.files import read_yaml
-from palpate.scenes.effect_registry import EFFECTS, SOLVERS
-from palpate.scenes.instruments import bodies_in
+from palpate.scenes.contact_settings import bodies_in
+from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
+from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
-CONFIG = complete(
-    read_yaml(ROOT / "config.yaml"), read_yaml(ROOT / "workflow/schemas/config.schema.yaml"), ROOT / "config.yaml"
-)
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+CONFIG = complete(read_yaml(ROOT / "config.yaml"), SCHEMA, ROOT / "config.yaml")
 NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 RUN = """
 import gc, json, sys
 from dataclasses import replace
-from palpate.bodies.make import make_body
+from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of, merge_particles
-from palpate.scenes import run as runs
-from palpate.scenes.compose import named
+from palpate.scenes import run_scene as runs
+from palpate.scenes.compose import effect_names
 from palpate.scenes.scene import scene_of
 
 name, entry, bodies = json.load(sys.stdin)
@@ -39,7 +39,7 @@ gc.collect()
 print(json.dumps({
     "named": scene.effects,
     "integrator": scene.integrator,
-    "auto": named(replace(scene, effects="auto"), particles),
+    "auto": effect_names(replace(scene, effects="auto"), particles),
     "steps": done.steps,
     "repeats": done.motion.positions.tobytes() == again.motion.positions.tobytes()
     and done.motion.energy.equals(again.motion.energy),
@@ -67,8 +67,8 @@ def seen(request) -> dict:
 
 def test_only_what_is_named_is_imported(seen):
     loaded = set(seen["modules"])
-    assert {name for name, module in EFFECTS.items() if module in loaded} == set(seen["named"])
-    assert {name for name, module in SOLVERS.items() if module in loaded} == {seen["integrator"]}
+    assert {name for name, entry in EFFECTS.items() if entry.module in loaded} == set(seen["named"])
+    assert {name for name, module in INTEGRATORS.items() if module in loaded} == {seen["integrator"]}
     packages = {"enrichment", "evaluation", "figures"} | (set() if "contact" in seen["named"] else {"collision"})
     assert not [m for m in loaded if m.startswith("palpate.") and m.split(".")[1] in packages]
     assert not {"matplotlib", "pyvista", "snakemake"} & loaded
@@ -81,7 +81,7 @@ def test_only_what_is_named_is_made_and_called(seen):
 
 
 def test_nothing_alive_is_of_what_is_not_named(seen):
-    alive = {name for name, module in EFFECTS.items() if module in seen["alive"]}
+    alive = {name for name, entry in EFFECTS.items() if entry.module in seen["alive"]}
     assert alive == set(seen["named"]) - {"plasticity"}
     # the one name with two makings, neither in its own module: the one that does not suit the elastic effect is absent
     makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_matching.shape_plasticity"}

@@ -12,8 +12,8 @@ from palpate.bodies.cylinder import cylinder
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
-from palpate.scenes.compose import compose, decisions, named
-from palpate.scenes.initial_states import STARTS, start_of
+from palpate.scenes.build_system import compose, decisions, effect_names
+from palpate.scenes.initial_states import STARTS, initial_positions
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene, scene_of
 
@@ -90,7 +90,7 @@ def test_outer_work_balances_energy(particles):
         ({"effects": ["corotational", "springs"]}, "corotational and springs"),
         ({"effects": ["corotational", "gravty"]}, "did you mean gravity"),
         ({"effects": ["corotational", "plasticity"]}, "add a block plasticity"),
-        ({"own": {"wind": "nowhere.py"}}, "no Python file"),
+        ({"own": {"wind": "nowhere.py"}}, "not a Python file"),
         ({"own": {"gravity": "mine.py"}}, "palpate uses itself"),
         ({"own": {"kinetic": "mine.py"}}, "palpate uses itself"),
         ({"effects": ["corotational", "held"], "held": False}, "says held: false"),
@@ -106,7 +106,7 @@ def test_an_unstable_step_is_refused_with_its_limit_unless_asked_for(particles):
     hasty = replace(SCENE, effects=["corotational", "held", "gravity"], integrator="symplectic_euler")
     with pytest.raises(InputError, match=r"step_s is 0.05 s, and symplectic_euler is stable up to 0.00\d+ s"):
         run(hasty, particles)
-    with pytest.raises(NotConverged, match="blown up"):
+    with pytest.raises(NotConverged, match="diverged"):
         run(replace(hasty, allow_unstable=True, duration_s=100.0), particles)
 
 
@@ -142,7 +142,7 @@ def test_an_own_effect_acts(particles, tmp_path):
     entry = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 0.2, "body": "bar"}
     entry |= {"own": {"wind": wind}, "own_settings": {"wind": {"speed_m_s": 3.0}}}
     scene = scene_of("windy", entry)
-    assert named(scene, particles) == ["corotational", "held", "rayleigh", "wind"]
+    assert effect_names(scene, particles) == ["corotational", "held", "rayleigh", "wind"]
     blown = run(scene, particles).motion
     assert (blown.positions[-1] - particles.nodes)[:, 0].max() > 1e-4
     wind.write_text(wind.read_text().replace("outer = True", ""))
@@ -166,7 +166,7 @@ def test_decisions_tell_what_is_called_and_what_auto_would(particles):
 def test_starts(particles, kind):
     free = np.ones(len(particles.nodes), dtype=bool)
     free[particles.held] = False
-    x = start_of(particles, free, kind, seed=1)
+    x = initial_positions(particles, free, kind, seed=1)
     np.testing.assert_array_equal(x[~free], particles.nodes[~free])
     rank = {"plane": 2, "line": 1, "point": 0}.get(kind, 3)
     spread = np.linalg.svd(x[free] - x[free].mean(axis=0), compute_uv=False)

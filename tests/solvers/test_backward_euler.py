@@ -10,7 +10,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import corotational, gravity, held, velocity_damping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError
-from palpate.scenes.initial_states import STARTS, start_of
+from palpate.scenes.initial_states import STARTS, initial_positions
 from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.system import System
@@ -44,7 +44,7 @@ def total(system, x, v) -> float:
 def test_no_step_makes_energy_from_any_start(body, start, anchored):
     moved = system(body, (1.0, 0.0, -2.0), anchored)
     integrator = backward_euler.make(moved, {"tolerance": 1e-8})
-    x = start_of(moved.particles, moved.free, start, seed=3)
+    x = initial_positions(moved.particles, moved.free, start, seed=3)
     v, before = np.zeros_like(x), moved.energy(x)
     for _ in range(12):
         x, v = integrator.step(x, v, 0.02)
@@ -124,6 +124,6 @@ def test_free_fall_is_exact_and_held_nodes_stay(body):
 
 def test_needs_an_energy_to_minimise(body):
     particles = particles_of(body, 0, surface=False)
-    goals = type("Goals", (), {"goals": None})()
+    goals = type("Goals", (), {"goals": None, "alpha": 0.5})()
     with pytest.raises(InputError, match="goal_position"):
         backward_euler.make(System(particles, {"shape_matching": goals}), {"tolerance": 1e-8})

@@ -6,6 +6,7 @@ from scipy.sparse.linalg import spsolve
 
 from palpate.effects.corotational import Corotational
 from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError
 from palpate.linalg.block_pattern import hold
 from palpate.solvers.compliance import compute_compliance, load_compliance, save_compliance
 
@@ -24,7 +25,7 @@ def test_every_free_surface_node_has_its_row(slab, slab_compliance):
     assert [slab_compliance.row(n) for n in free] == list(range(len(free)))
     inner = np.setdiff1d(np.arange(len(slab.coarse.nodes)), slab.coarse.surface)
     for node in (slab.anchors[0][0], inner[0], len(slab.coarse.nodes), -1):
-        with pytest.raises(KeyError, match=f"node {node} is not a free surface node"):
+        with pytest.raises(InputError, match=f"contact {node} is not a free surface node"):
             slab_compliance.row(node)
 
 

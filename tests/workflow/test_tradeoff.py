@@ -38,7 +38,10 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
     [
         ({"models": ["fem_fine", "our"]}, "tradeoff names our, which is unknown; did you mean ours?"),
         ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_fine"),
-        ({"own_models": {"detail_correction": "mine.py"}}, "tradeoff names detail_correction, which palpate uses itself"),
+        (
+            {"own_models": {"detail_correction": "mine.py"}},
+            "tradeoff names detail_correction, which palpate uses itself",
+        ),
         ({"own_models": {"mine": "nowhere.py"}}, "tradeoff.own_models.mine is nowhere.py, where there is no file"),
         ({"budget": 2}, "tradeoff has an unknown key budget; did you mean budget_s?"),
         ({"advice": {"budgets_ms": []}}, "tradeoff.advice.budgets_ms"),

@@ -31,7 +31,9 @@ rule simulate_dynamic_reference:
         "results/logs/dynamic/{scene}/simulate_dynamic_reference.log",
     params:
         trial=trial_of,
-        change=config["dynamic"]["change_of_peak"],
+        change_of_peak=config["dynamic"]["change_of_peak"],
+        training_share=config["dynamic"]["training_share"],
+        max_halvings=config["dynamic"]["max_halvings"],
         code=code_of("simulate_dynamic_reference", *BY_NAME),
     message:
         "halve the steps of fine finite elements until that changes nothing: {wildcards.scene}"
@@ -50,6 +52,7 @@ rule measure_dynamic:
     threads: HALF
     params:
         trial=trial_of,
+        settings=config["dynamic"]["settings"],
         code=code_of("measure_dynamic", *BY_NAME),
     message:
         "measure models in motion: {wildcards.scene}"

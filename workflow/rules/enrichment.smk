@@ -16,7 +16,7 @@ TARGETS["enrichment"] = (
     [
         *(
             file
-            for table in ("sigma_sweep", "enrichment_accuracy", "sample_peaks", "splits")
+            for table in ("sigma_sweep", "enrichment_accuracy")
             for file in merged(table, each(f"{table}.csv"))
         ),
         *(
@@ -25,7 +25,7 @@ TARGETS["enrichment"] = (
             for file in merged(table, expand("results/data/{body}/{table}.csv", body=BODIES, table=table))
         ),
     ]
-    + tabulated("mesh_sizes", "mesh_quality", "fem_cost", "complexity", "claims")
+    + tabulated("mesh_sizes", "mesh_quality", "sample_peaks", "splits", "fem_cost", "complexity", "claims")
     + figures("enrichment", "sigma_sweep", published=True)
     + figures("enrichment", "complexity", "timing_bars", "accuracy_vs_online_cost", "fem_cost")
     + drawn("mesh_levels", *RESPONSES)
@@ -36,13 +36,13 @@ TARGETS["enrichment"] = (
 rule sweep_sigma:
     input:
         database="results/data/{body}/{regime}/database.h5",
-        split="results/data/{body}/{regime}/split.csv",
+        samples="results/data/{body}/{regime}/samples.csv",
     output:
         "results/data/{body}/{regime}/sigma_sweep.csv",
     log:
         "results/logs/{body}/{regime}/sweep_sigma.log",
     params:
-        enrichment=REGRESSION,
+        regression=REGRESSION,
         cases=COMPARISONS,
         seed=config["seed"],
         code=code_of("sweep_sigma"),
@@ -56,14 +56,14 @@ rule evaluate_methods:
     input:
         database="results/data/{body}/{regime}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
-        split="results/data/{body}/{regime}/split.csv",
+        samples="results/data/{body}/{regime}/samples.csv",
     output:
         accuracy="results/data/{body}/{regime}/enrichment_accuracy.csv",
         predictions="results/data/{body}/{regime}/predictions.h5",
     log:
         "results/logs/{body}/{regime}/evaluate_methods.log",
     params:
-        enrichment=REGRESSION,
+        regression=REGRESSION,
         cases=COMPARISONS,
         shown=SHOWN,
         seed=config["seed"],
@@ -80,7 +80,7 @@ rule time_methods:
         loads=f"results/data/{{body}}/{REGIMES[0]}/loads.csv",
         database=f"results/data/{{body}}/{REGIMES[0]}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, REGIMES[0]),
-        split=f"results/data/{{body}}/{REGIMES[0]}/split.csv",
+        samples=f"results/data/{{body}}/{REGIMES[0]}/samples.csv",
         paper=PAPER,
     output:
         timing="results/data/{body}/enrichment_timing.csv",
@@ -89,7 +89,7 @@ rule time_methods:
         "results/logs/{body}/time_methods.log",
     threads: HALF
     params:
-        enrichment=REGRESSION,
+        regression=REGRESSION,
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
         repeats=config["timing"]["repeats"],
@@ -114,6 +114,22 @@ rule time_complexity:
         "time how the cost grows with features and samples, alone"
     script:
         "../scripts/time_complexity.py"
+
+
+rule tabulate_samples:
+    input:
+        samples=each("samples.csv"),
+    output:
+        peaks="results/tables/sample_peaks.csv",
+        splits="results/tables/splits.csv",
+    log:
+        "results/logs/tabulate_samples.log",
+    params:
+        code=code_of("tabulate_samples"),
+    message:
+        "tabulate the samples, and how many are held out"
+    script:
+        "../scripts/tabulate_samples.py"
 
 
 rule tabulate_fem_cost:

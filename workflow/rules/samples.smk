@@ -1,4 +1,4 @@
-# What bodies are asked: loads, the fine and coarse simulations of each, and both in one database; what is held out.
+# What bodies are asked: loads, the fine and coarse responses to each, and both in one database; what is held out.
 
 
 def count(body):
@@ -64,7 +64,7 @@ rule simulate_coarse:
         body="results/data/{body}/body.h5",
         loads="results/data/{body}/{regime}/loads.csv",
     output:
-        "results/data/{body}/{regime}/coarse.h5",
+        "results/data/{body}/{regime}/coarse_live.h5",
     log:
         "results/logs/{body}/{regime}/simulate_coarse.log",
     params:
@@ -76,15 +76,31 @@ rule simulate_coarse:
         "../scripts/simulate_coarse.py"
 
 
+rule subsample_coarse:
+    input:
+        body="results/data/{body}/body.h5",
+        fine=lambda wildcards: fine_batches(wildcards.body, wildcards.regime),
+    output:
+        "results/data/{body}/{regime}/coarse_paper.h5",
+    log:
+        "results/logs/{body}/{regime}/subsample_coarse.log",
+    params:
+        code=code_of("subsample_coarse"),
+    message:
+        "subsample the coarse nodes from the fine mesh: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/subsample_coarse.py"
+
+
 rule assemble_database:
     input:
         body="results/data/{body}/body.h5",
         loads="results/data/{body}/{regime}/loads.csv",
         fine=lambda wildcards: fine_batches(wildcards.body, wildcards.regime),
-        coarse="results/data/{body}/{regime}/coarse.h5",
+        paper="results/data/{body}/{regime}/coarse_paper.h5",
+        live="results/data/{body}/{regime}/coarse_live.h5",
     output:
-        database="results/data/{body}/{regime}/database.h5",
-        peaks="results/data/{body}/{regime}/sample_peaks.csv",
+        "results/data/{body}/{regime}/database.h5",
     log:
         "results/logs/{body}/{regime}/assemble_database.log",
     params:
@@ -104,10 +120,9 @@ rule assemble_database:
 
 rule split_samples:
     input:
-        loads="results/data/{body}/{regime}/loads.csv",
+        database="results/data/{body}/{regime}/database.h5",
     output:
-        parts="results/data/{body}/{regime}/split.csv",
-        counts="results/data/{body}/{regime}/splits.csv",
+        "results/data/{body}/{regime}/samples.csv",
     log:
         "results/logs/{body}/{regime}/split_samples.log",
     params:

@@ -1,12 +1,12 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
 from palpate.scenes import effect_registry
-from palpate.scenes.instruments import bodies_in, driven, touches
+from palpate.scenes.instruments import bodies_in, has_contact, has_moving_instrument
 
 SCENES = list(config["scenes"])
 # scenes in which contact acts, and those of them in which an instrument is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if touches(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if driven(scene)]
+TOUCHING = [name for name, scene in config["scenes"].items() if has_contact(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if has_moving_instrument(scene)]
 
 TARGETS["scenes"] = (
     tabulated("scene_effects", "effects", "energy")
@@ -54,9 +54,10 @@ def called_by(name):
     """The modules of a scene's effects and integrator; with ``effects: auto`` those of all effects it may call for."""
     entry = config["scenes"][name]
     named = entry["effects"] if entry["effects"] != "auto" else effect_registry.EFFECTS
-    effects = [effect for effect in named if effect in effect_registry.EFFECTS and effect != "contact"]
-    modules = [effect_registry.EFFECTS[effect] for effect in [*effects, *["contact"] * (name in TOUCHING)]]
-    return [*modules, effect_registry.SOLVERS[entry["integrator"]]]
+    known = [effect_registry.EFFECTS[effect].module for effect in named if effect in effect_registry.EFFECTS]
+    contact = effect_registry.EFFECTS["contact"].module
+    modules = [module for module in known if module != contact or name in TOUCHING]
+    return [*modules, effect_registry.INTEGRATORS[entry["integrator"]]]
 
 
 rule simulate_scene:

@@ -15,41 +15,47 @@ TARGETS["tradeoff"] = (
     + figures("tradeoff", "advice", "break_even")
     + figures("tradeoff", "work_precision", scenes=STATIC)
 )
-# errors and online times come from the same answers
-MEASURED_ON = {
-    "body": "results/data/{body}/body.h5",
-    "database": "results/data/{body}/{regime}/database.h5",
-    "split": "results/data/{body}/{regime}/split.csv",
-    "coarse": "results/data/{body}/{regime}/coarse.h5",
-}
 
 
 def modules_of(family):
     """The modules of palpate that the models of a family live in; a user's own model is an input instead."""
-    return [] if family in OWN_MODELS else sorted({MODELS[name][0] for name in FAMILIES[family]})
+    places = {recipe["place"] for recipe in FAMILIES[family].values()}
+    return sorted(place for place in places if not place.endswith(".py"))
+
+
+def family_files(kind):
+    """One file for each body, regime and family: what its models answered (samples), and what that says (settings)."""
+    return [path for family in [*FAMILIES, "reference"] for path in each(f"tradeoff/{family}_{kind}.csv")]
 
 
 rule measure_models:
     input:
-        **MEASURED_ON,
+        body="results/data/{body}/body.h5",
+        database="results/data/{body}/{regime}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
-        fine=lambda wildcards: fine_batches(wildcards.body, wildcards.regime),
+        samples="results/data/{body}/{regime}/samples.csv",
         own=lambda wildcards: [OWN_MODELS[wildcards.family]] if wildcards.family in OWN_MODELS else [],
     output:
-        samples="results/data/{body}/{regime}/tradeoff/families/{family}_samples.csv",
-        settings="results/data/{body}/{regime}/tradeoff/families/{family}_settings.csv",
+        samples="results/data/{body}/{regime}/tradeoff/{family}_samples.csv",
+        settings="results/data/{body}/{regime}/tradeoff/{family}_settings.csv",
     log:
         "results/logs/{body}/{regime}/measure_models_{family}.log",
+    wildcard_constraints:
+        family="|".join(FAMILIES),
     threads: HALF
     params:
         models=lambda wildcards: FAMILIES[wildcards.family],
-        own=OWN_MODELS,
-        enrichment=config["tradeoff"]["regression"],
+        settings=lambda wildcards: {
+            family: lists
+            for family, lists in config["tradeoff"]["settings"].items()
+            if family == wildcards.family
+        },
+        regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
-        radius=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
+        radius_m=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
         repeats=config["timing"]["repeats"],
-        budget=config["tradeoff"]["budget_s"],
+        budget_s=config["tradeoff"]["budget_s"],
         code=lambda wildcards: code_of("measure_models", *modules_of(wildcards.family)),
     message:
         "measure the models of {wildcards.family}: {wildcards.body}, {wildcards.regime}"
@@ -59,19 +65,20 @@ rule measure_models:
 
 rule measure_reference_error:
     input:
-        **MEASURED_ON,
-        fine=lambda wildcards: fine_batches(wildcards.body, wildcards.regime),
+        body="results/data/{body}/body.h5",
+        database="results/data/{body}/{regime}/database.h5",
+        samples="results/data/{body}/{regime}/samples.csv",
     output:
-        samples="results/data/{body}/{regime}/tradeoff/families/reference_samples.csv",
-        settings="results/data/{body}/{regime}/tradeoff/families/reference_settings.csv",
+        samples="results/data/{body}/{regime}/tradeoff/reference_samples.csv",
+        settings="results/data/{body}/{regime}/tradeoff/reference_settings.csv",
     log:
         "results/logs/{body}/{regime}/measure_reference_error.log",
     params:
-        enrichment=config["tradeoff"]["regression"],
+        regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
-        radius=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
-        samples=config["tradeoff"]["reference_samples"],
+        radius_m=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
+        reference_samples=config["tradeoff"]["reference_samples"],
         code=code_of("measure_reference_error"),
     message:
         "simulate one level finer: {wildcards.body}, {wildcards.regime}"
@@ -79,16 +86,11 @@ rule measure_reference_error:
         "../scripts/measure_reference_error.py"
 
 
-ruleorder: measure_reference_error > measure_models
-
-
 rule tabulate_tradeoff:
     input:
-        settings=expand(each("tradeoff/families/{{family}}_settings.csv"), family=[*FAMILIES, "reference"]),
-        samples=expand(each("tradeoff/families/{{family}}_samples.csv"), family=[*FAMILIES, "reference"]),
+        settings=family_files("settings"),
     output:
-        table="results/tables/accuracy_vs_time.csv",
-        samples=expand(each("tradeoff/{{model}}.csv"), model=[*COMPARED, "reference"]),
+        "results/tables/accuracy_vs_time.csv",
     log:
         "results/logs/tabulate_tradeoff.log",
     params:
@@ -102,8 +104,8 @@ rule tabulate_tradeoff:
 rule tabulate_advice:
     input:
         table="results/tables/accuracy_vs_time.csv",
-        samples=expand(each("tradeoff/{{model}}.csv"), model=COMPARED),
-        splits=each("split.csv"),
+        errors=family_files("samples"),
+        samples=each("samples.csv"),
         motions=tabulated("dynamic_accuracy") if "dynamic" in ASKED else [],
     output:
         "results/tables/advice.csv",

@@ -7,15 +7,15 @@ from palpate.evaluation.accuracy import accuracy_rows, predict
 from palpate.files import write_whole
 from palpate.job import job, write_table
 from palpate.samples.database import read
-from palpate.samples.split import sides
+from palpate.samples.sample_table import read_samples, sides
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]), write_whole(snakemake.output.predictions) as path, h5py.File(path, "w") as file:
     db, compliance = read(snakemake.input.database), load_compliance(snakemake.input.compliance)
-    labels, parts, tables = dict(snakemake.wildcards.items()), pd.read_csv(snakemake.input.split), []
+    labels, samples, tables = dict(snakemake.wildcards.items()), read_samples(snakemake.input.samples), []
     for protocol, split in snakemake.params.cases:
-        options = FitOptions(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
-        train, test = sides(parts[split])
+        options = FitOptions(**snakemake.params.regression, split=split, seed=snakemake.params.seed)
+        train, test = sides(samples, split)
         methods = build(db, compliance, train, protocol, options)
         tables.append(accuracy_rows(db, methods, protocol, test, {**labels, "split": split}))
         for name in snakemake.params.shown:

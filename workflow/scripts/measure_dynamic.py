@@ -5,6 +5,7 @@ from palpate.evaluation.dynamic.dynamic_trial import trial
 from palpate.job import job, steps, write_table
 
 with job(snakemake.log[0]) as say:
-    scene = trial(body=load_body(snakemake.input.body), **snakemake.params.trial)
-    table = measure(scene, load(snakemake.input.reference), steps(say, f"{scene.name}: model"))
+    params = snakemake.params
+    scene = trial(body=load_body(snakemake.input.body), **params.trial)
+    table = measure(scene, load(snakemake.input.reference), params.settings, steps(say, f"{scene.name}: model"))
     write_table(table, snakemake.output[0])

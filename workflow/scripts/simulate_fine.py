@@ -2,7 +2,7 @@ import pandas as pd
 
 from palpate.bodies.body_file import load
 from palpate.job import job, steps
-from palpate.samples.press import press, save_responses
+from palpate.samples.static_responses import press, save_responses
 
 with job(snakemake.log[0]) as say:
     body = load(snakemake.input.body)

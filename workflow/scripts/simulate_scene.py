@@ -1,13 +1,13 @@
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
-from palpate.scenes.compose import decisions
+from palpate.scenes.build_system import decisions
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
-from palpate.scenes.scene_bodies import cast
+from palpate.scenes.scene_bodies import load_particles
 
 with job(snakemake.log[0]) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)
-    particles = cast(scene, snakemake.input.bodies)
+    particles = load_particles(scene, snakemake.input.bodies)
     table = decisions(scene, particles)
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")

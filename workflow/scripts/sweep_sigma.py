@@ -4,13 +4,13 @@ from palpate.enrichment.training_samples import FitOptions
 from palpate.evaluation.enrichment.sigma_sweep import sweep_rows
 from palpate.job import job, write_table
 from palpate.samples.database import read
-from palpate.samples.split import sides
+from palpate.samples.sample_table import read_samples, sides
 
 with job(snakemake.log[0]):
-    db, parts = read(snakemake.input.database), pd.read_csv(snakemake.input.split)
+    db, samples = read(snakemake.input.database), read_samples(snakemake.input.samples)
     tables = []
     for protocol, split in snakemake.params.cases:
-        options = FitOptions(**snakemake.params.enrichment, split=split, seed=snakemake.params.seed)
-        train, test = sides(parts[split])
+        options = FitOptions(**snakemake.params.regression, split=split, seed=snakemake.params.seed)
+        train, test = sides(samples, split)
         tables.append(sweep_rows(db, train, test, protocol, options, dict(snakemake.wildcards.items())))
     write_table(pd.concat(tables), snakemake.output[0])

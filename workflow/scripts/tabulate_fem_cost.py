@@ -3,7 +3,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.job import job, write_table
-from palpate.samples.press import load_responses
+from palpate.samples.static_responses import load_responses
 
 with job(snakemake.log[0]):
     tables = []

@@ -7,14 +7,14 @@ from palpate.evaluation.enrichment.online_cost import choose_samples, cost_table
 from palpate.files import read_yaml
 from palpate.job import job, write_table
 from palpate.samples.database import read
-from palpate.samples.split import sides
+from palpate.samples.sample_table import read_samples, sides
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]):
     given, params, name = snakemake.input, snakemake.params, snakemake.wildcards.body
     body, db, compliance = load(given.body), read(given.database), load_compliance(given.compliance)
-    train, test = sides(pd.read_csv(given.split)["samples"])
-    options = FitOptions(**params.enrichment, split="samples", seed=params.seed)
+    train, test = sides(read_samples(given.samples), "samples")
+    options = FitOptions(**params.regression, split="samples", seed=params.seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
     samples, repeats = choose_samples(db.peaks, test), params.repeats
     loads = pd.read_csv(given.loads).iloc[samples]

@@ -39,7 +39,7 @@ def _liver(entry: dict) -> TetMesh:
 
 
 def _file(entry: dict) -> TetMesh:
-    from palpate.bodies.mesh_files import load_file
+    from palpate.bodies.body_from_mesh import load_file
 
     return load_file(entry["path"], entry["scale_m"], entry.get("spacing_m"))
 

@@ -15,11 +15,11 @@ import numpy as np
 from palpate.calibration import spring_motion
 from palpate.calibration.spring_model import Press, SpringModel
 from palpate.calibration.spring_motion import Settings
-from palpate.effects.volume import spread as corner_distances
+from palpate.effects.volume import distance_sum
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class Gradient:
     """Derivatives of a number that depends on a motion.
 
     young : (n,) by the modulus of each node [1/Pa]; volume : by the stiffness of the volume force [m/N]
@@ -36,7 +36,7 @@ def pull_back(
     settings: Settings,
     motion: tuple[np.ndarray, np.ndarray],
     by_motion: tuple[np.ndarray, np.ndarray],
-) -> Slopes:
+) -> Gradient:
     """Compute the derivatives of a number by the moduli from those by the key points' positions and velocities.
 
     motion : of spring_motion.trajectory; by_motion : two of (steps, p, 3), in the layout of spring_motion.simulate
@@ -52,7 +52,7 @@ def pull_back(
     )  # fmt: skip
     by_stiffness += by_damping * damping / (2.0 * stiffness)
     halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
-    return Slopes(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
+    return Gradient(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -119,7 +119,7 @@ def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
     """
     lengths, u, projected = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
-        stretch = corner_distances(x, tetrahedra[e], lengths, u) - volume_rest[e]
+        stretch = distance_sum(x, tetrahedra[e], lengths, u) - volume_rest[e]
         along = 0.0
         for c in range(4):
             for i in range(3):

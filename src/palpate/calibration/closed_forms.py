@@ -7,9 +7,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from palpate.bodies.body import Material
-from palpate.bodies.mesh import EDGES
+from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.calibration.fitness import Fit, Range, Track
 from palpate.calibration.spring_model import SpringModel
+from palpate.effects.volume import rest_distance_sum
 
 STARTS = 12
 """Evaluations that bracket the best uniform modulus: the fitness may have several maxima."""
@@ -30,7 +31,7 @@ def lloyd(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarr
     at a Poisson ratio of 1/4; there k is 24/25 of Van Gelder's. For other shapes l is, here, the edge of the regular
     tetrahedron of the same volume: the long and the short edges of an element get equal springs.
     """
-    regular = np.cbrt(6.0 * np.sqrt(2.0) * _volumes(model))
+    regular = np.cbrt(6.0 * np.sqrt(2.0) * TetMesh(model.nodes, model.tetrahedra).volumes)
     ends = np.sort(model.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
     assert np.array_equal(pairs, model.pairs)
@@ -61,11 +62,5 @@ def volume_stiffness(model: SpringModel, material: Material) -> float:
     so 9V (E/(3 (1 − 2ν)) − 2E/3) = κ ΣL². In shear, L of a regular tetrahedron does not change.
     """
     missing = material.young_pa / (3.0 * (1.0 - 2.0 * material.poisson)) - 2.0 * material.young_pa / 3.0
-    corners = model.nodes[model.tetrahedra]
-    distances = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
-    return max(0.0, 9.0 * float(_volumes(model).sum()) * missing / float((distances**2).sum()))
-
-
-def _volumes(model: SpringModel) -> np.ndarray:
-    a, b, c, d = (model.nodes[model.tetrahedra[:, i]] for i in range(4))
-    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+    volume = float(TetMesh(model.nodes, model.tetrahedra).volumes.sum())
+    return max(0.0, 9.0 * volume * missing / float((rest_distance_sum(model.nodes, model.tetrahedra) ** 2).sum()))

@@ -37,7 +37,7 @@ class Range:
     def __post_init__(self):
         if not 0.0 < self.low_pa < self.high_pa < np.inf:
             raise InputError(
-                f"calibration.young_pa is from {self.low_pa:g} to {self.high_pa:g} Pa; "
+                f"springs.young_pa is from {self.low_pa:g} to {self.high_pa:g} Pa; "
                 "give two positive numbers, the smaller one first."
             )
 

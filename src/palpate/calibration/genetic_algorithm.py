@@ -26,7 +26,7 @@ class Rules:
 
     def __post_init__(self):
         if self.population < 4:
-            raise InputError(f"calibration.population is {self.population}; give 4 or more.")
+            raise InputError(f"springs.searches.population is {self.population}; give 4 or more.")
 
 
 class Genetic:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.calibration import spring_motion
-from palpate.calibration.adjoint import Slopes, pull_back
+from palpate.calibration.adjoint import Gradient, pull_back
 from palpate.calibration.fitness import ALPHA_S, Fit, Fitness, Range
 
 MEMORY = 30
@@ -18,7 +18,7 @@ LEAST_VOLUME = 1e-6
 """Least stiffness of a fitted volume force, relative to the largest; at 0 it would have no derivative."""
 
 
-def value_and_slopes(fitness: Fitness, young: np.ndarray, volume_n_m: float) -> tuple[float, Slopes]:
+def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -> tuple[float, Gradient]:
     """Compute the fitness [m] of moduli ``young`` (n,) [Pa] (paper 2, eq. 9) and its derivatives.
 
     volume_n_m : stiffness κ of the volume force [N/m], 0 for none
@@ -61,14 +61,14 @@ def _search(presses, start_pa, limits, evaluations, most_n_m) -> tuple[Fit, floa
         nonlocal best
         young = np.exp(unknowns[:n])
         volume = given if most_n_m is None else float(unknowns[n]) * most_n_m
-        found = [value_and_slopes(press, young, volume) for press in presses]
+        found = [value_and_gradient(press, young, volume) for press in presses]
         value = sum(value for value, _ in found)
         if value > best[0]:
             best = (value, young, volume)
         history.append([len(history) + 1, perf_counter() - begin, best[0]])
-        by_unknowns = sum(slopes.young for _, slopes in found) * young
+        by_unknowns = sum(gradient.young for _, gradient in found) * young
         if most_n_m is not None:
-            by_unknowns = np.append(by_unknowns, most_n_m * sum(slopes.volume for _, slopes in found))
+            by_unknowns = np.append(by_unknowns, most_n_m * sum(gradient.volume for _, gradient in found))
         return -value, -by_unknowns
 
     start = np.log(np.clip(start_pa, limits.low_pa, limits.high_pa))

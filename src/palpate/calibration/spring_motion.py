@@ -19,7 +19,7 @@ import numpy as np
 
 from palpate.calibration.spring_model import KeyPoints, Press, SpringModel
 from palpate.effects import kelvin
-from palpate.effects.volume import add_force, rest_spread
+from palpate.effects.volume import add_force, rest_distance_sum
 from palpate.errors import InputError, NotConverged
 
 
@@ -83,7 +83,7 @@ def constants(model: SpringModel, press: Press, settings: Settings) -> tuple:
     """Collect the arguments of ``advance`` that no modulus changes, with the loads of all steps (steps, 3) [N]."""
     mobility = 1.0 / model.masses
     mobility[model.held] = 0.0
-    volume_rest = rest_spread(model.nodes, model.tetrahedra)
+    volume_rest = rest_distance_sum(model.nodes, model.tetrahedra)
     loads = np.outer(press.factors(settings.step_s, settings.steps), press.force_n)
     network = (model.nodes, model.pairs, model.rest_m, model.tetrahedra, volume_rest, float(settings.volume_n_m))
     return *network, mobility, press.node, loads, settings.step_s

@@ -32,6 +32,6 @@ def check_step(particles: Particles, model: SpringModel, settings: Settings, lim
     limit = step_limit(particles, model, settings, limits.high_pa)
     if settings.step_s > limit:
         raise InputError(
-            f"calibration.step_s is {settings.step_s:g} s, and springs of {limits.high_pa:g} Pa are stable up to "
-            f"{limit:.3g} s only; take a shorter step, or lower calibration.young_pa."
+            f"springs.step_s is {settings.step_s:g} s, and springs of {limits.high_pa:g} Pa are stable up to "
+            f"{limit:.3g} s only; take a shorter step, or lower springs.young_pa."
         )

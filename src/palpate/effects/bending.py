@@ -1,24 +1,25 @@
-"""How a sheet resists being bent: a quadratic energy over its inner edges."""
+"""Bending stiffness of a sheet: a quadratic energy over its inner edges."""
 
 import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.bodies.surfaces.tetrahedralize import shells
+from palpate.bodies.surfaces.tetrahedralize import label_shells
+from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
 
 FLAT = 1e-9
-"""A rest state that leaves its plane by less than this part of its size is flat up to rounding."""
+"""A rest state counts as flat if its distance from a plane is below this fraction of its size."""
 
 
-def make(particles: Particles, settings: dict, elastic=None) -> "Bending":
-    """The bending of sheets; InputError for a body that is none, or if one of them is not flat at rest."""
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Bending":
+    """Make the bending of sheets; InputError for another body, or for a sheet that is not flat at rest."""
     if len(particles.tetrahedra) or particles.thickness_m <= 0.0:
         raise InputError(
             f"{particles.name}: effect bending is for sheets, which have a thickness and no tetrahedra; "
             "leave it out, or give a body of kind sheet."
         )
-    labels = shells(particles.triangles, len(particles.nodes))
+    labels = label_shells(particles.triangles, len(particles.nodes))
     if not all(_flat(particles.nodes[np.unique(particles.triangles[labels == label])]) for label in np.unique(labels)):
         raise InputError(
             f"{particles.name}: effect bending needs a sheet that is flat at rest, and this one is not; "
@@ -28,23 +29,23 @@ def make(particles: Particles, settings: dict, elastic=None) -> "Bending":
 
 
 def _flat(points: np.ndarray) -> bool:
-    """Whether points (k, 3) [m] are in one plane."""
+    """Return whether points (k, 3) [m] are in one plane."""
     centred = points - points.mean(axis=0)
     normal = np.linalg.svd(centred, full_matrices=False)[2][2]
     return bool(np.abs(centred @ normal).max() <= FLAT * np.ptp(points, axis=0).max())
 
 
-class Bending:
+class Bending(Energy, Stiffness):
     """E = ½ Σ c ‖Σ K x‖² over the inner edges, c and K constant (Bergou et al. 2006; Wardetzky et al. 2007).
 
     K (4,) are the papers' cotangents around an edge; they vanish for affine x, and on a flat sheet Σ K x = a : ∇²x
     exactly for a quadratic x, with a symmetric a. The weight is c = D (A₀ + A₁) / (a : a), with the flexural stiffness
     D = E t³/(12 (1 − ν²)). On sheets of rectangular cells with mirrored diagonals the three kinds of edges measure
-    x_uu, x_vv and x_uv, so that the sum is the plate's ½ D ∫ ‖∇²x‖², in every direction alike, and for a sheet rolled
-    onto a cylinder of curvature κ it is ½ D κ² times its area, less the rims' share, as they have no hinge.
-    Traps: the papers' own weight, 3 D / (A₀ + A₁), gives 3 to 4.5 times that here, by the cylinder's direction, and
-    does not converge. A narrow strip is stiffer than a beam, by 1/(1 − ν²), as curling across does not relieve it.
-    Where the sheet is stretched unevenly this costs energy too, but little if it is thin.
+    x_uu, x_vv and x_uv, so the sum is the plate's ½ D ∫ ‖∇²x‖², equal in every direction. For a sheet rolled onto a
+    cylinder of curvature κ it is ½ D κ² times its area, less the share of the rims, which have no hinge.
+    Traps: the weight of the papers, 3 D / (A₀ + A₁), gives 3 to 4.5 times that, depending on the direction of the
+    cylinder, and does not converge. A narrow strip is stiffer than a beam by 1/(1 − ν²), as transverse curvature does
+    not relax it. Uneven stretch costs energy too, but little in a thin sheet.
     """
 
     def __init__(self, particles: Particles):
@@ -58,7 +59,7 @@ class Bending:
         self.weights = stiffness * areas / (moments**2).sum(axis=(1, 2))
 
     def energy(self, x: np.ndarray) -> float:
-        """Bending energy [J] at positions ``x`` (n, 3) [m]."""
+        """Return the bending energy [J] at positions ``x`` (n, 3) [m]."""
         return _energy(x, self.couples, self.cotangents, self.weights)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
@@ -71,7 +72,7 @@ class Bending:
 
 
 def hinges(triangles: np.ndarray) -> np.ndarray:
-    """Inner edges, (h, 4): both ends, then the corner opposite to them in either triangle."""
+    """Find the inner edges, (h, 4): both ends, then the opposite corner of each triangle."""
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     opposite = triangles[:, [2, 0, 1]].reshape(-1)
     edges, inverse, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -81,7 +82,7 @@ def hinges(triangles: np.ndarray) -> np.ndarray:
 
 
 def _stencils(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """K (h, 4) and A₀ + A₁ (h,) [m²] of hinges with ``corners`` (h, 4, 3) [m]."""
+    """Compute K (h, 4) and A₀ + A₁ (h,) [m²] of hinges with ``corners`` (h, 4, 3) [m]."""
     a, b, c, d = corners.transpose(1, 0, 2)
     a_c, a_d, b_c, b_d = _cotangent(a, b, c), _cotangent(a, b, d), _cotangent(b, a, c), _cotangent(b, a, d)
     stencils = np.stack([b_c + b_d, a_c + a_d, -a_c - b_c, -a_d - b_d], axis=1)
@@ -90,7 +91,7 @@ def _stencils(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _cotangent(corner: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Of the angles at ``corner``, (h,)."""
+    """Compute the cotangents (h,) of the angles at ``corner``."""
     first, second = one - corner, other - corner
     return np.einsum("hi,hi->h", first, second) / np.linalg.norm(np.cross(first, second), axis=1)
 
@@ -100,7 +101,7 @@ def _energy(x, couples, cotangents, weights):
     total = 0.0
     for h in range(len(couples)):
         for i in range(3):
-            # from the first corner on, as K sums to zero: far from the origin nothing cancels
+            # relative to the first corner, as K sums to zero: no cancellation far from the origin
             bend = 0.0
             for a in range(1, 4):
                 bend += cotangents[h, a] * (x[couples[h, a], i] - x[couples[h, 0], i])

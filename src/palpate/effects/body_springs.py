@@ -1,20 +1,26 @@
-"""Virtual body springs: every node tied to its rest position, so that a surface resists like a solid."""
+"""Virtual body springs: each node is tied to its rest position, so that a surface resists like a solid."""
 
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Damping, Effect, Energy, Stiffness
+from palpate.effects.spring_network import edge_stiffness
 
 
-def make(particles: Particles, settings: dict, elastic: object) -> "BodySprings":
-    """Springs of ``stiffness_n_m`` and dampers of ``damping_ratio`` times critical damping, one a node."""
-    return BodySprings(particles, settings["stiffness_n_m"], settings["damping_ratio"])
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "BodySprings":
+    """Make a spring and a damper for each node.
+
+    settings : ``stiffness_n_m`` (default: that of an edge); ``damping_ratio``, relative to critical damping
+    """
+    stiffness = settings["stiffness_n_m"] if "stiffness_n_m" in settings else edge_stiffness(particles)
+    return BodySprings(particles, stiffness, settings["damping_ratio"])
 
 
-class BodySprings:
+class BodySprings(Energy, Stiffness, Damping):
     """Springs and dampers of zero rest length to the rest position (paper 3, chapter 3, after Bao et al. 2006).
 
-    The force on a node is −k (x − x₀) − c v with c = 2 ratio sqrt(k m). Trap: it holds on to space, not to the
-    body; it resists moving and turning as a whole, and takes momentum out.
+    The force on a node is −k (x − x₀) − c v with c = 2 ratio sqrt(k m). Trap: it ties the body to space, so it resists
+    translation and rotation of the whole body, and does not conserve momentum.
     """
 
     def __init__(self, particles: Particles, stiffness_n_m: float, damping_ratio: float):
@@ -23,7 +29,7 @@ class BodySprings:
         self.damping = 2.0 * damping_ratio * np.sqrt(stiffness_n_m * particles.masses)[:, None]
 
     def energy(self, x: np.ndarray) -> float:
-        """Energy of the springs [J] at positions ``x`` (n_nodes, 3) [m]."""
+        """Return the energy of the springs [J] at positions ``x`` (n_nodes, 3) [m]."""
         return 0.5 * self.stiffness_n_m * float(np.sum((x - self.rest) ** 2))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:

@@ -10,16 +10,17 @@ from skfem import Basis, ElementTetP1, MeshTet
 from palpate.bodies.body import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import BlockPattern, pattern_of
 from palpate.linalg.signed_svd import signed_svd
 
 FOLD = 0.05
-"""Width of the rounding of the energy's fold, in s₂ + s₃ (which is 2 at rest)."""
+"""Width over which the fold of the energy is smoothed, in s₂ + s₃ (which is 2 at rest)."""
 
 
-def make(particles: Particles, settings: dict, elastic: None = None) -> "Corotational":
-    """The elasticity of a solid; InputError if ``particles`` have no tetrahedra."""
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Corotational":
+    """Make the elasticity of a solid; InputError if ``particles`` have no tetrahedra."""
     if not len(particles.tetrahedra):
         raise InputError(
             f"{particles.name}: corotational elasticity needs tetrahedra, and these particles have none; "
@@ -28,14 +29,13 @@ def make(particles: Particles, settings: dict, elastic: None = None) -> "Corotat
     return Corotational(particles, particles.material)
 
 
-class Corotational:
+class Corotational(Energy, Stiffness):
     """Ψ(F) = μ ‖S − I‖² + λ/2 tr²(S − I) with F = R S (Müller and Gross 2004; energy: McAdams et al. 2011).
 
-    Small-strain elasticity measured in each element's own rotated frame. The force is the exact gradient of
-    the energy, since the rotation's derivative drops out of it. It stays finite for collapsed and inverted
-    elements, and pushes them back. Trap: where an element is so far inverted that its rotation jumps
-    (s₂ + s₃ = 0), Ψ has a fold, and an equilibrium without a residual need not exist; so the fold is rounded
-    off over s₂ + s₃ < FOLD, and nothing is changed anywhere else.
+    Small-strain elasticity in the rotated frame of each element. The force is the exact gradient of the energy, as the
+    derivative of the rotation cancels. It is finite for collapsed and inverted elements, and restores them. Trap: where
+    an inverted element's rotation jumps (s₂ + s₃ = 0), Ψ has a fold, and an equilibrium without a residual may not
+    exist. So the fold is smoothed for s₂ + s₃ < FOLD; elsewhere Ψ is unchanged.
     """
 
     def __init__(self, mesh: TetMesh | Particles, material: Material, pattern: BlockPattern | None = None):
@@ -46,21 +46,21 @@ class Corotational:
 
     @cached_property
     def pattern(self) -> BlockPattern:
-        """Where the blocks of ``stiffness`` stand."""
+        """The pattern of ``stiffness``."""
         return self._given or pattern_of(self.tetrahedra, self._n_nodes)
 
     def resistance(self) -> np.ndarray:
-        """The most force that moving a node by itself can take, (n_nodes,) [N/m]."""
+        """Return an upper bound of the stiffness against the motion of a single node, (n_nodes,) [N/m]."""
         mu, lam = self.moduli
         squares = np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None]
         return (2.0 * mu + lam) * np.bincount(self.tetrahedra.ravel(), squares.ravel(), minlength=self._n_nodes)
 
     def energy(self, x: np.ndarray) -> float:
-        """Elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
+        """Return the elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return _energy(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli)
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Elastic nodal forces (n_nodes, 3) [N] at positions ``x``: minus the energy's gradient."""
+        """Return the elastic nodal forces (n_nodes, 3) [N] at positions ``x``: minus the energy's gradient."""
         force = np.zeros((self._n_nodes, 3))
         self.add_force(x, None, force)
         return force
@@ -70,7 +70,7 @@ class Corotational:
         _add_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, force)
 
     def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
-        """Hessian of the energy (3 n_nodes, 3 n_nodes) [N/m] in 3 × 3 blocks.
+        """Return the Hessian of the energy (3 n_nodes, 3 n_nodes) [N/m] in 3 × 3 blocks.
 
         ``definite`` clamps each element's negative eigenvalues to zero (Smith, de Goes, Kim 2019, section 5).
         """
@@ -84,7 +84,7 @@ class Corotational:
 
 
 def shape_gradients(mesh: TetMesh | Particles) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of the linear shape functions (n_elements, 4, 3) [1/m] and element volumes (n_elements,) [m³]."""
+    """Compute gradients of the linear shape functions (n_elements, 4, 3) [1/m] and volumes (n_elements,) [m³]."""
     points, cells = np.ascontiguousarray(mesh.nodes.T), np.ascontiguousarray(mesh.tetrahedra.T)
     basis = Basis(MeshTet(points, cells, sort_t=False), ElementTetP1(), intorder=1)
     gradients = np.stack([basis.basis[a][0].grad[:, :, 0].T for a in range(4)], axis=1)
@@ -93,6 +93,7 @@ def shape_gradients(mesh: TetMesh | Particles) -> tuple[np.ndarray, np.ndarray]:
 
 @numba.njit(cache=True)
 def deformation_gradient(x, element, gradients, f):
+    """Write the deformation gradient of an element into ``f`` (3, 3)."""
     f[:] = 0.0
     for a in range(4):
         node = element[a]
@@ -103,10 +104,10 @@ def deformation_gradient(x, element, gradients, f):
 
 @numba.njit(cache=True, error_model="numpy")
 def _trace(s, mu, lam):
-    """tr S with its fold rounded off: T = s₁ + τ(s₂ + s₃), then τ', τ'' and c = ∂Ψ/∂T.
+    """Compute tr S with its fold smoothed, T = s₁ + τ(s₂ + s₃), then τ', τ'' and c = ∂Ψ/∂T.
 
-    τ(t) is the C² quartic that meets |t| at t = FOLD. As Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)², all that depends on
-    the rotation is in T.
+    τ(t) is the C² quartic that meets |t| at t = FOLD. As Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)², only T depends on the
+    rotation.
     """
     t = s[1] + s[2]
     tau, slope, curvature = t, 1.0, 0.0
@@ -127,7 +128,7 @@ def _energy(x, tetrahedra, gradients, volumes, mu, lam):
         deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
         trace, _, _, _ = _trace(s, mu, lam)
-        # Σ(s − 1)² exactly as long as the fold is far: Σs² − 2T + 3 would cancel
+        # Σ(s − 1)² exactly, away from the fold: Σs² − 2T + 3 would suffer from cancellation
         squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2 + 2.0 * (s[0] + (s[1] + s[2]) - trace)
         total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 3.0) ** 2)
     return total
@@ -156,7 +157,7 @@ def _add_force(x, tetrahedra, gradients, volumes, mu, lam, force):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, values):
-    """Element Hessians 2μ I + Σ w M⊗M over a few modes M (Smith, de Goes, Kim 2019, section 5.1)."""
+    """Add element Hessians 2μ I + Σ w M⊗M over a few modes M (Smith, de Goes, Kim 2019, section 5.1)."""
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     modes, weighted = np.empty((4, 3, 7)), np.empty((4, 3, 7))
     for e in range(len(tetrahedra)):
@@ -186,11 +187,11 @@ def _add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, 
 
 @numba.njit(cache=True, error_model="numpy")
 def _low_rank(u, s, v, gradients, volume, mu, lam, definite, modes, weighted):
-    """Modes of an element's Hessian, each applied to the shape gradients: (4 nodes, 3, modes); returns how many.
+    """Apply the modes of an element's Hessian to the shape gradients, (4 nodes, 3, modes); return their number.
 
-    Mode 0 is the stretch ∂T/∂F, of weight λ; 1 to 3 are the twists T of the planes (2, 3), (3, 1) and (1, 2), of
-    weight (∂ᵢΨ + ∂ⱼΨ)/(sᵢ + sⱼ) − 2μ: the only ones that can be negative unless the element is in the fold, where
-    there are the flips of (3, 1) and (1, 2), and the curvature of the fold itself.
+    Mode 0 is the stretch ∂T/∂F, of weight λ. Modes 1 to 3 are the twists T of the planes (2, 3), (3, 1) and (1, 2), of
+    weight (∂ᵢΨ + ∂ⱼΨ)/(sᵢ + sⱼ) − 2μ, the only one that can be negative outside the fold. In the fold there are also
+    the flips of (3, 1) and (1, 2), and the curvature of the fold itself.
     """
     _, slope, curvature, c = _trace(s, mu, lam)
     for a in range(4):
@@ -219,7 +220,7 @@ def _low_rank(u, s, v, gradients, volume, mu, lam, definite, modes, weighted):
     count = 4 if slope == 1.0 else 7
     for k in range(count):
         weight = weights[k]
-        if definite and k > 0:  # every mode but the first has the norm √2
+        if definite and k > 0:  # every mode except the first has the norm √2
             weight = max(weight, -mu)
         for a in range(4):
             for i in range(3):

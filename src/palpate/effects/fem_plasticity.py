@@ -1,4 +1,4 @@
-"""Plastic flow of corotational finite elements, by changing their rest shapes."""
+"""Plastic flow of corotational finite elements, which changes their rest shapes."""
 
 import math
 
@@ -6,19 +6,21 @@ import numba
 import numpy as np
 
 from palpate.effects.corotational import FOLD, Corotational, deformation_gradient
+from palpate.effects.effect import Relaxation
 from palpate.linalg.signed_svd import signed_svd
 
 
-class FemPlasticity:
-    """F = Fₑ Fₚ with det Fₚ = 1 (Irving, Teran, Fedkiw 2004, section 6): what Fₚ holds costs no energy any more.
+class FemPlasticity(Relaxation):
+    """F = Fₑ Fₚ with det Fₚ = 1 (Irving, Teran, Fedkiw 2004, section 6): the plastic part Fₚ has no energy.
 
-    Elastic strain is that of Hencky, eᵢ = log sᵢ less their mean, from the singular values s of Fₑ, and its size
-    √(2/3 Σ eᵢ²) is the logarithmic strain of a bar that keeps its volume. Beyond the yield strain an element held
-    still relaxes towards it as exp(−creep t), exactly so for any step; Fₚ, measured likewise, is scaled back to
-    ``max_strain``. It works through ``elastic.gradients``, whose rows become Fₚ⁻ᵀ g; volumes stay.
+    The elastic strain is that of Hencky, eᵢ = log sᵢ minus their mean, with the singular values s of Fₑ. Its size
+    √(2/3 Σ eᵢ²) is the logarithmic strain of a bar of constant volume. Above the yield strain an element at rest
+    relaxes towards it as exp(−creep t), exactly for any step; the strain of Fₚ is limited to ``max_strain``. The flow
+    changes the rows of ``elastic.gradients`` to Fₚ⁻ᵀ g; volumes stay.
 
-    Traps: collapsed and inverted elements (s₃ ≤ FOLD) have no such strain and do not flow. Nor does one whose energy
-    would rise: below tr S − 3 ≈ −2μ/λ (4 % less volume at ν = 0.49, 80 % at 0.3) shear lowers the corotational energy.
+    Traps: collapsed and inverted elements (s₃ ≤ FOLD) have no such strain and do not flow. An element whose energy
+    would increase does not flow either: below tr S − 3 ≈ −2μ/λ (volume reduced by 4 % at ν = 0.49, by 80 % at 0.3)
+    shear decreases the corotational energy.
     """
 
     def __init__(self, elastic: Corotational, yield_strain: float, creep: float, max_strain: float):
@@ -28,7 +30,7 @@ class FemPlasticity:
         self.plastic = np.tile(np.eye(3), (len(elastic.tetrahedra), 1, 1))
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Flow for ``h`` [s] at positions ``x`` (n, 3) [m]: updates ``plastic``, Fₚ (m, 3, 3), and the gradients."""
+        """Update ``plastic``, Fₚ (m, 3, 3), and the gradients by a flow of ``h`` [s] at positions ``x`` (n, 3) [m]."""
         elastic, flow = self._elastic, -math.expm1(-self._creep * h)
         _relax(
             x,
@@ -74,7 +76,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
 
 @numba.njit(cache=True, error_model="numpy")
 def _hencky(s, logs):
-    """The deviatoric logarithms of ``s`` (3,), into ``logs``, and their size."""
+    """Write the deviatoric logarithms of ``s`` (3,) into ``logs``, and return their size."""
     mean = (math.log(s[0]) + math.log(s[1]) + math.log(s[2])) / 3.0
     total = 0.0
     for k in range(3):
@@ -85,14 +87,14 @@ def _hencky(s, logs):
 
 @numba.njit(cache=True)
 def _density(s, mu, lam):
-    """Elastic energy [J/m³] away from the fold."""
+    """Compute the elastic energy [J/m³], away from the fold."""
     squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2
     return mu * squares + 0.5 * lam * (s[0] + s[1] + s[2] - 3.0) ** 2
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _bound(candidate, max_strain, inverse, u, s, v, logs):
-    """Scale the Hencky strain of Fₚ to ``max_strain`` at most and its determinant to 1, in place; its inverse too."""
+    """Limit the Hencky strain of Fₚ to ``max_strain``, set its determinant to 1, and compute its inverse."""
     signed_svd(candidate, u, s, v)
     size = _hencky(s, logs)
     scale = max_strain / size if size > max_strain else 1.0
@@ -106,7 +108,7 @@ def _bound(candidate, max_strain, inverse, u, s, v, logs):
 
 @numba.njit(cache=True)
 def _compose(u, s, v, product):
-    """U diag(s) Vᵀ."""
+    """Write U diag(s) Vᵀ into ``product``."""
     for i in range(3):
         for j in range(3):
             product[i, j] = u[i, 0] * s[0] * v[j, 0] + u[i, 1] * s[1] * v[j, 1] + u[i, 2] * s[2] * v[j, 2]

@@ -1,24 +1,25 @@
-"""Weight."""
+"""Gravity: the weight of each node."""
 
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Energy, Weight
 
 
-def make(particles: Particles, settings: dict, elastic) -> "Gravity":
-    """The weight of ``particles`` under ``settings["acceleration_m_s2"]``, (3,) [m/s²]."""
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Gravity":
+    """Make the weight of ``particles`` under ``settings["acceleration_m_s2"]``, (3,) [m/s²]."""
     return Gravity(particles, np.array(settings["acceleration_m_s2"], dtype=float))
 
 
-class Gravity:
-    """E = −Σ m g · (x − x⁰): the weight's potential energy, zero at the rest positions."""
+class Gravity(Energy, Weight):
+    """E = −Σ m g · (x − x⁰), zero at the rest positions."""
 
     def __init__(self, particles: Particles, acceleration: np.ndarray):
         self.acceleration, self._rest = acceleration, particles.nodes
         self._weight = np.outer(particles.masses, acceleration)
 
     def energy(self, x: np.ndarray) -> float:
-        """Potential energy [J] at positions ``x`` (n, 3) [m]."""
+        """Return the potential energy [J] at positions ``x`` (n, 3) [m]."""
         return -float(np.vdot(self._weight, x - self._rest))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:

@@ -1,12 +1,13 @@
-"""Nodes that stay where they are: the body's anchors."""
+"""Nodes that do not move: the body's anchors."""
 
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, FixedNodes
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic) -> "Held":
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Held":
     """Hold the anchors of ``particles``; InputError if there are none."""
     if not len(particles.held):
         raise InputError(
@@ -15,8 +16,8 @@ def make(particles: Particles, settings: dict, elastic) -> "Held":
     return Held(particles.held)
 
 
-class Held:
-    """``fixed`` (k,): the nodes that no force moves. The integrator leaves them out; there is nothing to compute."""
+class Held(FixedNodes):
+    """The nodes ``fixed`` (k,), which no force moves; integrators leave them out of their unknowns."""
 
     def __init__(self, fixed: np.ndarray):
         self.fixed = fixed

@@ -1,40 +1,41 @@
-"""Kelvin dampers: one beside each spring, which resists its change of length."""
+"""Kelvin dampers: one parallel to each spring, against the change of its length."""
 
 import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Damping, Effect, Force
 from palpate.effects.springs import Springs, add_pair, direction
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic: object) -> "Kelvin":
-    """Dampers of ``ratio`` times critical damping; InputError if the elastic effect is not springs."""
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Kelvin":
+    """Make dampers of ``ratio`` times critical damping; InputError if the elastic effect is not springs."""
     return Kelvin(springs_of(elastic, particles, "kelvin"), particles.masses, settings["ratio"])
 
 
-def springs_of(elastic: object, particles: Particles, effect: str) -> Springs:
-    """``elastic`` itself if it is springs, else InputError."""
+def springs_of(elastic: Effect | None, particles: Particles, effect: str) -> Springs:
+    """Return ``elastic`` if it is springs; InputError otherwise."""
     if not isinstance(elastic, Springs):
         raise InputError(
-            f"effects of {particles.name} name {effect}, which acts beside springs, and its elastic effect is not "
+            f"effects of {particles.name} name {effect}, which acts parallel to springs, and its elastic effect is not "
             f"springs; name springs, or leave {effect} out."
         )
     return elastic
 
 
 def dampings(pairs: np.ndarray, stiffness: np.ndarray, masses: np.ndarray, ratio: float) -> np.ndarray:
-    """μ (…, s) [N s/m] of dampers beside springs of ``stiffness`` (…, s) [N/m], ``ratio`` times critical."""
+    """Compute μ (…, s) [N s/m] of dampers for springs of ``stiffness`` (…, s) [N/m], ``ratio`` times critical."""
     first, second = masses[pairs].T
     return 2.0 * ratio * np.sqrt(stiffness * (first * second / (first + second)))
 
 
-class Kelvin:
+class Kelvin(Force, Damping):
     """The force −μ (n·Δv) n along each spring, μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂)) [N s/m].
 
-    With ratio 1 two nodes on a spring are damped critically. Paper 2's eq. 1 has this force, but its eq. 6, with
-    2 sqrt(k (m₁ + m₂))/l, is not in N s/m: it is divided by a length, and has the sum of the masses where the
-    vibration of a pair has the reduced mass. Springs whose ends coincide have no direction and are not damped.
+    With ratio 1 two nodes on a spring are critically damped. Eq. 1 of paper 2 has this force, but its eq. 6, with
+    2 sqrt(k (m₁ + m₂))/l, is not in N s/m: it is divided by a length, and contains the sum of the masses instead of
+    the reduced mass of the pair. Springs whose ends coincide have no direction and are not damped.
     """
 
     def __init__(self, springs: Springs, masses: np.ndarray, ratio: float):

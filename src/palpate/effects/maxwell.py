@@ -1,4 +1,4 @@
-"""Maxwell elements: springs beside the springs that forget their rest length."""
+"""Maxwell elements: springs with relaxing rest length, parallel to the elastic springs."""
 
 import math
 
@@ -6,22 +6,23 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Relaxation
 from palpate.effects.kelvin import springs_of
 from palpate.effects.springs import Springs, direction
 
 
-def make(particles: Particles, settings: dict, elastic: object) -> "Maxwell":
-    """Springs ``stiffness_ratio`` times as stiff as the elastic ones; InputError if those are not springs."""
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Maxwell":
+    """Make springs ``stiffness_ratio`` times as stiff as the elastic ones; InputError if those are not springs."""
     springs = springs_of(elastic, particles, "maxwell")
     return Maxwell(springs, settings["stiffness_ratio"], settings["relaxation_s"])
 
 
-class Maxwell(Springs):
-    """A spring in series with a damper (paper 3, chapter 3), whose length is the inner variable ``rest_m`` s.
+class Maxwell(Springs, Relaxation):
+    """A spring in series with a damper (paper 3, chapter 3); the damper's length is the inner variable ``rest_m``, s.
 
-    After each step s moves towards the spring's present length l as ds/dt = (l − s)/τ has it with l at rest. So
-    the step takes energy out, |l − s| never grows by it, and any step is stable. Trap: the body is stiffer against
-    fast pushes than slow ones, and the longest stable explicit step is that of both springs together.
+    After each step s moves towards the present length l, by the exact solution of ds/dt = (l − s)/τ for constant l. So
+    it dissipates energy, |l − s| never increases, and any step is stable. Trap: the body is stiffer against fast than
+    against slow motion, and the longest stable explicit step is that of both springs together.
     """
 
     def __init__(self, springs: Springs, stiffness_ratio: float, relaxation_s: float):
@@ -29,7 +30,7 @@ class Maxwell(Springs):
         self._relaxation_s = relaxation_s
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Let the rest lengths follow positions ``x`` (n_nodes, 3) [m] for ``h`` [s], in place."""
+        """Relax the rest lengths towards those at ``x`` (n_nodes, 3) [m] for ``h`` [s]."""
         _relax(x, self.pairs, -math.expm1(-h / self._relaxation_s), self.rest_m)
 
 

@@ -1,4 +1,4 @@
-"""A force given to a body at a contact: on one node, or spread over a disc around it."""
+"""A force on a body at a contact: on one node, or distributed over a disc around it."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from palpate.bodies.mesh import Mesh
 
 
 def nodal_load(body: Body, level: int, contact: int, force: np.ndarray, radius_m: float) -> np.ndarray:
-    """Nodal forces (n_nodes, 3) [N] on ``level`` for a total ``force`` (3,) [N] at coarse node ``contact``.
+    """Compute nodal forces (n_nodes, 3) [N] on ``level`` for a total ``force`` (3,) [N] at coarse node ``contact``.
 
-    ``radius_m`` 0 loads the node alone (paper 1). Otherwise the force spreads over the fine surface, and coarser
-    levels get the virtual-work equivalent of that load, so that every level is pressed alike.
+    With ``radius_m`` 0 the force acts on the node alone (paper 1). Otherwise it is distributed over the fine surface,
+    and coarser levels get the equivalent load in terms of virtual work, so that all levels have the same load.
     """
     load = np.outer(disc_weights(body.fine, contact, radius_m), force)
     for prolongation in reversed(body.prolongations[level % len(body.levels) :]):
@@ -19,10 +19,10 @@ def nodal_load(body: Body, level: int, contact: int, force: np.ndarray, radius_m
 
 
 def disc_weights(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
-    """Each node's share of a force spread over a disc of ``radius_m`` [m] around node ``contact``, (n_nodes,).
+    """Compute each node's share (n_nodes,) of a force on a disc of ``radius_m`` [m] around node ``contact``.
 
-    Like 1 − (distance/radius)² times the node's area, on the side that faces the same way; the shares sum to 1.
-    A radius of 0, or one that reaches no node with an area, gives everything to the contact itself.
+    The shares are proportional to 1 − (distance/radius)² times the node's area, for nodes whose normal is within 90° of
+    that of the contact, and sum to 1. A radius of 0, or one without any such node, loads the contact alone.
     """
     weights = np.zeros(len(mesh.nodes))
     if radius_m > 0.0:

@@ -1,19 +1,22 @@
-"""Lasting deformation: which plasticity fits the elastic effect."""
+"""Lasting deformation: the plasticity that suits the elastic effect."""
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Goals, offers
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic):
-    """Plastic flow of finite elements or of shape-matching clusters; InputError for springs and triangles.
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> Effect:
+    """Make the plastic flow of finite elements or of shape-matching clusters; InputError for springs and triangles.
 
-    settings : ``yield_strain`` (elastic strain up to which nothing flows), ``creep_1_s`` [1/s], ``max_strain``
-        (plastic strain that is never exceeded)
+    settings : ``yield_strain`` (elastic strain above which the body flows), ``creep_1_s`` [1/s], ``max_strain`` (upper
+        bound of the plastic strain)
     """
-    if hasattr(elastic, "goals"):
+    if offers(elastic, Goals):
+        from palpate.effects.shape_matching.goal_shapes import ShapeMatching
         from palpate.effects.shape_matching.shape_plasticity import ShapePlasticity
 
-        return ShapePlasticity(particles, settings, elastic)
+        if isinstance(elastic, ShapeMatching):
+            return ShapePlasticity(particles, settings, elastic)
     from palpate.effects.corotational import Corotational
 
     if isinstance(elastic, Corotational):

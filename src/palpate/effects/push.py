@@ -1,25 +1,26 @@
-"""Loads that are pressed on, held and released."""
+"""Loads that increase, stay constant and decrease over time."""
 
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Load, Time
 from palpate.effects.patch_load import disc_weights
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic) -> "Push":
-    """The loads of ``settings["loads"]``, each on the surface node nearest to its ``at_m`` (3,) [m] at rest.
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push":
+    """Make the loads of ``settings["loads"]``, each on the surface node nearest to its ``at_m`` (3,) [m] at rest.
 
     Raises InputError for a load farther from the body than the body is long, and for one on a held node.
     """
     return Push([_Load(particles, _contact(particles, i, load), load) for i, load in enumerate(settings["loads"])])
 
 
-class Push:
-    """Σ factor(t) · force: dead loads, whose direction does not follow the surface.
+class Push(Load, Time):
+    """Σ factor(t) · force: dead loads, of constant direction.
 
-    Each ``force_n`` (3,) [N] spreads over a disc of ``radius_m`` as ``disc_weights`` has it (0: one node); what falls
-    on held nodes goes into the anchors. Before ``at`` is told a time, nothing presses.
+    Each ``force_n`` (3,) [N] is distributed over a disc of ``radius_m`` by ``disc_weights`` (0: one node); its share on
+    held nodes is lost to the anchors. All loads are zero until ``at`` is called.
     """
 
     outer = True
@@ -29,7 +30,7 @@ class Push:
         self._factors = [0.0] * len(loads)
 
     def at(self, t: float) -> None:
-        """Set how hard each load presses at time ``t`` [s]."""
+        """Set the factor of each load at the time ``t`` [s]."""
         self._factors = [load.factor(t) for load in self._loads]
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
@@ -40,7 +41,7 @@ class Push:
 
 
 class _Load:
-    """One load: ``forces`` (k, 3) [N] on ``nodes`` (k,) when fully pressed."""
+    """One load: ``forces`` (k, 3) [N] on ``nodes`` (k,) at the factor 1."""
 
     def __init__(self, particles: Particles, contact: int, load: dict):
         weights = disc_weights(particles, contact, load["radius_m"])
@@ -51,8 +52,10 @@ class _Load:
         self._release = load["release_s"]
 
     def factor(self, t: float) -> float:
-        """Up over ``press_s``, 1 over ``hold_s``, down over ``release_s``, each ramp 3q² − 2q³ without a kink: a
-        sudden change would set off waves that say more of the load than of the body."""
+        """Return the factor at ``t`` [s]: up over ``press_s``, 1 over ``hold_s``, down over ``release_s``.
+
+        Each ramp is 3q² − 2q³, as a sudden change would excite waves.
+        """
         since = t - self._start
         return _ramp(since, self._press) - _ramp(since - self._full, self._release)
 

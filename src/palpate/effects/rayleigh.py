@@ -1,36 +1,38 @@
-"""Rayleigh damping: in proportion to mass and to stiffness."""
+"""Rayleigh damping: proportional to mass and to stiffness."""
 
 import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Damping, Effect, Force, Stiffness, offers
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import scatter
 
 
-def make(particles: Particles, settings: dict, elastic) -> "Rayleigh":
-    """C from ``mass_1_s`` [1/s] and ``stiffness_s`` [s]; InputError if ``elastic`` has no stiffness to share in."""
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Rayleigh":
+    """Make C from ``mass_1_s`` [1/s] and ``stiffness_s`` [s]; InputError if it needs a stiffness and there is none."""
     stiffness = settings["stiffness_s"]
-    if stiffness > 0.0 and not hasattr(elastic, "add_stiffness"):
+    stiff = elastic if offers(elastic, Stiffness) else None
+    if stiffness > 0.0 and stiff is None:
         raise InputError(
             f"{particles.name}: rayleigh.stiffness_s is {stiffness:g}, and the elastic effect has no stiffness matrix; "
             "set it to 0, or choose corotational, triangles or springs."
         )
-    return Rayleigh(particles.masses, settings["mass_1_s"], stiffness, elastic)
+    return Rayleigh(particles.masses, settings["mass_1_s"], stiffness, stiff)
 
 
-class Rayleigh:
+class Rayleigh(Force, Damping):
     """C(x) = mass_1_s M + stiffness_s K(x), where K is the elastic effect's Hessian, clamped to positive semidefinite.
 
-    ``couples`` are those of the elastic effect, and each node's mass is shared evenly among its elements. The mass's
-    part damps flight and rotation too; the stiffness's part leaves both alone, except rotation of a body under
-    stress. Trap: for an explicit integrator ``add_force`` assembles all element matrices in every step, slow but
-    right, and the damping shortens its stable step.
+    ``couples`` are those of the elastic effect, and each node's mass is divided equally among its elements. The mass
+    term also damps translation and rotation of the whole body; the stiffness term does not, except rotation under
+    stress. Trap: for an explicit integrator ``add_force`` assembles all element matrices in each step, which is exact
+    but slow, and the damping shortens its stable step.
     """
 
-    def __init__(self, masses: np.ndarray, mass_rate: float, stiffness_time: float, elastic):
-        self._time, self._elastic = stiffness_time, elastic
-        self.couples = elastic.couples if stiffness_time > 0.0 else np.arange(len(masses))[:, None]
+    def __init__(self, masses: np.ndarray, mass_rate: float, stiffness_time: float, elastic: Stiffness | None):
+        self._time, self._elastic = stiffness_time, elastic if stiffness_time > 0.0 else None
+        self.couples = np.arange(len(masses))[:, None] if self._elastic is None else self._elastic.couples
         count = np.bincount(self.couples.ravel(), minlength=len(masses))
         self._shares = (mass_rate * masses / np.maximum(count, 1))[self.couples]
         m, k = self.couples.shape
@@ -48,9 +50,9 @@ class Rayleigh:
         scatter(slots.ravel(), self._blocks, values)
 
     def _assemble(self, x: np.ndarray) -> None:
-        """C at ``x``, element by element: one block for each of ``_slots``."""
+        """Compute C at ``x``, element by element: one block for each of ``_slots``."""
         self._blocks[:] = 0.0
-        if self._time > 0.0:
+        if self._elastic is not None:
             self._elastic.add_stiffness(x, True, self._slots, self._blocks)
             self._blocks *= self._time
         places = np.diagonal(self._slots, axis1=1, axis2=2)

@@ -1,4 +1,4 @@
-"""Which springs a body has: the edges of its tetrahedra, or structural, shear and bending springs of a surface."""
+"""The springs of a body: edges of its tetrahedra, or structural, shear and bending springs of a surface."""
 
 import numpy as np
 from scipy import sparse
@@ -8,11 +8,11 @@ from palpate.bodies.particles import Particles
 
 
 def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """Edges of the tetrahedra, (n_springs, 2), each once, and their stiffness (n_springs,) [N/m].
+    """Find the edges of the tetrahedra, (n_springs, 2), each once, and their stiffness (n_springs,) [N/m].
 
     k = E ΣV/l² with the volumes V of the tetrahedra around the edge (paper 2, eq. 5, with one E; Van Gelder 1998).
-    Averaged over directions that is the given E with a Poisson ratio of 1/4. Trap: no choice of k gives springs
-    another one (Kot and Nagahashi), and a mesh with a grain is softer along some directions than others.
+    Averaged over directions this gives the modulus E and a Poisson ratio of 1/4. Trap: no choice of k gives another
+    ratio (Kot and Nagahashi), and on a regular mesh the stiffness depends on the direction.
     """
     ends = np.sort(particles.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
@@ -23,11 +23,10 @@ def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
 
 
 def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray]:
-    """Pairs of nodes (n, 2) by kind, no pair twice, for a surface of ``triangles`` (t, 3).
+    """Find pairs of nodes (n, 2) by kind, no pair twice, for a surface of ``triangles`` (t, 3).
 
-    structural: edges of triangles; shear: the opposite corners of two triangles that share an edge; bending: all
-    other nodes two edges apart. On a regular grid of triangles the last are the straight-ahead second neighbours
-    of the cloth models whose names these are.
+    structural : edges of triangles; shear : opposite corners of two triangles that share an edge; bending : all other
+    nodes two edges apart, on a regular grid of triangles the second neighbours along a line, as in models of cloth
     """
     halves = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [n_nodes, 1]
     opposite = triangles[:, [2, 0, 1]].ravel()
@@ -44,6 +43,13 @@ def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray
     return {kind: np.column_stack(np.divmod(key, n_nodes)) for kind, key in keys.items()}
 
 
+def edge_stiffness(particles: Particles) -> float:
+    """Compute Young's modulus times the mean length of an edge [N/m]: the stiffness of a cube of that size."""
+    ends = particles.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    lengths = np.linalg.norm(particles.nodes[ends[:, 0]] - particles.nodes[ends[:, 1]], axis=1)
+    return particles.material.young_pa * float(lengths.mean())
+
+
 def rest_lengths(nodes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Distance between the nodes of each pair, (n_pairs,) [m]."""
+    """Compute the distance between the nodes of each pair, (n_pairs,) [m]."""
     return np.linalg.norm(nodes[pairs[:, 1]] - nodes[pairs[:, 0]], axis=1)

@@ -4,15 +4,16 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.effects.spring_network import rest_lengths, surface_springs, volume_springs
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic: None = None) -> "Springs":
-    """The springs of a solid from its Young's modulus, of a surface or sheet from ``settings``.
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Springs":
+    """Make the springs of a solid from its Young's modulus, of a surface or sheet from ``settings``.
 
-    Raises InputError if a surface lacks one of structural_n_m, shear_n_m and bending_n_m (0 leaves a kind out), and if
-    a solid is given any.
+    Raises InputError if a surface lacks one of structural_n_m, shear_n_m and bending_n_m (0 omits a kind), and if a
+    solid has any of them.
     """
     if len(particles.tetrahedra):
         if settings:
@@ -37,12 +38,12 @@ def make(particles: Particles, settings: dict, elastic: None = None) -> "Springs
     return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
 
 
-class Springs:
+class Springs(Energy, Stiffness):
     """E = Σ ½ k (l − l₀)² over pairs of nodes l apart (paper 2, eq. 1 without its damper).
 
     pairs : (n_springs, 2); stiffness_n_m : (n_springs,) [N/m]; rest_m : (n_springs,) [m]
-    Trap: the force of a spring whose ends coincide has no direction, and is taken to be zero; so such a pair stays
-    together until something else parts it. Its stiffness is taken to be k in every direction.
+    Trap: the force of a spring whose ends coincide has no direction and is set to zero, so such a pair stays together
+    until another force separates it. Its stiffness is set to k in every direction.
     """
 
     def __init__(self, pairs: np.ndarray, stiffness_n_m: np.ndarray, rest_m: np.ndarray):
@@ -50,7 +51,7 @@ class Springs:
         self.stiffness_n_m, self.rest_m = stiffness_n_m, rest_m
 
     def energy(self, x: np.ndarray) -> float:
-        """Elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
+        """Return the elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return _energy(x, self.pairs, self.stiffness_n_m, self.rest_m)
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
@@ -60,14 +61,14 @@ class Springs:
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         """Add k [(1 − l₀/l)(I − nnᵀ) + nnᵀ] for each spring to ``values`` (n_blocks, 3, 3) [N/m].
 
-        Only the first coefficient can be negative, where a spring is compressed: ``definite`` makes it zero there.
+        Only the first coefficient can be negative, in a compressed spring; ``definite`` sets it to zero there.
         """
         _add_stiffness(x, self.pairs, self.stiffness_n_m, self.rest_m, definite, slots, values)
 
 
 @numba.njit(cache=True)
 def direction(x, pair, n):
-    """The distance between the nodes of a pair, and in ``n`` the unit vector from the first to the second."""
+    """Return the distance of the nodes of a pair; write the unit vector from the first to the second into ``n``."""
     for i in range(3):
         n[i] = x[pair[1], i] - x[pair[0], i]
     length = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])

@@ -1,18 +1,19 @@
-"""Constant-strain triangles with a thickness: how a sheet resists being stretched and sheared."""
+"""Constant-strain triangles with a thickness: resistance of a sheet to stretch and shear."""
 
 import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
 from palpate.linalg.signed_svd import signed_svd
 
 FOLD = 0.05
-"""Width of the rounding of the energy's peak at a collapsed triangle, in the singular value (which is 1 at rest)."""
+"""Width over which the energy's peak at a collapsed triangle is smoothed, in the singular value (1 at rest)."""
 
 
-def make(particles: Particles, settings: dict, elastic=None) -> "Triangles":
-    """The membrane of a sheet; InputError for a body that is not one."""
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Triangles":
+    """Make the membrane of a sheet; InputError for another body."""
     if len(particles.tetrahedra) or particles.thickness_m <= 0.0:
         raise InputError(
             f"{particles.name}: effect triangles is for sheets, which have a thickness and no tetrahedra; "
@@ -21,13 +22,13 @@ def make(particles: Particles, settings: dict, elastic=None) -> "Triangles":
     return Triangles(particles)
 
 
-class Triangles:
+class Triangles(Energy, Stiffness):
     """E = Σ t A (μ Σ (σ − 1)² + λₚ/2 (σ₁ + σ₂ − 2)²) with σ the singular values of F, (3, 2) (paper 3, chapter 3).
 
-    The constant-strain triangle in plane stress, λₚ = 2λμ/(λ + 2μ), measured in each triangle's own rotated frame.
-    The force is the exact gradient. Trap: at a triangle collapsed to a line or a point the energy has a cone-shaped
-    peak, since σ cannot be negative (a sheet has no inside to tell); it is rounded off where a σ < FOLD, and nothing
-    is changed anywhere else. Bending costs nothing here: a sheet that shall resist it needs the effect bending.
+    The constant-strain triangle in plane stress, λₚ = 2λμ/(λ + 2μ), in the rotated frame of each triangle. The force is
+    the exact gradient. Trap: at a triangle collapsed to a line or a point the energy has a conical peak, since σ cannot
+    be negative (a sheet has no inside); it is smoothed for σ < FOLD, and unchanged elsewhere. There is no resistance to
+    bending, for which there is the effect bending.
     """
 
     def __init__(self, particles: Particles):
@@ -38,7 +39,7 @@ class Triangles:
         self.moduli = (mu, 2.0 * lam * mu / (lam + 2.0 * mu))
 
     def energy(self, x: np.ndarray) -> float:
-        """Elastic energy [J] at positions ``x`` (n, 3) [m]."""
+        """Return the elastic energy [J] at positions ``x`` (n, 3) [m]."""
         return _energy(x, self.couples, self.gradients, self.volumes, *self.moduli)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
@@ -51,9 +52,9 @@ class Triangles:
 
 
 def shape_gradients(nodes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of the linear shape functions (t, 3, 2) [1/m] and areas (t,) [m²] of triangles (t, 3).
+    """Compute gradients of the linear shape functions (t, 3, 2) [1/m] and areas (t,) [m²] of triangles (t, 3).
 
-    Each in its triangle's own plane, with the first axis along the first edge.
+    The gradients are in the plane of each triangle, the first axis along its first edge.
     """
     first, second = nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]]
     base = np.linalg.norm(first, axis=1)
@@ -69,7 +70,7 @@ def shape_gradients(nodes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
 
 @numba.njit(cache=True)
 def _deformation_gradient(x, triangle, gradients, f):
-    """F in the first two columns; the third is zero, so that V is a plane rotation and U's last axis the normal."""
+    """Write F into the first two columns of ``f``; with a third of zeros, the last axis of U is the normal."""
     f[:] = 0.0
     for a in range(3):
         for i in range(3):
@@ -79,7 +80,7 @@ def _deformation_gradient(x, triangle, gradients, f):
 
 @numba.njit(cache=True, error_model="numpy")
 def _round(s):
-    """|s| with its tip rounded off: τ, τ', τ'' and τ'/s, of the C² quartic that meets |s| at FOLD."""
+    """Compute |s| with its tip smoothed: τ, τ', τ'' and τ'/s of the C² quartic that meets |s| at FOLD."""
     if s >= FOLD:
         return s, 1.0, 0.0, 1.0 / s
     q = s / FOLD
@@ -95,7 +96,7 @@ def _energy(x, triangles, gradients, volumes, mu, lam):
         _deformation_gradient(x, triangles[e], gradients[e], f)
         signed_svd(f, u, s, v)
         trace = _round(s[0])[0] + _round(s[1])[0]
-        # Σ(s − 1)² exactly as long as the peak is far: Σs² − 2T + 2 would cancel
+        # Σ(s − 1)² exactly, away from the peak: Σs² − 2T + 2 would suffer from cancellation
         squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + 2.0 * (s[0] + s[1] - trace)
         total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 2.0) ** 2)
     return total
@@ -121,7 +122,7 @@ def _add_force(x, triangles, gradients, volumes, mu, lam, force):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_stiffness(x, triangles, gradients, volumes, mu, lam, definite, slots, values):
-    """Element Hessians Σ w M⊗M over six orthonormal modes M, which are their eigenvectors."""
+    """Add element Hessians Σ w M⊗M over six orthonormal modes M, which are their eigenvectors."""
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     modes, weights = np.empty((3, 3, 6)), np.empty(6)
     for e in range(len(triangles)):
@@ -146,10 +147,10 @@ def _add_stiffness(x, triangles, gradients, volumes, mu, lam, definite, slots, v
 
 @numba.njit(cache=True, error_model="numpy")
 def _eigenvalues(s, mu, lam, weights):
-    """Of ∂²Ψ/∂F², in the order of ``_modes``; returns the direction in the stretches (s₁, s₂) of the first.
+    """Compute the eigenvalues of ∂²Ψ/∂F² in the order of ``_modes``; return the first mode's direction in (s₁, s₂).
 
-    Two stretches, twist and flip of the plane, and the two ways out of it (Smith, de Goes, Kim 2019, section 5,
-    for F of two columns).
+    They are two stretches, the twist and the flip of the plane, and two rotations out of it (Smith, de Goes, Kim 2019,
+    section 5, for F of two columns).
     """
     (t1, slope1, bend1, secant1), (t2, slope2, bend2, secant2) = _round(s[0]), _round(s[1])
     c = lam * (t1 + t2 - 2.0) - 2.0 * mu
@@ -159,7 +160,7 @@ def _eigenvalues(s, mu, lam, weights):
     angle = 0.5 * np.arctan2(2.0 * b, a - d)
     radius = np.hypot(0.5 * (a - d), b)
     weights[0], weights[1] = 0.5 * (a + d) + radius, 0.5 * (a + d) - radius
-    if s[0] < FOLD:  # divided differences of τ' without a difference
+    if s[0] < FOLD:  # divided differences of τ', without cancellation
         p, q = s[0] / FOLD, s[1] / FOLD
         twist = (3.0 - (p * p - p * q + q * q)) / (2.0 * FOLD)
         flip = (3.0 - (p * p + p * q + q * q)) / (2.0 * FOLD)
@@ -173,7 +174,7 @@ def _eigenvalues(s, mu, lam, weights):
 
 @numba.njit(cache=True)
 def _modes(u, v, gradients, cosine, sine, modes):
-    """The six modes applied to the shape gradients, (3 nodes, 3, 6)."""
+    """Apply the six modes to the shape gradients, (3 nodes, 3, 6)."""
     half = np.sqrt(0.5)
     for a in range(3):
         g = v[0, 0] * gradients[a, 0] + v[1, 0] * gradients[a, 1]

@@ -1,22 +1,23 @@
-"""Damping in proportion to momentum, as in a viscous fluid."""
+"""Damping proportional to velocity, as in a viscous fluid."""
 
 import math
 
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Damping, Effect, Force, Projection
 
 
-def make(particles: Particles, settings: dict, elastic) -> "VelocityDamping":
-    """Damping of every node at ``settings["rate_1_s"]`` [1/s]."""
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "VelocityDamping":
+    """Damp every node at ``settings["rate_1_s"]`` [1/s]."""
     return VelocityDamping(particles.masses, settings["rate_1_s"])
 
 
-class VelocityDamping:
-    """C = rate · M: without other forces velocities decay like exp(−rate t), and so does free fall.
+class VelocityDamping(Force, Damping, Projection):
+    """C = rate · M: without other forces all velocities decay as exp(−rate t), that of the whole body included.
 
-    An explicit integrator takes ``project``, the exact decay, which is stable for any step, and not the force, for
-    which h · rate < 2 would have to hold.
+    An explicit integrator uses ``project``, the exact decay, which is stable for any step; the force would require
+    h · rate < 2.
     """
 
     def __init__(self, masses: np.ndarray, rate: float):
@@ -29,10 +30,10 @@ class VelocityDamping:
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
         """Add C's diagonal blocks [N s/m] to ``values`` (n_blocks, 3, 3)."""
-        places = slots[:, 0, 0]  # one a node, so that none comes twice
+        places = slots[:, 0, 0]  # one for each node, so none is repeated
         for i in range(3):
             values[places, i, i] += self._coefficients
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
-        """Let ``v`` decay over a step ``h`` [s], in place."""
+        """Reduce ``v`` by its decay over a step ``h`` [s], in place."""
         v *= math.exp(-self._rate * h)

@@ -1,40 +1,42 @@
-"""Paper 2's volume force: a tetrahedron resists change of the distances of its corners from its middle."""
+"""The volume force of paper 2: resistance of a tetrahedron to changes of its corners' distances from its middle."""
 
 import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Energy, Stiffness
+from palpate.effects.spring_network import edge_stiffness
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic: object) -> "Volume":
-    """The force with a stiffness of ``stiffness_n_m``; InputError if ``particles`` have no tetrahedra."""
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Volume":
+    """Make the force, of ``stiffness_n_m`` (default: that of an edge); InputError without tetrahedra."""
     if not len(particles.tetrahedra):
         raise InputError(
             f"effects of {particles.name} name volume, which needs tetrahedra, and these particles have none; "
             "leave volume out, or use body_springs."
         )
-    return Volume(particles, settings["stiffness_n_m"])
+    return Volume(particles, settings["stiffness_n_m"] if "stiffness_n_m" in settings else edge_stiffness(particles))
 
 
-class Volume:
+class Volume(Energy, Stiffness):
     """E = Σ ½ κ (L − L₀)² over tetrahedra, L = Σⱼ‖rⱼ − r_b‖ with the middle r_b = ¼ Σ rⱼ (paper 2, eq. 2).
 
-    The force on corner i is −κ (L − L₀)(uᵢ − ¼ Σ uⱼ), uⱼ the unit vector from the middle to corner j. Three things
-    differ from the paper's equation: its sign, which as printed drives a stretched tetrahedron further apart; the
-    stiffness κ [N/m], which it lacks; and the term −¼ Σ uⱼ, the middle's own motion, without which the force is not
-    the gradient of an energy and the four forces do not cancel, so that the body would push itself along.
-    Trap: L is no volume; a tetrahedron can be flattened at the same L. A corner in the middle has no direction, and
-    its u and its share of the stiffness are taken to be zero.
+    The force on corner i is −κ (L − L₀)(uᵢ − ¼ Σ uⱼ), uⱼ the unit vector from the middle to corner j. It differs from
+    the paper's equation in three points: the sign, which as printed stretches a stretched tetrahedron further; the
+    stiffness κ [N/m], which the paper lacks; and the term −¼ Σ uⱼ, the motion of the middle, without which the force is
+    not the gradient of an energy and the four forces do not sum to zero, so that the body would accelerate itself.
+    Trap: L is not a volume; a tetrahedron can become flat at the same L. A corner at the middle has no direction, and
+    its u and its part of the stiffness are set to zero.
     """
 
     def __init__(self, particles: Particles, stiffness_n_m: float):
         self.tetrahedra = self.couples = np.ascontiguousarray(particles.tetrahedra)
         self.stiffness_n_m = float(stiffness_n_m)
-        self.rest_m = rest_spread(particles.nodes, self.tetrahedra)
+        self.rest_m = rest_distance_sum(particles.nodes, self.tetrahedra)
 
     def energy(self, x: np.ndarray) -> float:
-        """Energy [J] at positions ``x`` (n_nodes, 3) [m]."""
+        """Return the energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return _energy(x, self.tetrahedra, self.rest_m, self.stiffness_n_m)
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
@@ -44,20 +46,20 @@ class Volume:
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         """Add κ g gᵀ + κ (L − L₀) ∂²L to ``values`` (n_blocks, 3, 3) [N/m], g the gradient of L.
 
-        L is convex; so only where L < L₀ is the second term negative, and ``definite`` leaves it out there.
+        L is convex, so the second term is negative only for L < L₀, where ``definite`` omits it.
         """
         _add_stiffness(x, self.tetrahedra, self.rest_m, self.stiffness_n_m, definite, slots, values)
 
 
-def rest_spread(nodes: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
-    """L₀ (m,) [m] of ``tetrahedra`` (m, 4) whose ``nodes`` (n, 3) [m] are at rest."""
+def rest_distance_sum(nodes: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
+    """Compute L₀ (m,) [m] of ``tetrahedra`` (m, 4) whose ``nodes`` (n, 3) [m] are at rest."""
     corners = nodes[tetrahedra]
     return np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).sum(axis=1)
 
 
 @numba.njit(cache=True)
-def spread(x, corners, lengths, u):
-    """L of one tetrahedron; its ``lengths`` (4,) and, per corner, the gradient of L in ``u[4:]``, u in ``u[:4]``."""
+def distance_sum(x, corners, lengths, u):
+    """Return L of one tetrahedron; write the distances into ``lengths`` (4,), u into ``u[:4]``, ∂L into ``u[4:]``."""
     total = 0.0
     for i in range(3):
         middle = 0.25 * (x[corners[0], i] + x[corners[1], i] + x[corners[2], i] + x[corners[3], i])
@@ -79,14 +81,17 @@ def spread(x, corners, lengths, u):
 def _energy(x, tetrahedra, rest, stiffness):
     lengths, u, total = np.empty(4), np.empty((8, 3)), 0.0
     for e in range(len(tetrahedra)):
-        total += 0.5 * stiffness * (spread(x, tetrahedra[e], lengths, u) - rest[e]) ** 2
+        total += 0.5 * stiffness * (distance_sum(x, tetrahedra[e], lengths, u) - rest[e]) ** 2
     return total
 
 
 @numba.njit(cache=True, error_model="numpy")
 def add_force(x, tetrahedra, rest, stiffness, force):
-    """Add −κ (L − L₀)(uᵢ − ¼ Σ uⱼ) to ``force`` (n, 3) [N]; unrolled, with one root and one division a corner, as it
-    would be most of what a search over springs costs."""
+    """Add −κ (L − L₀)(uᵢ − ¼ Σ uⱼ) to ``force`` (n, 3) [N].
+
+    The loops are unrolled, with one root and one division for each corner, as the calibration spends most of its time
+    here.
+    """
     for e in range(len(tetrahedra)):
         a, b, c, d = tetrahedra[e, 0], tetrahedra[e, 1], tetrahedra[e, 2], tetrahedra[e, 3]
         m0 = 0.25 * (x[a, 0] + x[b, 0] + x[c, 0] + x[d, 0])
@@ -121,11 +126,11 @@ def _pull(force, corner, tension, g0, g1, g2):
 
 @numba.njit(cache=True)
 def _add_stiffness(x, tetrahedra, rest, stiffness, definite, slots, values):
-    """∂²L has the blocks δ_ab H_a − ¼ (H_a + H_b) + Σ H/16, H_a = (I − u_a u_aᵀ)/‖r_a − r_b‖."""
+    """Add the Hessian; ∂²L has the blocks δ_ab H_a − ¼ (H_a + H_b) + Σ H/16, H_a = (I − u_a u_aᵀ)/‖r_a − r_b‖."""
     lengths, u = np.empty(4), np.empty((8, 3))
     bend, mean = np.empty((4, 3, 3)), np.empty((3, 3))
     for e in range(len(tetrahedra)):
-        tension = stiffness * (spread(x, tetrahedra[e], lengths, u) - rest[e])
+        tension = stiffness * (distance_sum(x, tetrahedra[e], lengths, u) - rest[e])
         if definite:
             tension = max(tension, 0.0)
         mean[:] = 0.0

@@ -1,9 +1,10 @@
-"""The paper's regressor, equation (1): fine deformations of the database, blended."""
+"""Blend fine deformations of the database: the paper's regressor, equation (1)."""
 
 import numpy as np
 
 from palpate.enrichment.blend_weights import BlendWeights
-from palpate.enrichment.feature_vectors import Features, describe, in_slots
+from palpate.enrichment.feature_vectors import Features, describe, in_slots, kinds
+from palpate.enrichment.fitting import Fitting
 from palpate.enrichment.gaussian_kernel import squared_distances
 from palpate.enrichment.training_samples import FitOptions, Training
 
@@ -25,7 +26,7 @@ class Known:
         self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], grid["count"])
 
     def choose_sigma(self, kind: str) -> float:
-        """The σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
+        """Return the σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
 
         def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
             among, across = self.squared[np.ix_(known, known)], self.squared[np.ix_(known, asked)]
@@ -43,15 +44,29 @@ class Blend:
         self._weights = BlendWeights(kind, known.squared, sigma)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         view = self._features.view(contact)
         away = self._described - view.feature(coarse)
         weights = self._weights(np.einsum("ij,ij->i", away, away))
         return view.from_slots(weights @ self._slots)
 
+    def order_ahead(self, contacts: np.ndarray) -> None:
+        """Find the order of the nodes around each of ``contacts`` in advance, so that no query sorts."""
+        for contact in contacts:
+            self._features.view(int(contact))
+
+
+def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = None) -> Blend:
+    """Fit a regressor, its σ by cross-validation; ``neighbours`` other than those of the options may be given."""
+    length = fitting.options.neighbours if neighbours is None else neighbours
+    known = fitting.share(
+        (features, length), lambda: Known(kinds(fitting.db, length)[features], fitting.training, fitting.options)
+    )
+    return Blend(known, weights, known.choose_sigma(weights))
+
 
 def median_distance(squared: np.ndarray) -> float:
-    """Median of the distances [m] between different samples, from squared ones (k, k); 1 if all are 0 or k is 1."""
+    """Return the median distance [m] between different samples, from squared ones (k, k); 1 if all are 0 or k is 1."""
     distances = np.sqrt(squared[np.triu_indices(len(squared), 1)])
     if not len(distances):
         return 1.0

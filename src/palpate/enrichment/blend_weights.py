@@ -1,4 +1,4 @@
-"""Blend weights: how much each training sample contributes to a query, equations (3) and (4) of paper 1.
+"""Weigh training samples: how much each contributes to the answer to a query, equations (3) and (4) of paper 1.
 
 What is normalised to sum 1 is the final blend A w, not w: only so does a training sample, whose A w is a unit
 vector, reproduce itself. The signed weights of a query far from all samples can cancel. Where their sum is
@@ -11,13 +11,12 @@ from scipy.optimize import nnls
 
 from palpate.enrichment.gaussian_kernel import gaussian, query_weights
 
-KINDS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")
 SINGULAR = 1e-12
 CANCELLED = 1e-3
 
 
 def inverse(phi: np.ndarray) -> np.ndarray:
-    """Pseudo-inverse of a symmetric kernel matrix (k, k), eigenvalues below 1e-12 of the largest left out.
+    """Invert a symmetric kernel matrix (k, k), leaving out eigenvalues below 1e-12 of the largest.
 
     Φ is singular with duplicate samples (each then gets the same weight) and nearly so for large σ, where
     every entry tends to 1 (the weights then tend to 1/k). Without the cut rounding errors would be magnified
@@ -29,7 +28,7 @@ def inverse(phi: np.ndarray) -> np.ndarray:
 
 
 class BlendWeights:
-    """Weights of k training samples for any query, with one of KINDS.
+    """Weights of k training samples for any query, with one of ``blend_kinds.WEIGHTS``.
 
     signed : A = Φ⁻¹; clipped : its negative entries set to 0
     nonnegative_a : the paper's nearest non-negative matrix read column by column, min ‖Φ a_j − e_j‖, a_j ≥ 0
@@ -37,7 +36,7 @@ class BlendWeights:
     """
 
     def __init__(self, kind: str, squared: np.ndarray, sigma: float):
-        """squared : (k, k) between training features [m²]; sigma [m]."""
+        """Build the matrix; squared : (k, k) distances between training features [m²]; sigma [m]."""
         phi = gaussian(squared, sigma)
         self.sigma = sigma
         self._per_query = kind == "nonnegative_b"
@@ -51,7 +50,7 @@ class BlendWeights:
             self._matrix = phi
 
     def __call__(self, squared: np.ndarray) -> np.ndarray:
-        """Weights (k,) or (k, q), columns summing to 1, from squared distances to one or q queries [m²]."""
+        """Return weights (k,) or (k, q), columns summing to 1, from squared distances to one or q queries [m²]."""
         w = query_weights(squared, self.sigma)
         if not self._per_query:
             return normalise(self._matrix @ w, w)
@@ -61,7 +60,7 @@ class BlendWeights:
 
 
 def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """``blend`` divided by its column sums, or ``w`` by its own where those of ``blend`` cancel."""
+    """Divide ``blend`` by its column sums, or take ``w`` divided by its own where those of ``blend`` cancel."""
     total = blend.sum(axis=0)
     cancelled = ~(np.abs(total) > CANCELLED * np.abs(blend).sum(axis=0))
     if not cancelled.any():

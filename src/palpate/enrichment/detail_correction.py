@@ -1,28 +1,35 @@
-"""Our method: the coarse simulation corrected by the linear detail that it misses, turned with the body."""
+"""Correct a coarse deformation by the linear detail that it lacks, turned with the body.
+
+The parts are known: stored linear responses to a unit force at every node are precomputed Green's functions (James and
+Pai 1999), and turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is
+fitted here is a scale and a kernel ridge on top of both. ``models.warped_compliance`` and
+``models.detail_correction`` say what each of the two models takes from them.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.enrichment.detail_gain import fit_gain
+from palpate.enrichment.detail_scale import fit_scale
+from palpate.enrichment.fitting import Fitting
 from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.ridge import KernelRidge
 from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
-GAIN_OF_REST = 0.9
-"""The rest is learnt only if that multiplies the cross-validated error by this at most: a few dozen samples
-cannot tell a smaller gain from luck."""
+IMPROVEMENT = 0.9
+"""The residual is learnt only if that multiplies the cross-validated error by this at most: a few dozen samples
+cannot tell a smaller improvement from chance."""
 FARTHEST = 1e9
-"""Ratios above are of a coarse body that has left all bounds; kept finite, they leave the gain finite."""
+"""Ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite."""
 
 
 class Query(NamedTuple):
-    """What one coarse deformation yields.
+    """The parts that one coarse deformation gives.
 
-    interpolated, detail : (n, 3) [m], the detail with gain 1
+    interpolated, detail : (n, 3) [m], the detail with scale 1
     turned : (n, 3, 3) rotation of each fine surface node, or None if none are asked for
     ratios : (2,) how much farther the contact and its dent moved than the linear coarse response says
     """
@@ -39,8 +46,8 @@ class DetailCorrection:
     The detail of a unit force is what the linear fine response has and interpolation from the coarse nodes
     lacks: u_fine − P C u_fine where the coarse samples are subsampled from fine ones, u_fine − P u_coarse
     where the coarse mesh is really simulated. The force is turned back by the contact's rotation R_c, the
-    detail forward by each node's R. Learnt are the gain s = 1 + β · (ratios − 1) of two numbers β, which stays
-    among the gains of the training samples, and the rest e by kernel ridge on the coarse displacements, if that
+    detail forward by each node's R. Learnt are the scale s = 1 + β · (ratios − 1) of two numbers β, which stays
+    among the scales of the training samples, and the residual e by kernel ridge on the coarse displacements, if that
     helps on samples left out. Without ``turned`` the rotations are taken for the identity, and without ``learn``
     s = 1 and e = 0: docs/method.md has what each part is worth.
     """
@@ -58,33 +65,33 @@ class DetailCorrection:
         self._neighbours = {
             int(c): coarse.edges[(coarse.edges == c).any(axis=1)].sum(axis=1) - c for c in compliance.contacts
         }
-        self.beta, self._rest, self._gains = np.zeros(2), None, (-np.inf, np.inf)
+        self.beta, self._residual, self._scales = np.zeros(2), None, (-np.inf, np.inf)
 
     def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
-        """Fit the gain and then the rest to the training samples; only with ``turned``."""
+        """Fit the scale and then the residual to the training samples; only with ``turned``."""
         samples = zip(training.coarse, training.contact, training.force, strict=True)
         queries = [self._query(x, int(c), f) for x, c, f in samples]
         missing = training.fine - np.array([q.interpolated for q in queries])
-        self.beta = fit_gain(
+        self.beta = fit_scale(
             np.array([q.ratios for q in queries]), np.array([q.detail for q in queries]), missing, training
         )
-        gains = [self._gain(q) for q in queries]
-        self._gains = min(gains), max(gains)
-        left = missing - np.array([self._gain(q) * q.detail for q in queries])
+        scales = [self._scale(q) for q in queries]
+        self._scales = min(scales), max(scales)
+        left = missing - np.array([self._scale(q) * q.detail for q in queries])
         error = np.mean(np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks)
         unturned = np.array([_turn(q.turned.transpose(0, 2, 1), e) for q, e in zip(queries, left, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
-        rest = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
-        if rest.score < GAIN_OF_REST * error:
-            self._rest, self.sigma_m = rest, rest.sigma_m
+        residual = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
+        if residual.score < IMPROVEMENT * error:
+            self._residual, self.sigma_m = residual, residual.sigma_m
         return self
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
         query = self._query(coarse, contact, force)
-        fine = query.interpolated + self._gain(query) * query.detail
-        if self._rest:
-            fine += _turn(query.turned, self._rest.predict(coarse[self._surface].ravel()))
+        fine = query.interpolated + self._scale(query) * query.detail
+        if self._residual:
+            fine += _turn(query.turned, self._residual.predict(coarse[self._surface].ravel()))
         return fine
 
     def _query(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> Query:
@@ -105,10 +112,16 @@ class DetailCorrection:
             detail = _turn(turned, detail)
         return Query(self._prolongation @ coarse, detail, turned, ratios)
 
-    def _gain(self, query: Query) -> float:
-        return float(np.clip(1.0 + self.beta @ (query.ratios - 1.0), *self._gains))
+    def _scale(self, query: Query) -> float:
+        return float(np.clip(1.0 + self.beta @ (query.ratios - 1.0), *self._scales))
 
 
 def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Each vector (n, 3) by its rotation (n, 3, 3)."""
+    """Turn each vector (n, 3) by its rotation (n, 3, 3)."""
     return (rotations @ vectors[:, :, None])[:, :, 0]
+
+
+def fit(fitting: Fitting, turned: bool = True, learnt: bool = True) -> DetailCorrection:
+    """Take the detail from the linear responses, and with ``learnt`` fit scale and residual."""
+    method = DetailCorrection(fitting.db, fitting.linear(), fitting.protocol, turned)
+    return method.learn(fitting.training, fitting.options) if learnt else method

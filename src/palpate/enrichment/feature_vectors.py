@@ -1,4 +1,4 @@
-"""What the regressor compares, coarse displacements as one vector, and the slots fine ones are blended in.
+"""Build what the regressor compares, coarse displacements as one vector, and the slots that fine ones are blended in.
 
 The three kinds of paper 1, "Feature vector", share one form. At a contact they choose coarse nodes, an order
 of the fine nodes, and axes; feature and slots are the displacements of those nodes, in that order, along
@@ -9,13 +9,13 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from palpate.enrichment.contact_ordering import body_axis, contact_frame, nearest_first, nearest_first_framed
+from palpate.enrichment.node_ordering import body_axis, contact_frame, nearest_first, nearest_first_framed
 from palpate.errors import InputError
 from palpate.samples.database import Database
 
 
 class View(NamedTuple):
-    """How a contact looks at the body.
+    """A contact's view of the body.
 
     coarse : (r/3,) coarse node numbers of the feature
     slots : (n,) fine node in each slot, or None for mesh order
@@ -29,17 +29,17 @@ class View(NamedTuple):
     frame: np.ndarray | None = None
 
     def feature(self, coarse: np.ndarray) -> np.ndarray:
-        """Feature vector (r,) [m] of the displacements of all coarse nodes, (N, 3) [m]."""
+        """Return the feature vector (r,) [m] of the displacements of all coarse nodes, (N, 3) [m]."""
         chosen = coarse.take(self.coarse, axis=0)
         return (chosen if self.frame is None else chosen @ self.frame).ravel()
 
     def to_slots(self, fine: np.ndarray) -> np.ndarray:
-        """Fine displacements (n, 3) [m], mesh order and world axes, as this contact sees them, (3n,)."""
+        """Return fine displacements (n, 3) [m], mesh order and world axes, as this contact sees them, (3n,)."""
         ordered = fine if self.slots is None else fine[self.slots]
         return (ordered if self.frame is None else ordered @ self.frame).ravel()
 
     def from_slots(self, blended: np.ndarray) -> np.ndarray:
-        """The inverse of ``to_slots``: (3n,) back into mesh order and world axes, (n, 3) [m]."""
+        """Invert ``to_slots``: bring (3n,) back into mesh order and world axes, (n, 3) [m]."""
         ordered = blended.reshape(-1, 3)
         if self.frame is not None:
             ordered = ordered @ self.frame.T
@@ -50,7 +50,7 @@ class Features(Protocol):
     """A kind of feature: one view a contact."""
 
     def view(self, contact: int) -> View:
-        """How the coarse surface node ``contact`` looks at the body."""
+        """Return the view of the coarse surface node ``contact``."""
 
 
 class Unordered:
@@ -60,7 +60,7 @@ class Unordered:
         self._view = View(db.coarse_surface)
 
     def view(self, contact: int) -> View:
-        """The same from everywhere."""
+        """Return the one view that all contacts share."""
         return self._view
 
 
@@ -82,7 +82,7 @@ class Ordered:
         self._views: dict[int, View] = {}
 
     def view(self, contact: int) -> View:
-        """The order, and frame if framed, of a coarse surface node; InputError if it is none."""
+        """Return the order, and frame if framed, of a coarse surface node; InputError if it is none."""
         if contact not in self._views:
             self._views[contact] = self._look(contact)
         return self._views[contact]
@@ -105,7 +105,7 @@ class Ordered:
 
 
 def kinds(db: Database, neighbours: int) -> dict[str, Features]:
-    """The three kinds of feature by their names in the tables."""
+    """Make the three kinds of feature, by their names in ``blend_kinds.FEATURES``."""
     return {
         "unordered": Unordered(db),
         "ordered": Ordered(db, neighbours, framed=False),
@@ -114,10 +114,10 @@ def kinds(db: Database, neighbours: int) -> dict[str, Features]:
 
 
 def describe(features: Features, contact: np.ndarray, coarse: np.ndarray) -> np.ndarray:
-    """Feature vectors (k, r) [m] of k samples; contact (k,), coarse (k, N, 3) [m]."""
+    """Return the feature vectors (k, r) [m] of k samples; contact (k,), coarse (k, N, 3) [m]."""
     return np.array([features.view(int(c)).feature(x) for c, x in zip(contact, coarse, strict=True)])
 
 
 def in_slots(features: Features, contact: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Slots (k, 3n) [m] of k samples; contact (k,), fine (k, n, 3) [m]."""
+    """Return the slots (k, 3n) [m] of k samples; contact (k,), fine (k, n, 3) [m]."""
     return np.array([features.view(int(c)).to_slots(x) for c, x in zip(contact, fine, strict=True)])

@@ -1,50 +1,48 @@
-"""Every way of enriching a coarse deformation, fitted on the same samples."""
+"""Register every way of enriching a coarse deformation. Names only: a module is imported when its method is fitted."""
 
-from typing import Protocol
+from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING
 
-from palpate.enrichment.blend import Blend, Known
-from palpate.enrichment.blend_weights import KINDS
-from palpate.enrichment.detail_correction import DetailCorrection
-from palpate.enrichment.feature_vectors import kinds
-from palpate.enrichment.interpolation import Interpolation
-from palpate.enrichment.linear_fem import LinearFem
-from palpate.enrichment.pod_rbf import PodRbf
-from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.enrichment.training_samples import FitOptions, gather
-from palpate.samples.database import Database
-from palpate.solvers.compliance import Compliance
+from palpate.enrichment.blend_kinds import FEATURES, WEIGHTS
 
+if TYPE_CHECKING:
+    import numpy as np
 
-class Method(Protocol):
-    """What every method offers; ``sigma_m`` is its kernel width [m], NaN if it has none."""
+    from palpate.enrichment.fitting import FitOptions, Method
+    from palpate.samples.database import Database
+    from palpate.solvers.compliance import Compliance
 
-    sigma_m: float
-
-    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
+# module, and the keywords that its function ``fit`` gets beside a ``Fitting``
+METHODS: dict[str, tuple[str, dict]] = {
+    f"{features}_{weights}": ("palpate.enrichment.blend", {"features": features, "weights": weights})
+    for features in FEATURES
+    for weights in WEIGHTS
+} | {
+    "interpolation": ("palpate.enrichment.interpolation", {}),
+    "ridge_upsampling": ("palpate.enrichment.ridge", {"kernel": False}),
+    "kernel_ridge_detail": ("palpate.enrichment.ridge", {"kernel": True}),
+    "pod_rbf": ("palpate.enrichment.pod_rbf", {}),
+    "linear_fem": ("palpate.enrichment.linear_fem", {}),
+    "detail_correction_unturned": ("palpate.enrichment.detail_correction", {"turned": False, "learnt": False}),
+    "detail_correction_untaught": ("palpate.enrichment.detail_correction", {"learnt": False}),
+    "detail_correction": ("palpate.enrichment.detail_correction", {}),
+}
+"""The methods by the names, and in the order, of the tables; ``models.model_registry`` takes its own from here."""
 
 
 def build(
     db: Database, compliance: Compliance, train: np.ndarray, protocol: str, options: FitOptions
 ) -> dict[str, Method]:
-    """Fit every method on the samples ``train`` of one protocol; the names and order are those of the tables.
+    """Fit every method to the samples ``train`` of one protocol; the names and order are those of METHODS.
 
     compliance : linear responses of the fine and coarse meshes, for the methods that use physics
     """
-    training = gather(db, train, protocol, options)
-    methods: dict[str, Method] = {}
-    for name, features in kinds(db, options.neighbours).items():
-        known = Known(features, training, options)
-        for kind in KINDS:
-            methods[f"{name}_{kind}"] = Blend(known, kind, known.choose_sigma(kind))
-    methods["interpolation"] = Interpolation(db)
-    methods["ridge_upsampling"] = RidgeUpsampling(db, training)
-    methods["kernel_ridge_detail"] = KernelRidgeDetail(db, training, options)
-    methods["pod_rbf"] = PodRbf(db, training)
-    methods["linear_fem"] = LinearFem(compliance)
-    methods["detail_correction_unturned"] = DetailCorrection(db, compliance, protocol, turned=False)
-    methods["detail_correction_untaught"] = DetailCorrection(db, compliance, protocol)
-    methods["detail_correction"] = DetailCorrection(db, compliance, protocol).learn(training, options)
-    return methods
+    # imported here, so that names alone cost nothing, and by name, so that whoever reads imports finds them
+    from palpate.enrichment import blend, detail_correction, interpolation, linear_fem, pod_rbf, ridge
+    from palpate.enrichment.fitting import Fitting
+
+    modules = (blend, detail_correction, interpolation, linear_fem, pod_rbf, ridge)
+    fits = {module.__name__: module.fit for module in modules}
+    fitting = Fitting.of(db, train, protocol, options, compliance)
+    return {name: fits[place](fitting, **what) for name, (place, what) in METHODS.items()}

@@ -1,4 +1,4 @@
-"""How far the coarse deformation turns the material at each node."""
+"""Find how far the coarse deformation turns the material at each node."""
 
 import numba
 import numpy as np
@@ -16,7 +16,7 @@ class NodalRotations:
         self._gradients, self._volumes = shape_gradients(mesh)
 
     def at(self, displacement: np.ndarray) -> np.ndarray:
-        """Rotations (n_nodes, 3, 3) for a ``displacement`` (n_nodes, 3) [m]."""
+        """Return rotations (n_nodes, 3, 3) for a ``displacement`` (n_nodes, 3) [m]."""
         means = np.zeros((len(displacement), 3, 3))
         _nodal_rotations(displacement, self._tetrahedra, self._gradients, self._volumes, means)
         return means

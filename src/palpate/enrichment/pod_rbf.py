@@ -1,4 +1,4 @@
-"""Rival: proper orthogonal decomposition with radial basis functions, the standard reduced-order recipe.
+"""Reduce by proper orthogonal decomposition and interpolate by radial basis functions: the usual reduced-order rival.
 
 This is what the EZyRB library does; it comes with a GPU build of torch of several GB, so scipy's
 RBFInterpolator stands in for it.
@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.enrichment.blend import median_distance
+from palpate.enrichment.fitting import Fitting
 from palpate.enrichment.gaussian_kernel import squared_distances
 from palpate.enrichment.training_samples import Training
 from palpate.samples.database import Database
@@ -41,7 +42,7 @@ class PodRbf:
         self._coefficients = _interpolator(described / self._scale, vectors, kernel, shape)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         coefficients = self._coefficients(coarse[self._surface].reshape(1, -1) / self._scale)[0]
         return (self._mean + coefficients @ self._modes).reshape(-1, 3)
 
@@ -64,6 +65,11 @@ class PodRbf:
 
         best = int(training.score(gram, blends).argmin())
         return *KERNELS[best // len(counts)], int(counts[best % len(counts)])
+
+
+def fit(fitting: Fitting, modes: int | None = None) -> PodRbf:
+    """Fit it with as many modes, or with as many as cross-validate best."""
+    return PodRbf(fitting.db, fitting.training, modes)
 
 
 def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: float) -> RBFInterpolator:

@@ -1,4 +1,4 @@
-"""Rivals: ridge regression from coarse to fine displacements, linear or through a kernel.
+"""Regress fine on coarse displacements with a ridge, linearly or through a kernel: two rivals.
 
 Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, because a sample has far more numbers
 than there are samples. All settings are chosen by cross-validation on the training samples.
@@ -7,6 +7,7 @@ than there are samples. All settings are chosen by cross-validation on the train
 import numpy as np
 
 from palpate.enrichment.blend import median_distance
+from palpate.enrichment.fitting import Fitting
 from palpate.enrichment.gaussian_kernel import gaussian, squared_distances
 from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.samples.database import Database
@@ -16,14 +17,14 @@ LAMBDAS = np.geomspace(1e-12, 1e2, 29)
 
 
 def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
-    """(K + λ I)⁻¹ k of every λ and query, (λ, known, asked), from K (known, known) and k (known, asked)."""
+    """Return (K + λ I)⁻¹ k of every λ and query, (λ, known, asked), from K (known, known) and k (known, asked)."""
     values, vectors = np.linalg.eigh(among)
     damped = np.maximum(values, 0.0) + lambdas[:, None] * among.trace() / len(among)
     return vectors @ ((vectors.T @ across) / damped[:, :, None])
 
 
 def _choose(training: Training, kernel: np.ndarray, targets: np.ndarray) -> tuple[float, float]:
-    """Smallest cross-validated error and its λ, for one kernel matrix (k, k) and targets (k, 3n) [m]."""
+    """Return the smallest cross-validated error and its λ, for one kernel matrix (k, k) and targets (k, 3n) [m]."""
     scores = training.score(
         targets @ targets.T,
         lambda known, asked: dual_weights(kernel[np.ix_(known, known)], kernel[np.ix_(known, asked)], LAMBDAS),
@@ -32,12 +33,12 @@ def _choose(training: Training, kernel: np.ndarray, targets: np.ndarray) -> tupl
 
 
 def _solve(kernel: np.ndarray, targets: np.ndarray, relative: float) -> np.ndarray:
-    """Dual coefficients (k, 3n): their blend with kernel values of a query is the prediction."""
+    """Return dual coefficients (k, 3n): their blend with kernel values of a query is the prediction."""
     return dual_weights(kernel, np.eye(len(kernel)), np.array([relative]))[0] @ targets
 
 
 def _detail(db: Database, training: Training) -> np.ndarray:
-    """What linear interpolation misses, fine − P coarse, (k, 3n) [m]."""
+    """Return what linear interpolation lacks, fine − P coarse, (k, 3n) [m]."""
     interpolated = np.array([db.prolongation @ coarse for coarse in training.coarse])
     return (training.fine - interpolated).reshape(len(interpolated), -1)
 
@@ -65,7 +66,7 @@ class RidgeUpsampling:
             self._dual = _solve(kernel, detail, linear_lambda)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         blend = ((self._described @ coarse[self._surface].ravel()) @ self._dual).reshape(-1, 3)
         return blend if self._prolongation is None else blend + self._prolongation @ coarse
 
@@ -89,7 +90,7 @@ class KernelRidge:
         self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, tried[best][1])
 
     def predict(self, asked: np.ndarray) -> np.ndarray:
-        """Displacements (n, 3) [m] for one description (r,) [m]."""
+        """Return displacements (n, 3) [m] for one description (r,) [m]."""
         away = self._described - asked
         kernel = (self._described @ asked) * gaussian(np.einsum("ij,ij->i", away, away), self.sigma_m)
         return (kernel @ self._dual).reshape(-1, 3)
@@ -105,5 +106,12 @@ class KernelRidgeDetail:
         self.sigma_m = self._learnt.sigma_m
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         return self._prolongation @ coarse + self._learnt.predict(coarse[self._surface].ravel())
+
+
+def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
+    """Fit the linear map, or with ``kernel`` the kernel ridge on detail."""
+    if kernel:
+        return KernelRidgeDetail(fitting.db, fitting.training, fitting.options)
+    return RidgeUpsampling(fitting.db, fitting.training)

@@ -1,4 +1,4 @@
-"""What a fit may know: the training samples of one protocol, and the folds that choose its settings."""
+"""Gather what a fit may know: the training samples of one protocol, and the folds that choose widths and ridges."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ SMALLEST_M, LARGEST_M = 1e-100, 1e100
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How enrichment methods are fitted.
+    """The options that methods of enrichment are fitted with.
 
     neighbours : nodes of the contact-ordered feature, l
     sigma_relative : min, max and count of the σ tried, relative to the median distance of training features
@@ -46,7 +46,7 @@ class Training:
     fold: np.ndarray
 
     def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """Cross-validated error of each candidate, (candidates,): mean RMSE / peak over the training samples.
+        """Evaluate each candidate by cross-validation, (candidates,): mean RMSE / peak over the training samples.
 
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
@@ -65,8 +65,10 @@ class Training:
 
 
 def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) -> Training:
-    """The samples ``train`` of ``db`` and their folds; InputError if there are too few to divide, or if they are of no
-    size that a body has."""
+    """Take the samples ``train`` of ``db`` and divide them into folds.
+
+    Raises InputError if they are too few to divide, or so small or large that no body moves like that.
+    """
     for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
         largest = float(np.abs(moved).max())
         if not (largest == 0.0 or SMALLEST_M <= largest <= LARGEST_M):
@@ -80,7 +82,7 @@ def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) 
 
 
 def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
-    """Fold of each sample, (k,), all of a ``group`` (k,) in one; as many folds as asked, or one a group."""
+    """Assign each sample a fold, (k,), all of a ``group`` (k,) the same; as many folds as asked, or one a group."""
     names, member = np.unique(group, return_inverse=True)
     if len(names) < 2:
         raise InputError("enrichment: cross-validation needs two training contacts; raise train in config.")
@@ -89,7 +91,7 @@ def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
 
 
 def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """Squared error ‖Σᵢ wᵢ fᵢ − f‖² [m²] of every blend from inner products alone, (..., q).
+    """Return the squared error ‖Σᵢ wᵢ fᵢ − f‖² [m²] of every blend from inner products alone, (..., q).
 
     weights : (..., k, q); among : (k, k) of the known fᵢ; across : (k, q) of known and asked; own : (q,) ‖f‖²
     Ordering and turning change no inner product, so this is the error on the body too. Cancellation leaves

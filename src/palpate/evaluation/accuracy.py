@@ -1,4 +1,4 @@
-"""How wrong a prediction is, and the table of it."""
+"""Measure the error of a prediction, and tabulate it."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.enrichment.methods import Method
+from palpate.enrichment.fitting import Method
 from palpate.errors import InputError
 from palpate.samples.database import Database
 
@@ -30,12 +30,12 @@ class Errors(NamedTuple):
 
 
 def node_errors(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Length of the error vector at each node, (n,) [m], of displacements (n, 3) [m]."""
+    """Return the length of the error vector at each node, (n,) [m], of displacements (n, 3) [m]."""
     return np.linalg.norm(predicted - reference, axis=1)
 
 
 def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
-    """Errors of a predicted displacement (n, 3) [m] against the simulated one, (n, 3) [m].
+    """Measure a predicted displacement (n, 3) [m] against the simulated one, (n, 3) [m].
 
     Raises InputError if the reference moves nowhere: there is no peak to compare with.
     """
@@ -53,13 +53,13 @@ def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
 
 
 def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:
-    """What one method predicts for each of ``samples``: fine surface displacements (samples, n, 3) [m]."""
+    """Predict the fine surface displacements (samples, n, 3) [m] of each of ``samples`` by one method."""
     coarse = db.coarse(protocol)
     return np.array([method.predict(coarse[i], int(db.contact[i]), db.force[i]) for i in samples])
 
 
 def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarray) -> pd.DataFrame:
-    """Errors of one method on each of ``samples``: one row a sample, column sample first."""
+    """Tabulate the errors of one method on each of ``samples``: one row a sample, column sample first."""
     predicted = predict(db, method, protocol, samples)
     found = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
     return pd.DataFrame(found).assign(sample=samples)[["sample", *Errors._fields]]
@@ -68,7 +68,7 @@ def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarr
 def accuracy_rows(
     db: Database, methods: Mapping[str, Method], protocol: str, test: np.ndarray, labels: Mapping[str, str]
 ) -> pd.DataFrame:
-    """Rows of enrichment_accuracy.csv, one a method, in the order of ``methods``.
+    """Tabulate enrichment_accuracy.csv, a row a method, in the order of ``methods``.
 
     labels : body, regime and split
     RMSE and 95th percentile are means over the test samples, max_of_peak is the largest at any node of any.

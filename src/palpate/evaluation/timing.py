@@ -1,4 +1,4 @@
-"""How long an online call takes, measured the same way for everything."""
+"""Time online calls, in the same way for everything."""
 
 import os
 import platform
@@ -10,9 +10,25 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-WARM_UP = 3
-SLOW_S = 1.0
-SLOW_CALLS = 5
+from palpate.errors import NotConverged
+
+WARM_UP = 2
+"""Calls that are dropped, as what they compile or load is no part of a query. Always as many: shape matching starts from
+where its last answer ended, so that the rounding of an answer depends on the calls before it."""
+SLOW_S, SLOW_CALLS = 1.0, 5
+"""Calls that take longer are repeated so often only."""
+
+Call = Callable[[], object]
+
+
+class Timed(NamedTuple):
+    """The seconds of every timed call of each of n calls, and why each failed.
+
+    failures : (n,) the message of the NotConverged that a call raised, else ""; a call that failed has no seconds
+    """
+
+    seconds: list[list[float]]
+    failures: list[str]
 
 
 class Timing(NamedTuple):
@@ -23,38 +39,79 @@ class Timing(NamedTuple):
     calls: int
 
 
-def measure(call: Callable[[], object], repeats: int) -> Timing:
-    """Time ``call`` on one BLAS thread: warm-up dropped, ``repeats`` calls, or 5 if one takes over 1 s.
+def time_calls(
+    calls: Sequence[Call],
+    repeats: int,
+    budget_s: float = np.inf,
+    receive: Callable[[int, object], None] = lambda i, answer: None,
+) -> Timed:
+    """Make every one of ``calls`` once, and again in turn until ``repeats`` calls are timed or ``budget_s`` is over.
 
-    Median and 95th percentile, not mean and minimum: a surgeon's hand feels the frames that come late.
+    calls : each is looked up anew before it is made, off the clock
+    receive(i, answer) : sees every answer of call i, off the clock
+    On one BLAS thread. WARM_UP calls are dropped; of calls slower than SLOW_S there are SLOW_CALLS at most, or each
+    once. A call that raises NotConverged, or whose answer ``receive`` refuses with it, has failed and is made no more.
     """
     from threadpoolctl import threadpool_limits
 
+    count = len(calls)
+    timed = Timed([[] for _ in calls], [""] * count)
     with threadpool_limits(limits=1):
-        first = _once(call)
-        if first <= SLOW_S:
-            for _ in range(WARM_UP - 1):
-                call()
-        times = [_once(call) for _ in range(SLOW_CALLS if first > SLOW_S else repeats)]
+        first, *_ = (_once(calls[i % count], lambda answer: None)[0] for i in range(WARM_UP))
+        wanted, made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()
+        while made < count or (made < wanted and time.perf_counter() - began < budget_s):
+            i = made % count
+            made += 1
+            if timed.failures[i]:
+                continue
+            seconds, failure = _once(calls[i], lambda answer, i=i: receive(i, answer))
+            if failure:
+                timed.failures[i] = failure
+                timed.seconds[i].clear()
+            else:
+                timed.seconds[i].append(seconds)
+    return timed
+
+
+def _once(call: Call, receive: Callable[[object], None]) -> tuple[float, str]:
+    """Return the seconds of one call, and why it failed."""
+    start = time.perf_counter()
+    try:
+        answer = call()
+        seconds = time.perf_counter() - start
+        receive(answer)
+    except NotConverged as failure:
+        return time.perf_counter() - start, said(failure)
+    return seconds, ""
+
+
+def said(failure: NotConverged) -> str:
+    """Return what a failure says in one line, which is never empty."""
+    return str(failure).replace("\n", " ") or "not converged"
+
+
+def measure(calls: Sequence[Call], repeats: int) -> Timing:
+    """Time ``repeats`` calls of ``calls`` in turn; NotConverged if one fails.
+
+    Median and 95th percentile, not mean and minimum: a surgeon's hand feels the frames that come late.
+    """
+    timed = time_calls(calls, repeats)
+    if failed := next(filter(None, timed.failures), ""):
+        raise NotConverged(failed, [])
+    times = [seconds for each in timed.seconds for seconds in each]
     return Timing(float(np.median(times)), float(np.percentile(times, 95)), len(times))
 
 
-def _once(call: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
-
-
 def timing_rows(
-    body: str, calls: Mapping[str, Sequence[Callable[[], object]]], repeats: int, means: Mapping[str, float]
+    body: str, calls: Mapping[str, Sequence[Call]], repeats: int, means: Mapping[str, float]
 ) -> pd.DataFrame:
-    """Rows of enrichment_timing.csv: median seconds of each deformation's call, and the paper's mean.
+    """Tabulate enrichment_timing.csv: median seconds of each deformation's call, and the paper's mean.
 
     calls : by method, one call a deformation, d1, d2, …; means : the paper's, by method [s]
     """
     rows = []
     for method, deformations in calls.items():
-        seconds = [measure(call, repeats).median_s for call in deformations]
+        seconds = [measure([call], repeats).median_s for call in deformations]
         row = {"body": body, "method": method}
         row |= {f"d{i}_s": value for i, value in enumerate(seconds, start=1)}
         row |= {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)}
@@ -63,7 +120,7 @@ def timing_rows(
 
 
 def machine() -> str:
-    """One line on what was measured on: processor, cores, system, Python and numpy."""
+    """Describe in one line what was measured on: processor, cores, system, Python and numpy."""
     processor = platform.processor() or platform.machine()
     information = Path("/proc/cpuinfo")
     if information.exists():

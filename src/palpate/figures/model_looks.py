@@ -1,4 +1,4 @@
-"""What every model of the trade-off is called and drawn as, the user's own among them."""
+"""Name every model of the trade-off, and decide how it is drawn, the user's own among them."""
 
 from palpate.figures.style import METHODS, WEIGHTS, Look
 
@@ -18,7 +18,7 @@ _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
 
 
 def look(model: str) -> Look:
-    """The look of a model; one of five colours and six markers, always the same, for one of the user's own."""
+    """Return the look of a model; one of five colours and six markers, always the same, for one of the user's own."""
     if model in _NAMED:
         return _NAMED[model]
     if model in METHODS:
@@ -28,11 +28,11 @@ def look(model: str) -> Look:
 
 
 def label(model: str, setting: str) -> str:
-    """A setting inside a sentence: "POD + RBF (modes=8)"."""
+    """Name a setting inside a sentence: "POD + RBF (modes=8)"."""
     name = look(model).label
     return name if setting == "default" else f"{name} ({setting})"
 
 
 def minor(model: str) -> bool:
-    """Whether a model is one of paper 1's many forms, to be drawn fainter so that the others can be seen."""
+    """Return whether a model is one of paper 1's many forms, to be drawn fainter so that the others can be seen."""
     return model.endswith(tuple(f"_{weights}" for weights in WEIGHTS))

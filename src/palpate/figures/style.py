@@ -78,7 +78,7 @@ METHODS = {
     "pod_rbf": Look("POD + RBF", "#6b4f2a", "p"),
     "linear_fem": Look("linear fine FEM", "#3b3b8f", "h"),
     "detail_correction_unturned": Look("detail correction, not turned", "#b5e3d2", "d"),
-    "detail_correction_untaught": Look("detail correction, gain not learnt", "#66c2a5", "d"),
+    "detail_correction_untaught": Look("detail correction, nothing learnt", "#66c2a5", "d"),
     "detail_correction": Look("detail correction", "#009e73", "*"),
     "live_all_in": Look("detail correction, live all-in", "#00664a", "*"),
     "coarse_fem": Look("coarse FEM", "#bdbdbd", "<"),

@@ -23,22 +23,22 @@ def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
 
 
 def read_all(folder: str | Path, names: Iterable[str]) -> dict[str, pd.DataFrame]:
-    """The tables called ``names`` in ``folder``, by name."""
+    """Read the tables called ``names`` in ``folder``; return them by name."""
     return {name: read(Path(folder) / f"{name}.csv") for name in names}
 
 
 def bodies(table: pd.DataFrame) -> list[str]:
-    """The bodies of a table in the order in which they first appear."""
+    """List the bodies of a table in the order in which they first appear."""
     return list(dict.fromkeys(table["body"]))
 
 
 def scenes(table: pd.DataFrame) -> list[str]:
-    """The scenes of a table in the order in which they first appear."""
+    """List the scenes of a table in the order in which they first appear."""
     return list(dict.fromkeys(table["scene"]))
 
 
 def where(table: pd.DataFrame, **equal) -> pd.DataFrame:
-    """The rows whose columns equal the values given."""
+    """Select the rows whose columns equal the values given."""
     for column, value in equal.items():
         table = table[table[column] == value]
     return table

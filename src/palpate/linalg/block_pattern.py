@@ -1,4 +1,4 @@
-"""Sparse matrices of 3 × 3 blocks: one block row a node, one block a pair of neighbouring nodes."""
+"""Sparse matrices of 3 × 3 blocks: a row of blocks for each node, a block for each pair of neighbours."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,11 @@ from scipy import sparse
 
 @dataclass(frozen=True, eq=False)
 class BlockPattern:
-    """Which blocks a mesh's matrices have, worked out once.
+    """The positions of the blocks in all matrices of a mesh, computed once.
 
     indptr, indices : the rows and columns of the blocks, as in ``scipy.sparse.bsr_array``
-    diagonal : (n,) place of each diagonal block
-    slots : for each kind of element (n_elements, k, k), the place of each element block
+    diagonal : (n,) position of each diagonal block
+    slots : for each kind of element (n_elements, k, k), the position of each element block
     """
 
     indptr: np.ndarray
@@ -23,26 +23,27 @@ class BlockPattern:
 
     @property
     def size(self) -> int:
+        """The number of nodes."""
         return len(self.indptr) - 1
 
     def matrix(self, values: np.ndarray) -> sparse.bsr_array:
-        """The sparse matrix with these blocks, (n_blocks, 3, 3)."""
+        """Return the sparse matrix of the blocks ``values`` (n_blocks, 3, 3)."""
         n = 3 * self.size
         return sparse.bsr_array((values, self.indices, self.indptr), shape=(n, n))
 
 
 def pattern_of(tetrahedra: np.ndarray, n_nodes: int) -> BlockPattern:
-    """The pattern of a mesh with ``tetrahedra`` (n_elements, 4) on ``n_nodes`` nodes."""
+    """Build the pattern of a mesh with ``tetrahedra`` (n_elements, 4) on ``n_nodes`` nodes."""
     return shared_pattern([tetrahedra], n_nodes)
 
 
 def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
-    """One pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …"""
+    """Build one pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …"""
     rows = [np.repeat(nodes, nodes.shape[1], axis=1).ravel() for nodes in couples]
     columns = [np.tile(nodes, (1, nodes.shape[1])).ravel() for nodes in couples]
-    lonely = np.arange(n_nodes)  # a diagonal block for each node, used or not
+    diagonals = np.arange(n_nodes) * (n_nodes + 1)  # a diagonal block for each node, used or not
     keys = [r * n_nodes + c for r, c in zip(rows, columns, strict=True)]
-    known, places = np.unique(np.concatenate([*keys, lonely * (n_nodes + 1)]), return_inverse=True)
+    known, places = np.unique(np.concatenate([*keys, diagonals]), return_inverse=True)
     *slots, diagonal = np.split(places.astype(np.int32), np.cumsum([len(r) for r in rows]))
     return BlockPattern(
         np.searchsorted(known, np.arange(n_nodes + 1) * n_nodes).astype(np.int32),
@@ -53,8 +54,10 @@ def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
 
 
 def gather(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], n_nodes: int) -> sparse.bsr_array:
-    """The matrix (3n, 3n) of rows (k,), columns (k,) and blocks (k, 3, 3); blocks in one place add up, and those of
-    rows or columns that are none of the nodes' are left out."""
+    """Assemble the matrix (3n, 3n) of parts, each of rows (k,), columns (k,) and blocks (k, 3, 3).
+
+    Blocks at the same position add up; rows and columns of ``n_nodes`` and above are left out.
+    """
     rows, columns, blocks = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     keys = np.where((rows < n_nodes) & (columns < n_nodes), rows * n_nodes + columns, n_nodes**2)
     known, places = np.unique(keys, return_inverse=True)

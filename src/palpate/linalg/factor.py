@@ -20,5 +20,5 @@ class Factor:
             raise ValueError("the stiffness matrix is singular") from error
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """(n, 3) → (n, 3)."""
+        """Solve for one right side (n, 3)."""
         return self._lu.solve(right.ravel()).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Geometric multigrid over nested meshes: a preconditioner whose cost grows linearly with the mesh."""
+"""Geometric multigrid on nested meshes: a preconditioner whose cost is linear in the number of nodes."""
 
 import numba
 import numpy as np
@@ -9,7 +9,7 @@ from palpate.linalg.factor import Factor
 
 
 class Multigrid:
-    """One symmetric V-cycle: Gauss–Seidel over nodes, Galerkin coarse matrices, a direct solve at the bottom.
+    """A symmetric V-cycle: Gauss–Seidel over nodes, Galerkin coarse matrices, a direct solve on the coarsest level.
 
     patterns : block pattern of each level, coarse first
     prolongations : (n_finer, n_coarser) sparse between neighbours, with at most two entries a row
@@ -26,7 +26,7 @@ class Multigrid:
         ]
 
     def update(self, stiffness: sparse.bsr_array) -> None:
-        """Take a new fine matrix, whose held rows are the identity's; ValueError if it is singular."""
+        """Set the fine matrix, whose held rows are those of the identity; ValueError if it is singular."""
         values = [stiffness.data]
         for level in range(len(self.patterns) - 2, -1, -1):
             coarse = np.zeros((len(self.patterns[level].indices), 3, 3))
@@ -40,7 +40,7 @@ class Multigrid:
         self._bottom = Factor(self.patterns[0].matrix(values[0]))
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """One V-cycle from zero: (n, 3) → (n, 3), a symmetric linear map."""
+        """Apply one V-cycle from zero to the right side (n, 3): a symmetric linear map."""
         return self._cycle(len(self.patterns) - 1, right)
 
     def _cycle(self, level: int, right: np.ndarray) -> np.ndarray:
@@ -61,7 +61,7 @@ class Multigrid:
 
 
 def _parents(prolongation: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-    """Each fine node's two parents (n, 2) and their weights; a node kept from the coarse mesh has one twice."""
+    """Return each fine node's two parents (n, 2) and their weights; a node of the coarse mesh has one of them twice."""
     first = prolongation.indptr[:-1]
     last = prolongation.indptr[1:] - 1
     parents = np.stack([prolongation.indices[first], prolongation.indices[last]], axis=1)
@@ -70,7 +70,7 @@ def _parents(prolongation: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _galerkin_slots(finer: BlockPattern, parents: np.ndarray, coarser: BlockPattern) -> np.ndarray:
-    """Where Pᵀ K P adds each fine block: (n_blocks, 2, 2) places among the coarse blocks."""
+    """Return the positions (n_blocks, 2, 2) among the coarse blocks to which Pᵀ K P adds each fine block."""
     rows = np.repeat(np.arange(finer.size), np.diff(finer.indptr))
     coarse_rows = np.repeat(np.arange(coarser.size), np.diff(coarser.indptr))
     keys = coarse_rows * coarser.size + coarser.indices

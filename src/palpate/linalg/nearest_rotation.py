@@ -1,8 +1,8 @@
 """The rotation nearest to a 3 × 3 matrix: fast where it is unique, safe everywhere.
 
-R maximises tr(RᵀA). Newton's method on the unit quaternion of R converges cubically, and tells where it has arrived:
-S = RᵀA is symmetric there, and tr(S) I − S is positive definite at the maximum only, where its eigenvalues are the
-sums of two of A's signed singular values. What is not certified so is left to a Jacobi decomposition.
+R maximises tr(RᵀA). Newton's method on the unit quaternion of R converges cubically, and its result can be verified:
+S = RᵀA is symmetric, and tr(S) I − S is positive definite, at the maximum only, where its eigenvalues are the sums of
+two of A's signed singular values. A matrix without such a certificate is left to a Jacobi decomposition.
 """
 
 import math
@@ -13,16 +13,16 @@ import numpy as np
 from palpate.errors import InputError
 from palpate.linalg.signed_svd import signed_svd
 
-CLEAR = 1e-6
-"""Newton's answer is taken where (s₁ + s₂)(s₂ + s₃)(s₃ + s₁) exceeds this part of (2 tr S)³: then s₂ + s₃, the least
-eigenvalue, is above 8e-6 tr S, and a last turn of 1e-6 rad cannot have changed its sign."""
+CERTAIN = 1e-6
+"""Newton's result is accepted if (s₁ + s₂)(s₂ + s₃)(s₃ + s₁) exceeds this fraction of (2 tr S)³: then the least
+eigenvalue, s₂ + s₃, is above 8e-6 tr S, and a last rotation by 1e-6 rad cannot have changed its sign."""
 
 
 def rotations(matrices: np.ndarray) -> np.ndarray:
-    """The proper rotations (n, 3, 3) nearest to ``matrices`` (n, 3, 3), of any unit: U diag(1, 1, det U det V) Vᵀ.
+    """Return the rotations (n, 3, 3) nearest to ``matrices`` (n, 3, 3) of any unit: U diag(1, 1, det U det V) Vᵀ.
 
     Müller, Heidelberger, Teschner, Gross 2005, section 3.3. Trap: where s₂ + s₃ = 0, with s₃ < 0 if det A < 0,
-    several are equally near, and one of them is given; the error grows like 1/(s₂ + s₃).
+    several are equally near, and one of them is returned; the error grows like 1/(s₂ + s₃).
 
     Raises InputError for another shape, and for NaN or infinite entries.
     """
@@ -30,7 +30,7 @@ def rotations(matrices: np.ndarray) -> np.ndarray:
     if matrices.ndim != 3 or matrices.shape[1:] != (3, 3):
         raise InputError(f"matrices has shape {matrices.shape}: give an array of shape (n, 3, 3)")
     if not np.isfinite(matrices).all():
-        raise InputError("matrices holds NaN or infinite entries: nothing is nearest to those, so leave them out")
+        raise InputError("matrices holds NaN or infinite entries, which have no nearest rotation: leave them out")
     out = np.empty_like(matrices)
     _rotations(matrices, out)
     return out
@@ -40,7 +40,7 @@ def rotations(matrices: np.ndarray) -> np.ndarray:
 def _rotations(matrices, out):
     turn, work = np.empty(4), np.empty((4, 3, 3))
     for n in range(len(matrices)):
-        turn[0] = 0.0  # no guess
+        turn[0] = 0.0  # no initial guess
         nearest(matrices[n], turn, work, out[n])
 
 
@@ -48,14 +48,14 @@ def _rotations(matrices, out):
 def nearest(a, turn, work, out):
     """Write the rotation nearest to ``a`` (3, 3) into ``out`` (3, 3), starting from the quaternion ``turn`` (4,).
 
-    ``turn`` is left at the answer, for the next call with a matrix nearby; a first entry of 0 is no guess.
+    ``turn`` is overwritten with the result, for the next call with a similar matrix; a first entry of 0 means no guess.
     work : (4, 3, 3), scratch
     """
     largest = 0.0
     for i in range(3):
         for j in range(3):
             largest = max(largest, abs(a[i, j]))
-    if not 1e-50 < largest < 1e50:  # by a power of two, which rounds nothing; in halves, as 2^1073 overflows
+    if not 1e-50 < largest < 1e50:  # scale by a power of two, which is exact; in two factors, as 2^1073 overflows
         exponent = -math.frexp(largest)[1]
         first, second = math.ldexp(1.0, exponent // 2), math.ldexp(1.0, exponent - exponent // 2)
         for i in range(3):
@@ -76,7 +76,7 @@ def nearest(a, turn, work, out):
 
 @numba.njit(cache=True, error_model="numpy")
 def _newton(a, turn, r):
-    """Improve ``turn`` until R maximises tr(RᵀA), and write R into ``r``; False where that is not certain."""
+    """Iterate on ``turn`` until R maximises tr(RᵀA), and write R into ``r``; False if that is not certain."""
     for _ in range(6):
         _matrix(turn, r)
         s00 = r[0, 0] * a[0, 0] + r[1, 0] * a[1, 0] + r[2, 0] * a[2, 0]
@@ -93,18 +93,18 @@ def _newton(a, turn, r):
         c00, c11, c22 = m11 * m22 - m12 * m12, m00 * m22 - m02 * m02, m00 * m11 - m01 * m01
         c01, c02, c12 = m02 * m12 - m01 * m22, m01 * m12 - m02 * m11, m01 * m02 - m00 * m12
         det, trace = m00 * c00 + m01 * c01 + m02 * c02, m00 + m11 + m22
-        if not (m00 > 0.0 and c22 > 0.0 and det > CLEAR * trace * trace * trace):
+        if not (m00 > 0.0 and c22 > 0.0 and det > CERTAIN * trace * trace * trace):
             return False
         x, y, z = 0.5 / det * (s21 - s12), 0.5 / det * (s02 - s20), 0.5 / det * (s10 - s01)
         x, y, z = c00 * x + c01 * y + c02 * z, c01 * x + c11 * y + c12 * z, c02 * x + c12 * y + c22 * z
-        square = x * x + y * y + z * z  # of half the angle left
+        square = x * x + y * y + z * z  # of half the remaining angle
         w, i, j, k = turn[0], turn[1], turn[2], turn[3]
         turn[0], turn[1] = w - i * x - j * y - k * z, i + w * x + j * z - k * y
         turn[2], turn[3] = j + w * y + k * x - i * z, k + w * z + i * y - j * x
         norm = 1.0 / math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
         for n in range(4):
             turn[n] *= norm
-        if square < 2.5e-13:  # a turn of 1e-6 rad, of which the cube is left
+        if square < 2.5e-13:  # a rotation by 1e-6 rad; the remaining error is its cube
             _matrix(turn, r)
             return True
     return False
@@ -112,9 +112,9 @@ def _newton(a, turn, r):
 
 @numba.njit(cache=True, error_model="numpy")
 def _guess(a, turn, r):
-    """R = ((κ + ‖A‖²) A + λ cof A − A Aᵀ A)/ζ with λ = s₁ + s₂ + s₃ (Markley 1993, eq. 15), as a quaternion.
+    """Compute R = ((κ + ‖A‖²) A + λ cof A − A Aᵀ A)/ζ, λ = s₁ + s₂ + s₃ (Markley 1993, eq. 15), as a quaternion.
 
-    λ is the largest root of (λ² − ‖A‖²)² − 8 λ det A − 4 ‖cof A‖². False where ζ says that R is not clear.
+    λ is the largest root of (λ² − ‖A‖²)² − 8 λ det A − 4 ‖cof A‖². False if ζ shows that R is not certain.
     """
     c00, c01 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1], a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
     c02, c10 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0], a[0, 2] * a[2, 1] - a[0, 1] * a[2, 2]
@@ -126,7 +126,7 @@ def _guess(a, turn, r):
     g00, g11 = a[0, 0] ** 2 + a[0, 1] ** 2 + a[0, 2] ** 2, a[1, 0] ** 2 + a[1, 1] ** 2 + a[1, 2] ** 2
     g22 = a[2, 0] ** 2 + a[2, 1] ** 2 + a[2, 2] ** 2
     square = g00 + g11 + g22
-    # from above, where Newton's method for a polynomial of real roots never overshoots
+    # from above, Newton's method for a polynomial with real roots never overshoots
     root = math.sqrt(min(3.0 * square, square + math.sqrt(12.0 * minors)))
     for _ in range(12):
         excess = root * root - square
@@ -136,7 +136,7 @@ def _guess(a, turn, r):
             break
     kappa = 0.5 * (root * root - square)
     zeta = kappa * root - det
-    if not zeta > CLEAR * root**3:
+    if not zeta > CERTAIN * root**3:
         return False
     kappa += square
     g01 = a[0, 0] * a[1, 0] + a[0, 1] * a[1, 1] + a[0, 2] * a[1, 2]
@@ -161,7 +161,7 @@ def _matrix(turn, r):
 
 @numba.njit(cache=True, error_model="numpy")
 def _quaternion(r, turn):
-    """Unit quaternion of a rotation, or nearly one; from its largest entry, so that none is lost near a half turn."""
+    """Compute the unit quaternion of a rotation or nearly one, from its largest entry: accurate near half a turn."""
     trace = r[0, 0] + r[1, 1] + r[2, 2]
     if trace > 0.0:
         turn[0] = 1.0 + trace

@@ -10,9 +10,9 @@ def signed_svd(f, u, s, v):
 
     f, u, v : (3, 3); s : (3,)
 
-    Only s₃ is negative where det F < 0 (Irving, Teran, Fedkiw 2004), so that R = U Vᵀ is the rotation
-    nearest to F even for an inverted element. One-sided Jacobi rotations keep small singular values
-    accurate, which the eigenvalues of FᵀF would not. Never divides by zero: missing directions are completed.
+    Only s₃ is negative if det F < 0 (Irving, Teran, Fedkiw 2004), so that R = U Vᵀ is the rotation nearest to F even
+    for an inverted element. One-sided Jacobi rotations keep small singular values accurate, which the eigenvalues of
+    FᵀF would not. It never divides by zero: missing directions are completed.
     """
     for i in range(3):
         for j in range(3):
@@ -43,7 +43,7 @@ def signed_svd(f, u, s, v):
     for a, b in ((0, 1), (1, 2), (0, 1)):
         if s[a] < s[b]:
             s[a], s[b] = s[b], s[a]
-            for i in range(3):  # a swap with one sign change keeps V a rotation
+            for i in range(3):  # a swap with one change of sign keeps V a rotation
                 u[i, a], u[i, b] = u[i, b], -u[i, a]
                 v[i, a], v[i, b] = v[i, b], -v[i, a]
     _complete(u, s)
@@ -51,7 +51,7 @@ def signed_svd(f, u, s, v):
 
 @numba.njit(cache=True, error_model="numpy")
 def _complete(u, s):
-    """Turn the orthogonal columns of ``u``, of lengths ``s``, into a rotation, and sign s₃."""
+    """Turn the orthogonal columns of ``u``, of lengths ``s``, into a rotation, and set the sign of s₃."""
     if s[0] <= 1e-300:
         for i in range(3):
             for j in range(3):
@@ -63,7 +63,7 @@ def _complete(u, s):
     if s[1] > 1e-14 * s[0]:
         for i in range(3):
             u[i, 1] /= s[1]
-    else:  # rank one: any direction normal to the first; away from its largest component
+    else:  # rank one: any direction normal to the first, near the axis of its smallest component
         k = 0
         for i in range(1, 3):
             if abs(u[i, 0]) < abs(u[k, 0]):

@@ -1,46 +1,38 @@
-"""A coarse simulation, and a method that makes a fine answer of it: all that learns from samples is asked this way."""
+"""Combine a coarse simulation with a method that makes a fine answer of it, as all models that learn from it do."""
 
 import numpy as np
 
-from palpate.enrichment.methods import Method
-from palpate.enrichment.training_samples import Training, gather
-from palpate.models.fem_statics import Simulation
+from palpate.enrichment.fitting import Fitting, Method
+from palpate.models.fem_statics import LinearCoarse, Simulation
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, checked
-from palpate.samples.database import Database
-
-SHARES = (0.25, 0.4, 0.6, 0.8, 1.0)
-"""Of the training samples, where their number is the setting."""
+from palpate.models.model import Case
 
 
 class Enriched:
     """``method`` on top of the coarse ``simulation``; both are part of what a query costs."""
 
-    def __init__(self, case: Case, method: Method, simulation: Simulation):
-        self._method, self._simulation, self._n_surface = method, simulation, case.n_surface
+    def __init__(self, method: Method, simulation: Simulation | LinearCoarse):
+        self._method, self._simulation = method, simulation
 
     @property
     def memory_mb(self) -> float:
-        """What is held between queries [MB]."""
+        """The memory that is held between queries [MB]."""
         return held_mb(self)
 
     def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Displacement (n_surface, 3) [m] under ``force`` (3,) [N]; NotConverged, InputError for a bad contact."""
-        coarse = self._simulation.displacement(contact, force)
-        return checked(self._method.predict(coarse, contact, force), self._n_surface)
+        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
+        return self._method.predict(self._simulation.displacement(contact, force), contact, force)
 
 
 def coarse_simulation(case: Case) -> Simulation:
-    """The coarse mesh, simulated as for the samples of the database."""
+    """Simulate the coarse mesh as for the samples of the database."""
     return Simulation(case, 0, case.tolerance)
 
 
-def learnt_from(case: Case) -> tuple[Database, Training]:
-    """All samples of ``case``, with the folds that choose settings; InputError where they are too few to divide."""
-    db = case.training
-    return db, gather(db, np.arange(len(db.contact)), "live", case.options)
+def fitting_to(case: Case) -> Fitting:
+    """Return what a method is fitted to: all training samples of ``case``, of the live protocol.
 
-
-def sample_counts(case: Case) -> list[int]:
-    """SHARES of the training samples, each a whole number and none twice."""
-    return sorted({max(4, round(share * case.n_training)) for share in SHARES})
+    InputError where they are too few to divide into folds.
+    """
+    db = case.use_training()
+    return Fitting.of(db, np.arange(len(db.contact)), "live", case.options)

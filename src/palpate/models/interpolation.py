@@ -1,4 +1,4 @@
-"""The coarse simulation interpolated linearly: what any user has before learning anything."""
+"""Interpolate the coarse simulation linearly: what any user has before learning anything."""
 
 from palpate.enrichment.interpolation import Interpolation
 from palpate.models.coarse_enriched import Enriched, coarse_simulation
@@ -6,10 +6,10 @@ from palpate.models.model import Case, Setting
 
 
 def settings(case: Case) -> list[Setting]:
-    """There is nothing to turn; fem_coarse is the same with the coarse simulation stopped early."""
+    """List the one setting there is; fem_coarse is the same with the coarse simulation stopped early."""
     return [{}]
 
 
 def prepare(case: Case, setting: Setting) -> Enriched:
-    """Nothing is learnt; the meshes alone are taken from the samples."""
-    return Enriched(case, Interpolation(case.meshes), coarse_simulation(case))
+    """Take the meshes; nothing is learnt."""
+    return Enriched(Interpolation(case.meshes), coarse_simulation(case))

@@ -1,4 +1,4 @@
-"""How much memory a prepared model holds on to."""
+"""Measure how much memory a prepared model holds."""
 
 from functools import partial
 from types import FunctionType, MethodType, ModuleType
@@ -11,7 +11,7 @@ _FOREIGN = ("numba", "llvmlite", "ctypes", "_ctypes")
 
 
 def held_mb(held: object) -> float:
-    """Megabytes (1e6 bytes) of the arrays and sparse factors that ``held`` reaches, each counted once.
+    """Count the megabytes (1e6 bytes) of the arrays and sparse factors that ``held`` reaches, each counted once.
 
     Follows attributes, containers, partial calls and what functions closed over. Sparse LU factors count
     12 bytes a stored number. Small objects and code do not count.

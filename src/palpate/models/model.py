@@ -1,8 +1,8 @@
 """Define a model, two functions ``settings`` and ``prepare``, and the case that it may see before it is asked."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,14 +17,15 @@ Setting = dict[str, int | float | str | bool]
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One body in one regime of loads, and all that a model may learn from: no test sample is in here.
+    """One body in one regime of loads, and all that a model may learn from; it holds no test sample.
 
     radius_m : of the disc that a force is spread over; 0 presses on one node
-    database, response : what ``training``, ``meshes`` and ``compliance`` are made of; models look at those
-    options : how what is learnt is fitted; its ``seed`` is for every random choice
+    database, response : what ``use_training``, ``meshes`` and ``use_compliance`` give; models call those, so that
+        what they use is added to their preparation
+    options : how regressions are fitted; ``options.seed`` is for every random choice
     tolerance : relative residual at which run-time solves stop
-    samples_s : (k,) what simulating each training sample took [s]
-    used : what was looked at, with its cost [s]; the evaluation adds it to the offline time
+    grid : by family, the values to try of its settings: ``tradeoff.settings`` of the config
+    used : what was used, with its cost [s]; the evaluation adds it to the offline time
     """
 
     body: Body
@@ -34,84 +35,105 @@ class Case:
     response: Compliance | None
     options: FitOptions
     tolerance: float
-    samples_s: np.ndarray
+    grid: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     used: dict[str, float] = field(default_factory=dict)
 
-    @property
-    def training(self) -> Database:
-        """The k training samples: contact (k,), force (k, 3) [N], fine (k, n_surface, 3) [m], coarse_live …"""
-        self.used["training"] = max(float(self.samples_s.sum()), self.used.get("training", 0.0))
+    def use_training(self) -> Database:
+        """Return the k training samples, and charge what simulating them took.
+
+        contact (k,), force (k, 3) [N], fine (k, n_surface, 3) [m], coarse_live …
+        """
+        self.charge("training", float(self.database.seconds.sum()))
         return self.database
+
+    def use_compliance(self) -> Compliance:
+        """Return linear responses to unit forces at every contact, and charge them; InputError if there are none."""
+        if self.response is None:
+            raise InputError(f"{self.body.name}: this case has no compliance; compute it, or leave out what needs it.")
+        self.charge("compliance", self.response.seconds)
+        return self.response
+
+    def charge(self, what: str, seconds: float) -> None:
+        """Add ``seconds`` to the offline time; the same thing is charged once, at its highest."""
+        self.used[what] = max(seconds, self.used.get(what, 0.0))
 
     @property
     def meshes(self) -> Database:
-        """The same without any sample: fine surface, coarse mesh, interpolation between them. Costs nothing."""
-        return rows_of(self.database, np.empty(0, dtype=int))
-
-    @property
-    def compliance(self) -> Compliance:
-        """Linear responses to unit forces at every contact; InputError where the case has none."""
-        if self.response is None:
-            raise InputError(f"{self.body.name}: this case has no compliance; compute it, or leave out what needs it.")
-        self.used["compliance"] = self.response.seconds
-        return self.response
+        """The database without any sample: fine surface, coarse mesh, interpolation between them. Costs nothing."""
+        return self.database.take(np.empty(0, dtype=int))
 
     @property
     def n_surface(self) -> int:
-        """Fine surface nodes, whose displacements are asked for."""
+        """The number of fine surface nodes, whose displacements are asked for."""
         return len(self.database.nodes_fine_surface)
 
     @property
     def n_training(self) -> int:
-        """How many training samples there are; asking costs nothing."""
+        """The number of training samples; asking costs nothing."""
         return len(self.database.contact)
 
     def first(self, count: int) -> "Case":
-        """The same with ``count`` training samples of a seeded order: smaller choices are part of larger ones."""
+        """Keep ``count`` training samples of a seeded order: smaller choices are part of larger ones."""
         order = np.random.default_rng(self.options.seed).permutation(self.n_training)
-        rows = np.sort(order[:count])
-        return replace(self, database=rows_of(self.database, rows), samples_s=self.samples_s[rows])
+        return replace(self, database=self.database.take(np.sort(order[:count])))
 
 
 class Solver(Protocol):
-    """A prepared model; ``memory_mb`` is what it holds [MB], asked for after the queries: ``memory.held_mb`` counts."""
+    """A prepared model; ``memory_mb`` is what it holds [MB], read after the queries: ``memory.held_mb`` counts."""
 
     memory_mb: float
 
     def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Displacement (n_surface, 3) [m] of the fine surface nodes under ``force`` (3,) [N] at a coarse node.
+        """Return the displacement (n_surface, 3) [m] of the fine surface under ``force`` (3,) [N] at a coarse node.
 
-        Raises NotConverged rather than return what was not checked.
+        This is timed; ``checked`` looks at the answer afterwards. Raises NotConverged where there is no answer, and
+        InputError for a contact that cannot be pressed.
         """
 
 
 class Model(NamedTuple):
     """A way of simulating.
 
-    settings(case) : settings from cheap to dear, at least five where the model has a setting, else [{}]
+    settings(case) : from cheap to expensive, at least five where the model has a setting, else [{}]
     prepare(case, setting) : offline work, timed; InputError or NotConverged if it cannot be done
+    place : the module or file that it comes from, for messages
     """
 
     settings: Callable[[Case], list[Setting]]
     prepare: Callable[[Case, Setting], Solver]
+    place: str = "a model"
 
 
-def rows_of(db: Database, rows: np.ndarray) -> Database:
-    """``db`` with some of its samples only."""
-    names = ("contact", "force", "fine", "coarse_paper", "coarse_live", "residual")
-    return replace(db, **{name: getattr(db, name)[rows] for name in names})
+def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
+    """Return ``shares`` of the training samples as increasing whole numbers, at least 4 each, but 0 for the share 0."""
+    return sorted({max(4, round(share * case.n_training)) if share else 0 for share in shares})
+
+
+def distinct(settings: Iterable[Setting]) -> list[Setting]:
+    """Return ``settings`` without those that equal one before them."""
+    found: dict[str, Setting] = {}
+    for setting in settings:
+        found.setdefault(setting_text(setting), setting)
+    return list(found.values())
 
 
 def setting_text(setting: Setting) -> str:
-    """A setting as tables have it, such as "iterations=2"."""
+    """Write a setting as tables have it, such as "iterations=2"."""
     return ", ".join(f"{name}={_short(value)}" for name, value in setting.items()) or "default"
 
 
-def checked(displacement: np.ndarray, n_surface: int) -> np.ndarray:
-    """``displacement``; InputError if it is not (n_surface, 3), NotConverged if a number in it is not finite."""
-    if np.shape(displacement) != (n_surface, 3):
-        raise InputError(f"a model answered with shape {np.shape(displacement)}; return ({n_surface}, 3) [m].")
-    if not np.isfinite(displacement).all():
+def checked(displacement: np.ndarray, n_surface: int, place: str = "a model") -> np.ndarray:
+    """Return ``displacement``; InputError if it is not (n_surface, 3), NotConverged if a number in it is not finite.
+
+    place : what the InputError names
+    """
+    try:
+        numbers = np.asarray(displacement, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{place}: respond gave no array of numbers; return ({n_surface}, 3) [m].") from None
+    if numbers.shape != (n_surface, 3):
+        raise InputError(f"{place}: respond gave the shape {numbers.shape}; return ({n_surface}, 3) [m].")
+    if not np.isfinite(numbers).all():
         raise NotConverged("the displacement has a value that is not finite", [float("nan")])
     return displacement
 

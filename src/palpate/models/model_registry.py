@@ -1,20 +1,30 @@
-"""Where each model lives. Names only: a module is imported when its model is asked for."""
+"""Register where each model lives. Names only: a module is imported when its model is loaded."""
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
-from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from palpate.enrichment.methods import METHODS
 from palpate.errors import InputError, describe_unknown
 
 if TYPE_CHECKING:
     from palpate.models.model import Model
 
-FEATURES = ("unordered", "ordered", "framed")
-WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")
+_ON_TOP = {
+    "palpate.enrichment.interpolation": "palpate.models.interpolation",
+    "palpate.enrichment.ridge": "palpate.models.ridge",
+    "palpate.enrichment.pod_rbf": "palpate.models.pod_rbf",
+    "palpate.enrichment.blend": "palpate.models.paper_enrichment",
+}
+"""The models that put methods of enrichment, by their modules, on top of a coarse simulation."""
+
+
+def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
+    """Take methods of enrichment, by their names and keywords, as models."""
+    places = [f"palpate.enrichment.{module}" for module in modules]
+    return {name: (_ON_TOP[place], what) for name, (place, what) in METHODS.items() if place in places}
+
 
 # module, and what of it the model is: both functions get these as keywords
 MODELS: dict[str, tuple[str, dict]] = {
@@ -24,57 +34,54 @@ MODELS: dict[str, tuple[str, dict]] = {
     "linear_fem": ("palpate.models.linear_fem", {}),
     "warped_compliance": ("palpate.models.warped_compliance", {}),
     "detail_correction": ("palpate.models.detail_correction", {}),
-    "interpolation": ("palpate.models.interpolation", {}),
-    "ridge_upsampling": ("palpate.models.ridge", {"kernel": False}),
-    "kernel_ridge_detail": ("palpate.models.ridge", {"kernel": True}),
-    "pod_rbf": ("palpate.models.pod_rbf", {}),
-    "springs": ("palpate.models.springs", {"nodal": False, "volume": False}),
-    "springs_volume": ("palpate.models.springs", {"nodal": False, "volume": True}),
-    "springs_nodal": ("palpate.models.springs", {"nodal": True, "volume": False}),
-    "springs_nodal_volume": ("palpate.models.springs", {"nodal": True, "volume": True}),
+    **_enriched("interpolation", "ridge", "pod_rbf"),
+    "springs": ("palpate.models.mass_spring", {"nodal": False, "volume": False}),
+    "springs_volume": ("palpate.models.mass_spring", {"nodal": False, "volume": True}),
+    "springs_nodal": ("palpate.models.mass_spring", {"nodal": True, "volume": False}),
+    "springs_nodal_volume": ("palpate.models.mass_spring", {"nodal": True, "volume": True}),
     "shape_matching": ("palpate.models.shape_matching", {}),
-} | {
-    f"{features}_{weights}": ("palpate.models.paper_enrichment", {"features": features, "weights": weights})
-    for features in FEATURES
-    for weights in WEIGHTS
+    **_enriched("blend"),
 }
 
-
 SAVED_AGAINST = "fem_fine"
-"""What is simulated by whoever prepares nothing, at the tightest of its tolerances, its last setting."""
+"""The model of whoever prepares nothing, at its last setting, the tightest of its tolerances."""
 RESERVED = ("reference",)
-"""What the table calls the truth's own error, and models therefore are not."""
+"""Names that the table gives to the reference's own error, so that models have others."""
 
 
-def model(name: str, own: Mapping[str, Path]) -> Model:
-    """One of MODELS, or of the user's ``own`` by its file; InputError if ``name`` is neither."""
-    if name in own:
-        from palpate.models.own_model import load
-
-        return load(name, own[name])
-    if name not in MODELS:
+def model(name: str, own: Mapping[str, str]) -> Model:
+    """Load one of MODELS, or of the user's ``own`` by its file; InputError if ``name`` is neither."""
+    if name not in own and name not in MODELS:
         raise InputError(f"there is no model {unknown([name], own)}")
-    from palpate.models.model import Model
+    from palpate.models.load_model import load_model
 
-    place, what = MODELS[name]
-    module = importlib.import_module(place)
-    return Model(partial(module.settings, **what), partial(module.prepare, **what))
+    return load_model(name, **_recipe(name, own))
 
 
-def families(names: list[str], own: Mapping[str, object]) -> dict[str, list[str]]:
-    """``names`` by the module they live in, as what one of them has prepared may serve the others; each of the
-    user's ``own`` by itself."""
-    found: dict[str, list[str]] = {}
+def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, dict[str, Any]]]:
+    """Group ``names`` by the module they live in, as what one of them has prepared may serve the others.
+
+    Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``keywords`` of
+    ``load_model``, which is all that a job needs to measure it.
+    """
+    found: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:
         family = name if name in own else MODELS[name][0].rpartition(".")[2]
-        found.setdefault(family, []).append(name)
+        found.setdefault(family, {})[name] = _recipe(name, own)
     return found
 
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:
-    """What is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
+    """Describe what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
     modules = {place.rpartition(".")[2] for place, _ in MODELS.values()}
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):
             return f"{name}, which palpate uses itself; call your own model something else"
     return describe_unknown(names, [*MODELS, *own])
+
+
+def _recipe(name: str, own: Mapping[str, str]) -> dict[str, Any]:
+    if name in own:
+        return {"place": str(own[name]), "keywords": {}}
+    place, what = MODELS[name]
+    return {"place": place, "keywords": what}

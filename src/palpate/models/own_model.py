@@ -1,4 +1,4 @@
-"""Models of the user's own: loaded from their files, and blamed by name for what goes wrong in them."""
+"""Load models of the user's own from their files, and name the file in whatever goes wrong in them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import InputError, NotConverged
-from palpate.models.model import Case, Model, Setting, Solver, checked
-from palpate.scenes.own_effect import opened
+from palpate.models.model import Case, Model, Setting, Solver
+from palpate.scenes.own_effect import import_file
 
 GUIDE = "see docs/add-a-model.md"
 
 
 def load(name: str, path: Path) -> Model:
-    """The model in the file ``path``, which raises InputError naming it for whatever is wrong with it."""
-    module = opened(path, f"tradeoff.own_models.{name}")
+    """Load the model in the file ``path``, which raises InputError naming the file for whatever is wrong with it."""
+    module = import_file(path, f"tradeoff.own_models.{name}")
     for function in ("settings(case)", "prepare(case, setting)"):
         if not callable(getattr(module, function.partition("(")[0], None)):
             raise InputError(f"{path}: has no function {function}; {GUIDE}.")
@@ -33,12 +33,11 @@ def load(name: str, path: Path) -> Model:
             raise InputError(f"{path}: what prepare returns lacks respond or memory_mb; {GUIDE}.")
 
         def respond(contact: int, force: np.ndarray) -> np.ndarray:
-            answer = _told(path, solver.respond, contact, force)
-            return _told(path, checked, answer, case.n_surface)
+            return _told(path, solver.respond, contact, force)
 
         return SimpleNamespace(respond=respond, memory_mb=solver.memory_mb)
 
-    return Model(settings, prepare)
+    return Model(settings, prepare, str(path))
 
 
 def _told(path: Path, call: Callable, *arguments: Any) -> Any:

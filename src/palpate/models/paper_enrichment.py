@@ -1,34 +1,26 @@
-"""Paper 1's enrichment in all its forms: a kind of feature and a kind of weights, on top of the coarse simulation."""
+"""Put paper 1's enrichment, in all its forms, on top of the coarse simulation: a kind of feature, a kind of weights."""
 
-from palpate.enrichment.blend import Blend, Known
-from palpate.enrichment.feature_vectors import kinds
-from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from, sample_counts
-from palpate.models.model import Case, Setting
-
-NEIGHBOURS = (1, 4, 20, 40)
-"""Lengths of the contact-ordered feature that are tried beside the configured one."""
+from palpate.enrichment.blend import fit
+from palpate.models.coarse_enriched import Enriched, coarse_simulation, fitting_to
+from palpate.models.model import Case, Setting, distinct, training_counts
 
 
 def settings(case: Case, features: str, weights: str) -> list[Setting]:
-    """Training samples k; and of paper 1's contact-ordered feature its neighbours l, with all samples."""
-    counts = [{"samples": count} for count in sample_counts(case)]
+    """List training samples k, and of paper 1's contact-ordered feature its neighbours l, with all samples."""
+    grid, usual = case.grid["paper_enrichment"], {"neighbours": case.options.neighbours}
+    found = [{"samples": count} for count in training_counts(case, grid["training_shares"])]
     if features == "unordered":
-        return counts
-    usual = {"neighbours": case.options.neighbours}
-    found = [count | usual for count in counts]
+        return found
+    found = [count | usual for count in found]
     if features == "ordered":
         most = len(case.meshes.coarse_surface)
-        lengths = [n for n in NEIGHBOURS if n < most and n != case.options.neighbours]
-        found += [{"samples": case.n_training, "neighbours": n} for n in lengths]
-    return found
+        found += [{"samples": case.n_training, "neighbours": n} for n in grid["neighbours"] if n < most]
+    return distinct(found)
 
 
 def prepare(case: Case, setting: Setting, features: str, weights: str) -> Enriched:
-    """σ by cross-validation on the training samples; the views of all contacts beforehand."""
-    fewer = case.first(setting["samples"])
-    db, training = learnt_from(fewer)
-    seen = kinds(db, setting.get("neighbours", case.options.neighbours))[features]
-    for contact in db.coarse_surface:
-        seen.view(int(contact))
-    known = Known(seen, training, case.options)
-    return Enriched(case, Blend(known, weights, known.choose_sigma(weights)), coarse_simulation(case))
+    """Choose σ by cross-validation on the training samples, and order the nodes around all contacts in advance."""
+    fitting = fitting_to(case.first(setting["samples"]))
+    method = fit(fitting, features, weights, setting.get("neighbours"))
+    method.order_ahead(fitting.db.coarse_surface)
+    return Enriched(method, coarse_simulation(case))

@@ -1,19 +1,17 @@
-"""Proper orthogonal decomposition with radial basis functions, on top of the coarse simulation."""
+"""Put proper orthogonal decomposition with radial basis functions on top of the coarse simulation."""
 
-from palpate.enrichment.pod_rbf import PodRbf
-from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from
+from palpate.enrichment.pod_rbf import fit
+from palpate.models.coarse_enriched import Enriched, coarse_simulation, fitting_to
 from palpate.models.model import Case, Setting
-
-MODES = (1, 2, 4, 8, 16, 32)
 
 
 def settings(case: Case) -> list[Setting]:
-    """How many modes are kept, up to one a sample but the mean."""
+    """List how many modes are kept, up to one for each sample but the mean."""
     most = case.n_training - 1
-    return [{"modes": modes} for modes in sorted({min(modes, most) for modes in (*MODES, most)})]
+    counts = sorted({min(modes, most) for modes in (*case.grid["pod_rbf"]["modes"], most)})
+    return [{"modes": modes} for modes in counts]
 
 
 def prepare(case: Case, setting: Setting) -> Enriched:
-    """Kernel and width by cross-validation on the training samples."""
-    db, training = learnt_from(case)
-    return Enriched(case, PodRbf(db, training, setting["modes"]), coarse_simulation(case))
+    """Choose kernel and width by cross-validation on the training samples."""
+    return Enriched(fit(fitting_to(case), setting["modes"]), coarse_simulation(case))

@@ -1,17 +1,15 @@
-"""Ridge regression from coarse to fine displacements, linear or through a kernel, on top of the coarse simulation."""
+"""Put ridge regression to fine displacements, linear or through a kernel, on top of the coarse simulation."""
 
-from palpate.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.models.coarse_enriched import Enriched, coarse_simulation, learnt_from, sample_counts
-from palpate.models.model import Case, Setting
+from palpate.enrichment.ridge import fit
+from palpate.models.coarse_enriched import Enriched, coarse_simulation, fitting_to
+from palpate.models.model import Case, Setting, training_counts
 
 
 def settings(case: Case, kernel: bool) -> list[Setting]:
-    """How many training samples are used."""
-    return [{"samples": count} for count in sample_counts(case)]
+    """List how many training samples are used."""
+    return [{"samples": count} for count in training_counts(case, case.grid["ridge"]["training_shares"])]
 
 
 def prepare(case: Case, setting: Setting, kernel: bool) -> Enriched:
-    """Its settings by cross-validation on the training samples."""
-    db, training = learnt_from(case.first(setting["samples"]))
-    method = KernelRidgeDetail(db, training, case.options) if kernel else RidgeUpsampling(db, training)
-    return Enriched(case, method, coarse_simulation(case))
+    """Choose widths and ridges by cross-validation on the training samples."""
+    return Enriched(fit(fitting_to(case.first(setting["samples"])), kernel), coarse_simulation(case))

@@ -1,4 +1,4 @@
-"""Shape matching pressed until it settles, and the two numbers that say how stiff it is, fitted to samples."""
+"""Press shape matching until it settles, and fit the two numbers that say how stiff it is to samples."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,12 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import goal_shapes
 from palpate.errors import InputError, NotConverged
-from palpate.models.fem_statics import contact_shares, share_of, to_surface
+from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.model import Case
 from palpate.samples.database import Database
 
 LEFT = 0.01
 """What damping leaves of a swing after all steps: as little damping as that, or slow modes would not arrive."""
-SAMPLES, EVALUATIONS = 12, 40
-"""Of a fit: training samples, taken evenly, and tries of the scale and of β."""
 ALPHA = 1.0
 """At rest goals and load balance at α (x − g) = φ f/m, so only φ/α counts; on the way there 1 is fastest: with cubes on
 the cylinder 0.5 was twice as wrong after 100 steps, and with one cluster hardly worse."""
@@ -28,7 +26,7 @@ which neighbours share too few particles to hold together; and what part neighbo
 
 
 def cubes(mesh: TetMesh) -> dict:
-    """Clusters that suit a mesh, as ``make_clusters`` wants them."""
+    """Return clusters that suit a mesh, as ``make_clusters`` takes them."""
     ends = mesh.nodes[mesh.edges]
     mean = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
     return {"kind": "cubes", "edge_m": max(EDGE * mesh.size, SPAN * mean), "overlap": OVERLAP}
@@ -54,7 +52,7 @@ class Shapes:
             raise InputError(f"{case.body.name}: nothing is held, so shapes do not come to rest; give it anchors.")
         self.up = to_surface(case.body, 0)
         self._mode, self._clusters = mode, clusters
-        self._shares = contact_shares(case.body, 0, case.radius_m)
+        self._shares = ContactShares(case.body, 0, case.radius_m)
 
     def soften(self, softness: Softness) -> None:
         """Make its shapes as soft as that."""
@@ -63,12 +61,13 @@ class Shapes:
         self._matching = goal_shapes.make(self.particles, settings)
 
     def settle(self, contact: int, force: np.ndarray, steps: int) -> np.ndarray:
-        """Displacements (n, 3) [m] after so many steps from rest under ``force`` (3,) [N]; InputError if it cannot be
-        pressed there.
+        """Return displacements (n, 3) [m] after so many steps from rest under ``force`` (3,) [N].
+
+        InputError for a contact that cannot be pressed.
 
         The goal-position scheme in lengths a step, w = h v: w' = d w + α (g − x) + h² f/m, x' = x + w'.
         """
-        nodes, shares = share_of(self._shares, contact)
+        nodes, shares = self._shares.of(contact)
         push = np.zeros_like(self.particles.nodes)
         push[nodes] = self._scale * np.outer(shares / self.particles.masses[nodes], force)
         keep, held = LEFT ** (2.0 / steps), self.particles.held
@@ -85,14 +84,15 @@ class Shapes:
         return x - self.particles.nodes
 
 
-def fit(shapes: Shapes, samples: Database, steps: int) -> Softness:
-    """The softness with the least mean RMSE of peak after so many steps, by the simplex of Nelder and Mead.
+def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: int) -> Softness:
+    """Find the softness with the least mean RMSE of peak after so many steps, by the simplex of Nelder and Mead.
 
-    Some of ``samples`` serve, evenly chosen. A sample that leaves the finite numbers, or is off by more than its
-    peak, counts as wrong by it. Raises NotConverged if none is better than no answer at all.
+    count : of ``samples`` that serve, evenly chosen; evaluations : of the misfit, beyond those of the starts
+    A sample that leaves the finite numbers, or whose error is above its peak, counts as wrong by its peak. Raises
+    NotConverged if no softness is better than no answer at all.
     """
     material, size = shapes.particles.material, shapes.particles.size
-    chosen = np.unique(np.linspace(0, len(samples.contact) - 1, SAMPLES).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(samples.contact) - 1, count).round().astype(int))
 
     def misfit(scale: float, beta: float) -> float:
         shapes.soften(Softness(float(np.exp(scale)), beta))
@@ -103,7 +103,7 @@ def fit(shapes: Shapes, samples: Database, steps: int) -> Softness:
     starts = whole - np.arange(1.0, 10.0, 1.5)
     start = min(starts, key=lambda scale: misfit(scale, 0.5))
     simplex = np.array([[start, 0.5], [start - 0.7, 0.5], [start, 0.8]])
-    options = {"maxfev": EVALUATIONS, "initial_simplex": simplex}
+    options = {"maxfev": evaluations, "initial_simplex": simplex}
     bounds = [(None, None), (0.0, 0.99)]
     found = minimize(lambda q: misfit(*q), simplex[0], method="Nelder-Mead", bounds=bounds, options=options)
     if not found.fun < 1.0:
@@ -112,7 +112,7 @@ def fit(shapes: Shapes, samples: Database, steps: int) -> Softness:
 
 
 def _off(shapes: Shapes, samples: Database, i: int, steps: int) -> float:
-    """RMSE of peak of one sample, 1 at most."""
+    """Return the RMSE of peak of one sample, 1 at most."""
     with np.errstate(over="ignore", invalid="ignore"):
         off = shapes.up @ shapes.settle(int(samples.contact[i]), samples.force[i], steps) - samples.fine[i]
         rmse = np.sqrt(np.mean(np.sum(off**2, axis=1)))

@@ -1,4 +1,4 @@
-"""The equilibrium of a spring network on one level of a body."""
+"""Find the equilibrium of a spring network on one level of a body."""
 
 import numpy as np
 from scipy import sparse
@@ -10,11 +10,11 @@ from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.volume import Volume
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
-from palpate.linalg.krylov import conjugate_gradients
-from palpate.models.fem_statics import contact_shares, share_of, to_surface
+from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.model import Case
-from palpate.models.quasi_newton import descend
+from palpate.solvers.lbfgs import descend
 from palpate.solvers.system import System
 
 TOLERANCE, REACHED, MOST = 1e-6, 1e-3, 300
@@ -35,7 +35,7 @@ class Network:
             raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
         self.model, self.rest = spring_model(self.particles), self.particles.nodes
         self.up = to_surface(case.body, level)
-        self._shares = contact_shares(case.body, level, case.radius_m)
+        self._shares = ContactShares(case.body, level, case.radius_m)
         self._load = np.zeros_like(self.rest)
 
     def stiffen(self, young_pa: np.ndarray, volume_n_m: float) -> None:
@@ -49,21 +49,21 @@ class Network:
 
     def press(self, contact: int, force: np.ndarray) -> None:
         """Load it with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
-        nodes, shares = share_of(self._shares, contact)
+        nodes, shares = self._shares.of(contact)
         self._load = np.zeros_like(self.rest)
         self._load[nodes] = np.outer(shares, force)
         self._load[self.particles.held] = 0.0
 
     def energy(self, x: np.ndarray) -> float:
-        """Energy of springs and volume minus the work of the load [J]."""
+        """Return the energy of springs and volume minus the work of the load [J]."""
         return self._system.energy(x) - float(np.vdot(self._load, x - self.rest))
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Their forces and the load (n, 3) [N], zero at held nodes."""
+        """Return their forces and the load (n, 3) [N], zero at held nodes."""
         return self._system.potential_force(x) + self._load
 
     def approach(self, iterations: int, start: np.ndarray | None = None) -> np.ndarray:
-        """Positions (n, 3) [m] after so many quasi-Newton iterations; the first from rest goes along the linear answer.
+        """Return positions (n, 3) [m] after so many quasi-Newton iterations; from rest the first is the linear answer.
 
         Raises NotConverged if not even the first lowers the energy.
         """
@@ -74,16 +74,18 @@ class Network:
         return x
 
     def settle(self, start: np.ndarray) -> np.ndarray:
-        """Positions (n, 3) [m] at rest under the load; NotConverged if none are found."""
+        """Return positions (n, 3) [m] at rest under the load; NotConverged if none are found."""
         x = self.approach(MOST, start)
         left = float(np.linalg.norm(self.force(x)) / max(np.linalg.norm(self._load), 1e-300))
         if not left <= REACHED:
             raise NotConverged(f"{self.particles.name}: springs still move after {MOST} iterations", [left])
         return x
 
-    def pull(self, x: np.ndarray, by_x: np.ndarray) -> np.ndarray:
-        """The inverse of the stiffness at ``x`` applied to ``by_x`` (n, 3), or what is known of it where it has none:
-        the adjoint of the equilibrium."""
+    def adjoint(self, x: np.ndarray, by_x: np.ndarray) -> np.ndarray:
+        """Apply the inverse of the stiffness at ``x`` to ``by_x`` (n, 3): the adjoint of the equilibrium.
+
+        Where the stiffness is not positive definite, this returns what conjugate gradients reach.
+        """
         stiffness = self._stiffness(x)
         right = by_x.copy()
         right[self.particles.held] = 0.0

@@ -1,4 +1,4 @@
-"""Make the database of a body from what was simulated on its fine and its coarse mesh."""
+"""Assemble the database of a body from what was simulated on its fine and its coarse mesh."""
 
 import hashlib
 import json
@@ -7,17 +7,28 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
+from palpate.errors import InputError
 from palpate.samples.database import Database
+from palpate.samples.static_responses import Responses
 
 
 def assemble(
-    body: Body, loads: pd.DataFrame, fine: np.ndarray, coarse: np.ndarray, residual: np.ndarray, digest: str
+    body: Body,
+    loads: pd.DataFrame,
+    fine: Responses,
+    paper: tuple[np.ndarray, np.ndarray],
+    live: Responses,
+    digest: str,
 ) -> Database:
-    """Put k samples of both protocols together.
+    """Put the k samples of both protocols together.
 
-    fine, coarse : (k, n_nodes of that level, 3) [m], responses to ``loads`` in the same order
-    The ``paper`` protocol's coarse samples are the fine ones at the coarse nodes, which come first.
+    fine, live : responses of the fine and of the coarse mesh to ``loads``, in the same order
+    paper : sample numbers (k,) and coarse displacements (k, N, 3) [m] that were subsampled from the fine ones
+    Raises InputError where they are not of the same samples.
     """
+    for name, sample in (("fine", fine.sample), ("subsampled", paper[0]), ("coarse", live.sample)):
+        if not np.array_equal(sample, loads["sample"]):
+            raise InputError(f"{body.name}: the {name} responses are not those to the loads; simulate them again.")
     surface, mesh = body.fine.surface, body.coarse
     return Database(
         nodes_fine_surface=body.fine.nodes[surface],
@@ -29,15 +40,16 @@ def assemble(
         contact_normals=mesh.normals[mesh.surface],
         contact=loads["contact"].to_numpy(),
         force=loads[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(),
-        fine=fine[:, surface],
-        coarse_paper=fine[:, : len(mesh.nodes)],
-        coarse_live=coarse,
-        residual=residual,
+        fine=fine.displacement[:, surface],
+        coarse_paper=paper[1],
+        coarse_live=live.displacement,
+        residual=fine.residual,
+        seconds=fine.seconds + live.seconds,
         material=body.material,
         config_digest=digest,
     )
 
 
 def digest(settings: dict) -> str:
-    """A short name for ``settings`` that changes with any of them."""
+    """Name ``settings`` briefly; the name changes with any of them."""
     return hashlib.sha256(json.dumps(settings, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -1,6 +1,6 @@
-"""The database of paper 1: corresponding coarse and fine deformations of one body, and its rest meshes."""
+"""Store and read the database of paper 1: corresponding coarse and fine deformations of one body, and its meshes."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +13,7 @@ from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.samples.database_fields import FIELDS, check, refuse
 
-FORMAT = 1
+FORMAT = 2
 _PARTS = ("data", "indices", "indptr")
 
 
@@ -30,6 +30,7 @@ class Database:
     contact : (k,) coarse node number of each sample's contact; force : (k, 3) [N]
     fine : (k, n, 3) [m]; coarse_paper, coarse_live : (k, N, 3) [m], displacements of the two protocols
     residual : (k,) relative residual of the fine solutions
+    seconds : (k,) what simulating each sample took on the fine and on the coarse mesh together [s]
     config_digest : identifies the settings the samples were made with
     """
 
@@ -46,16 +47,22 @@ class Database:
     coarse_paper: np.ndarray
     coarse_live: np.ndarray
     residual: np.ndarray
+    seconds: np.ndarray
     material: Material
     config_digest: str
 
     def coarse(self, protocol: str) -> np.ndarray:
-        """Coarse displacements of the protocol "paper" or "live", (k, N, 3) [m]."""
+        """Return coarse displacements of the protocol "paper" or "live", (k, N, 3) [m]."""
         return {"paper": self.coarse_paper, "live": self.coarse_live}[protocol]
+
+    def take(self, rows: np.ndarray) -> "Database":
+        """Return the database with these samples only, in this order; a sample may come twice."""
+        names = [name for name, field in FIELDS.items() if field.shape[0] == "k"]
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     @cached_property
     def peaks(self) -> np.ndarray:
-        """Largest fine displacement of each sample, (k,) [m]: what errors are relative to."""
+        """The largest fine displacement of each sample, (k,) [m], which errors are relative to."""
         return np.linalg.norm(self.fine, axis=2).max(axis=1)
 
     @cached_property

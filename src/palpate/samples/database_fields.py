@@ -1,4 +1,4 @@
-"""What a database holds: place, shape, unit and kind of number of every field, and the check against them."""
+"""Describe every field of a database, its place, shape, unit and kind of number, and check values against that."""
 
 from typing import Any, NamedTuple
 
@@ -34,6 +34,7 @@ FIELDS = {
     "coarse_paper": Field("samples", ("k", "N", 3), "m"),
     "coarse_live": Field("samples", ("k", "N", 3), "m"),
     "residual": Field("samples", ("k",), "1"),
+    "seconds": Field("samples", ("k",), "s"),
 }
 
 
@@ -56,6 +57,8 @@ def check(values: dict[str, Any], where: str) -> None:
         refuse(where, "coarse_surface", "is not increasing")
     if not np.isin(values["contact"], values["coarse_surface"]).all():
         refuse(where, "contact", "names a node that is not on the coarse surface")
+    if (values["seconds"] < 0).any():
+        refuse(where, "seconds", "has a negative time")
     if not values["fine"].any(axis=(1, 2)).all():
         refuse(where, "fine", "has a sample in which nothing moves")
 

@@ -1,4 +1,4 @@
-"""Which contacts are pressed, and how hard: the load cases of a regime."""
+"""Choose which contacts are pressed, and how hard: the load cases of a regime."""
 
 import numpy as np
 import pandas as pd
@@ -21,7 +21,7 @@ def choose_loads(
     count: int,
     seed: int,
 ) -> pd.DataFrame:
-    """``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
+    """Choose ``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
 
     A press of magnitude 1 is meant to move the body by ``peak_of_size`` times its size at most: the force is
     found with the nonlinear coarse body, corrected by how much softer the fine one is for small loads.
@@ -60,12 +60,12 @@ def choose_loads(
 
 
 def force_of(load: pd.Series) -> np.ndarray:
-    """The force (3,) [N] of one row."""
+    """Return the force (3,) [N] of one row."""
     return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
 
 
 def nodal_forces(body: Body, level: int, load: pd.Series) -> np.ndarray:
-    """The nodal forces (n_nodes, 3) [N] of one row on one level of ``body``."""
+    """Return the nodal forces (n_nodes, 3) [N] of one row on one level of ``body``."""
     return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
 
 
@@ -79,7 +79,7 @@ def _peak(displacement: np.ndarray) -> float:
 
 
 def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> float:
-    """The factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within 2 %."""
+    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within 2 %."""
     for _ in range(12):
         reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
         if abs(reached / peak - 1.0) < 0.02:

@@ -1,6 +1,4 @@
-"""Which samples are trained on and which are held out."""
-
-from collections.abc import Sequence
+"""Divide samples into those to train on and those to hold out."""
 
 import numpy as np
 
@@ -8,7 +6,7 @@ from palpate.errors import InputError
 
 
 def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Divide the samples into ``train`` and ``test`` ones; returns both as increasing sample numbers.
+    """Divide the samples into ``train`` and ``test`` ones; return both as increasing sample numbers.
 
     contact : (k,) contact node of each sample, k = train + test
     kind : "samples" holds out random samples (the paper's), "contacts" whole contact nodes
@@ -30,14 +28,8 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
     return np.flatnonzero(~held_out), np.flatnonzero(held_out)
 
 
-def sides(part: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Sample numbers of the training and of the test samples, from a column of "train" and "test"."""
-    part = np.asarray(part)
-    return np.flatnonzero(part == "train"), np.flatnonzero(part == "test")
-
-
 def _contacts_with(contact: np.ndarray, wanted: int, random: np.random.Generator) -> np.ndarray:
-    """A random set of contacts that has exactly ``wanted`` samples, by dynamic programming over the sums."""
+    """Choose a random set of contacts that has exactly ``wanted`` samples, by dynamic programming over the sums."""
     nodes, counts = np.unique(contact, return_counts=True)
     reached: dict[int, list[int]] = {0: []}
     for i in random.permutation(len(nodes)):

@@ -1,54 +1,82 @@
-"""Where each effect and integrator lives. Names only: a module is imported when a scene calls for it."""
+"""The registry of effects and integrators: names and import paths. A module is imported when a scene calls for it.
+
+To add an effect to palpate, add its module and one line to EFFECTS.
+"""
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 from palpate.errors import describe_unknown
 
-ELASTIC = ("corotational", "triangles", "springs", "shape_matching")
-"""Effects that hold a body together; a scene names exactly one."""
-OTHERS = (
-    "gravity",
-    "held",
-    "push",
-    "bending",
-    "volume",
-    "body_springs",
-    "contact",
-    "plasticity",
-    "rayleigh",
-    "kelvin",
-    "maxwell",
-    "velocity_damping",
-)
-INTEGRATORS = ("symplectic_euler", "backward_euler", "goal_position")
 
-EFFECTS = {name: f"palpate.effects.{name}" for name in (*ELASTIC, *OTHERS)} | {
-    "shape_matching": "palpate.effects.shape_matching.goal_shapes",
-    "contact": "palpate.collision.contact.contact_effect",
+@dataclass(frozen=True)
+class Entry:
+    """One effect.
+
+    module : import path of its ``make``
+    role : "elastic" (holds a body together; a scene has exactly one), "damping" (takes energy out of it) or "other"
+    settings : of an effect that a scene names without a block; None if the block is required
+    damping : of an elastic effect, the damping that ``effects: auto`` chooses if the scene has no block of any
+    """
+
+    module: str
+    role: str = "other"
+    settings: Mapping[str, Any] | None = None
+    damping: str = ""
+
+
+EFFECTS = {
+    "corotational": Entry("palpate.effects.corotational", "elastic", {}, "rayleigh"),
+    "triangles": Entry("palpate.effects.triangles", "elastic", {}, "rayleigh"),
+    "springs": Entry("palpate.effects.springs", "elastic", {}, "kelvin"),
+    "shape_matching": Entry("palpate.effects.shape_matching.goal_shapes", "elastic", None, damping="velocity_damping"),
+    "gravity": Entry("palpate.effects.gravity"),
+    "held": Entry("palpate.effects.held", settings={}),
+    "push": Entry("palpate.effects.push"),
+    "bending": Entry("palpate.effects.bending", settings={}),
+    "volume": Entry("palpate.effects.volume", settings={}),
+    "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
+    "contact": Entry("palpate.collision.contact.contact_effect", settings={"instruments": []}),
+    "plasticity": Entry("palpate.effects.plasticity"),
+    "rayleigh": Entry("palpate.effects.rayleigh", "damping", {"mass_1_s": 1.0, "stiffness_s": 0.01}),
+    "kelvin": Entry("palpate.effects.kelvin", "damping", {"ratio": 0.1}),
+    "maxwell": Entry("palpate.effects.maxwell", "damping"),
+    "velocity_damping": Entry("palpate.effects.velocity_damping", "damping", {"rate_1_s": 1.0}),
 }
-SOLVERS = {name: f"palpate.solvers.{name}" for name in INTEGRATORS}
+"""One line for each effect."""
+ELASTIC = tuple(name for name, entry in EFFECTS.items() if entry.role == "elastic")
+DAMPINGS = tuple(name for name, entry in EFFECTS.items() if entry.role == "damping")
 
+INTEGRATORS = {
+    "symplectic_euler": "palpate.solvers.symplectic_euler",
+    "backward_euler": "palpate.solvers.backward_euler",
+    "goal_position": "palpate.solvers.goal_position",
+}
 
 RESERVED = ("kinetic", "outer_work", "total", "integrator")
-"""What columns and rows of the tables are called, and effects therefore are not."""
+"""Names of columns and rows in the tables, which effects cannot have."""
 
 
 def effect(name: str) -> ModuleType:
-    """The module of one of EFFECTS."""
-    return importlib.import_module(EFFECTS[name])
+    """Import the module of one of EFFECTS."""
+    return importlib.import_module(EFFECTS[name].module)
+
+
+def integrator(name: str) -> ModuleType:
+    """Import the module of one of INTEGRATORS."""
+    return importlib.import_module(INTEGRATORS[name])
 
 
 def unknown(names: list[str], own: Iterable[str]) -> str:
-    """What is wrong with the names of effects, or nothing; ``own`` names those that a scene brings along."""
+    """Describe the first fault in the names of effects; empty if there is none.
+
+    own : names of the effects that the scene itself brings
+    """
     for name in own:
         if name in EFFECTS or name in RESERVED:
             return f"own.{name} has a name that palpate uses itself; call it something else"
     found = describe_unknown(names, [*own, *EFFECTS])
     return f"effects names {found}" if found else ""
-
-
-def integrator(name: str) -> ModuleType:
-    """The module of an integrator."""
-    return importlib.import_module(SOLVERS[name])

@@ -1,4 +1,4 @@
-"""Where a scene begins: at rest, or in a state that no good body should ever be in."""
+"""Initial states of scenes: at rest, or in a state that a real body is never in."""
 
 import numpy as np
 
@@ -7,11 +7,12 @@ from palpate.bodies.particles import Particles
 STARTS = ("rest", "inverted", "random", "plane", "line", "point")
 
 
-def start_of(particles: Particles, free: np.ndarray, kind: str, seed: int) -> np.ndarray:
-    """Positions (n, 3) [m] at time zero; nodes that are not ``free``, (n,) bool, start at rest in any case.
+def initial_positions(particles: Particles, free: np.ndarray, kind: str, seed: int) -> np.ndarray:
+    """Return the positions (n, 3) [m] at time zero; nodes that are not ``free``, (n,) bool, are at rest in any case.
 
-    inverted : mirrored in the middle of the first axis; random : evenly anywhere in a cube of the body's size
-    around its middle; plane, line, point : the body pressed flat, to a thread, to a dot
+    inverted : mirrored at the middle of the first axis
+    random : uniform in a cube of the body's size around its middle
+    plane, line, point : flattened to the middle along one, two or all axes
     """
     rest = particles.nodes
     middle = rest.mean(axis=0)

@@ -1,4 +1,4 @@
-"""What the run of a scene leaves behind: positions and energies over time."""
+"""The result of a scene's run: positions, energies and contacts over time."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +16,11 @@ TABLES = ("energy", "observed", "contacts")
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """A rigid thing that was in the scene: ``positions`` (f, k, 3) [m] of its points, ``triangles`` (m, 3) among them,
-    and how thick it is around them, ``radius_m`` [m]; a ball is one point, a capsule two."""
+    """A rigid obstacle over time, in f frames.
+
+    positions : (f, k, 3) [m] of its points; a ball is one point, a capsule two
+    triangles : (m, 3) between the points; radius_m : thickness around them [m]
+    """
 
     name: str
     kind: str
@@ -32,9 +35,10 @@ class Motion:
 
     times : (f,) [s]; positions : (f, n, 3) and rest : (n, 3) [m]
     triangles : (t, 3) of the surface; tetrahedra : (m, 4), if any; held : (k,) nodes held still
-    energy : one row a frame: time_s, kinetic_j, one column ``<effect>_j`` an energy, outer_work_j, total_j
-    obstacles : what it could meet; observed : one row a step, time_s and what effects observe; contacts : one row a
-        contact and frame, with place, direction and depth
+    energy : one row for each frame: time_s, kinetic_j, a column ``<effect>_j`` for each energy, outer_work_j, total_j
+    obstacles : rigid things that the body could meet
+    observed : one row for each step: time_s and the numbers that effects observe
+    contacts : one row for each contact and frame, with place, direction and depth
     up : the axis, 0 to 2, that is upright in pictures
     """
 
@@ -53,32 +57,39 @@ class Motion:
 
 
 def save(motion: Motion, path: Path | str) -> None:
-    """Write to HDF5, whole or not at all."""
+    """Write ``motion`` to HDF5, completely or not at all."""
     with write_whole(path) as part, h5py.File(part, "w") as file:
         file.attrs.update({"scene": motion.scene, "up": motion.up})
         for name in ARRAYS:
             file.create_dataset(name, data=getattr(motion, name), fletcher32=True)
         for table in TABLES:
             _write_table(file, table, getattr(motion, table))
-        for number, thing in enumerate(motion.obstacles):
+        for number, obstacle in enumerate(motion.obstacles):
             group = file.create_group(f"obstacles/{number}")
-            group.attrs.update({"name": thing.name, "kind": thing.kind, "radius_m": thing.radius_m})
-            group.create_dataset("positions", data=thing.positions, fletcher32=True)
-            group.create_dataset("triangles", data=thing.triangles)
+            group.attrs.update({"name": obstacle.name, "kind": obstacle.kind, "radius_m": obstacle.radius_m})
+            group.create_dataset("positions", data=obstacle.positions, fletcher32=True)
+            group.create_dataset("triangles", data=obstacle.triangles)
 
 
 def load(path: Path | str) -> Motion:
-    """Read what ``save`` wrote; InputError if the file is missing or damaged."""
+    """Read a file of ``save``; InputError if it is missing or damaged."""
     try:
         with h5py.File(path, "r") as file:
             energy, observed, contacts = (_read_table(file, table) for table in TABLES)
-            things = file.get("obstacles", {})
-            obstacles = tuple(_read_thing(things[number]) for number in sorted(things, key=int))
-            arrays = (file[name][()] for name in ARRAYS)
-            scene, up = str(file.attrs["scene"]), int(file.attrs["up"])
-            return Motion(scene, *arrays, energy, obstacles, observed, contacts, up)
+            groups = file.get("obstacles", {})
+            obstacles = tuple(_read_obstacle(groups[number]) for number in sorted(groups, key=int))
+            arrays = {name: file[name][()] for name in ARRAYS}
+            return Motion(
+                scene=str(file.attrs["scene"]),
+                energy=energy,
+                obstacles=obstacles,
+                observed=observed,
+                contacts=contacts,
+                up=int(file.attrs["up"]),
+                **arrays,
+            )
     except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a whole motion file ({error}); delete it and run make again.") from error
+        raise InputError(f"{path}: not a complete motion file ({error}); delete it and run make again.") from error
 
 
 def _write_table(file: h5py.File, name: str, table: pd.DataFrame) -> None:
@@ -94,7 +105,7 @@ def _read_table(file: h5py.File, name: str) -> pd.DataFrame:
     return pd.DataFrame({c: d.asstr()[()] if h5py.check_string_dtype(d.dtype) else d[()] for c, d in columns.items()})
 
 
-def _read_thing(group: h5py.Group) -> Moved:
+def _read_obstacle(group: h5py.Group) -> Moved:
     tags = group.attrs
     return Moved(
         str(tags["name"]), str(tags["kind"]), float(tags["radius_m"]), group["positions"][()], group["triangles"][()]

@@ -1,4 +1,4 @@
-"""A motion as a series that ParaView opens: one mesh a frame, and an index with the times."""
+"""Write a motion as a series for ParaView: a mesh for each frame, and an index with the times."""
 
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from palpate.scenes.motion import Motion
 def write_series(motion: Motion, folder: Path | str) -> Path:
     """Write ``<scene>_0000.vtu`` … and ``<scene>.pvd``, which names them with their times; return the latter.
 
-    Each frame holds the tetrahedra, or of a sheet or surface the triangles, the positions of all particles [m], their
-    displacement from rest (``displacement_m``) and which are held (``held``). The index is written last, so that it
-    never names a frame that is not there; frames of an earlier, longer series are removed. Raises InputError for a
-    position that is not finite.
+    Each frame holds the tetrahedra (of a sheet or surface the triangles), the positions of all particles [m], their
+    displacement from rest (``displacement_m``), and ``held``, 1 for a held particle. The index is written last, so it
+    never names a missing frame; frames of an earlier, longer series are removed. Raises InputError for a position that
+    is not finite.
     """
     if not np.isfinite(motion.positions).all():
         raise InputError(f"scene {motion.scene}: positions are not finite; delete its motion and run make again.")
@@ -41,7 +41,7 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
 
 
 def _write_frame(motion: Motion, positions: np.ndarray, path: Path) -> None:
-    """One frame as VTK's XML."""
+    """Write one frame as VTK XML."""
     import meshio
 
     held = np.zeros(len(positions), dtype=np.int8)

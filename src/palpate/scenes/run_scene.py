@@ -1,27 +1,43 @@
-"""Run a scene: the loop, what it records, and what each effect costs."""
+"""Run a scene: the loop over steps, its records, and the cost of each effect."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
 
 from palpate.bodies.particles import Particles
+from palpate.effects import effect as hooks
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import compose
-from palpate.scenes.initial_states import start_of
+from palpate.scenes.build_system import compose
+from palpate.scenes.initial_states import initial_positions
 from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 
 
+class Integrator(Protocol):
+    """A solver that steps a system in time."""
+
+    @property
+    def limit_s(self) -> float:
+        """The longest stable step [s]."""
+        raise NotImplementedError
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if there is none."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A motion and its cost: steps taken, seconds of the whole loop and in each effect, memory each effect holds.
+    """A motion and its cost.
 
-    step_p95_s : what 95 % of the steps take at most [s]
+    steps : number of steps; seconds : time of the whole loop [s]; step_p95_s : 95 % of the steps took at most this [s]
+    effect_seconds : time in each effect [s]; effect_kb : memory that each effect holds [kB]
     """
 
     motion: Motion
@@ -33,17 +49,17 @@ class Run:
 
 
 def run(scene: Scene, particles: Particles, progress: Callable = iter, without: str | None = None) -> Run:
-    """Simulate a scene, or with ``without`` what it would be if that effect were left out.
+    """Simulate a scene; ``without`` names an effect to leave out.
 
-    ``progress`` wraps the sequence of steps, as ``tqdm`` does. Raises InputError for a step beyond the
-    integrator's known limit and for a scene that begins with things that overlap, NotConverged naming the time at
-    which a step was not found or a position was not finite.
+    ``progress`` wraps the sequence of steps, as ``tqdm`` does. Raises InputError for a step beyond the integrator's
+    known limit and for objects that overlap at the start; NotConverged, naming the time, for a step that is not found
+    or a position that is not finite.
     """
     system = compose(scene, particles, without)
     integrator = _integrator(scene, system)
     _check_step(scene, integrator.limit_s)
-    record = _Record(scene, system, start_of(particles, system.free, scene.start, scene.seed))
-    system.seconds = dict.fromkeys(system.effects, 0.0)  # preparing is not part of a step
+    record = _Record(scene, system, initial_positions(particles, system.free, scene.start, scene.seed))
+    system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
     loop(system, integrator, scene, record, progress)
     seen = {id(particles), *map(id, vars(particles).values())}
     kilobytes = {name: _memory(effect, seen) / 1024 for name, effect in system.effects.items()}
@@ -51,7 +67,7 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes)
 
 
-def loop(system: System, integrator, scene: Scene, record: "_Record", progress: Callable) -> None:
+def loop(system: System, integrator: Integrator, scene: Scene, record: "_Record", progress: Callable) -> None:
     """Step from ``record.x`` to the end of the scene."""
     x, v, h = record.x, np.zeros_like(record.x), scene.step_s
     for step in progress(range(scene.steps)):
@@ -61,7 +77,7 @@ def loop(system: System, integrator, scene: Scene, record: "_Record", progress: 
             moved, v = integrator.step(x, v, h)
         except NotConverged as failure:
             raise NotConverged(f"{scene.place}, at {step * h:.4g} s: {failure}", failure.history) from failure
-        except InputError as error:  # contact looks at where bodies are when the first step begins
+        except InputError as error:  # contact checks the positions of bodies when the first step begins
             raise InputError(f"{scene.place}: {error}") from error
         system.relax(moved, h)
         record.seconds.append(perf_counter() - start)
@@ -70,34 +86,36 @@ def loop(system: System, integrator, scene: Scene, record: "_Record", progress: 
 
 
 class _Record:
-    """Frames, energies and work along the way."""
+    """Frames, energies, contacts and work during a run."""
 
     def __init__(self, scene: Scene, system: System, x: np.ndarray):
         self._scene, self._system, self.x = scene, system, x
         self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
         self.seconds: list[float] = []
         self._work = 0.0
-        self._frames, self._rows, self._contacts, self._observed = [], [], [], []
-        self._observers = [effect for _, effect in system.offering("observe")]
-        self._touchers = [effect for _, effect in system.offering("contacts")]
-        self._loaded = bool([e for e in system.effects.values() if getattr(e, "outer", False)])
+        self._frames: list[np.ndarray] = []
+        self._rows: list[dict[str, float]] = []
+        self._contacts: list[pd.DataFrame] = []
+        self._observed: list[dict[str, float]] = []
+        self._observers = [effect for _, effect in system.offering(hooks.Observation)]
+        self._contact_effects = [effect for _, effect in system.offering(hooks.Contacts)]
         self._keep(0, x, np.zeros_like(x))
 
     def after(self, step: int, before: np.ndarray, x: np.ndarray, v: np.ndarray) -> None:
-        """Take note of one step."""
+        """Record one step."""
         spent = dict(self._system.seconds)
-        if self._loaded:
+        if self._system.loaded:
             self._work += float(np.vdot(self._system.outer_force(before, v), x - before))
         if self._observers:
-            seen = {"time_s": step * self._scene.step_s}
+            row = {"time_s": step * self._scene.step_s}
             for effect in self._observers:
-                seen |= effect.observe(x)
-            self._observed.append(seen)
+                row |= effect.observe(x)
+            self._observed.append(row)
         if step == self._every[len(self._frames)]:
             self._keep(step, x, v)
-        self._system.seconds.update(spent)  # taking notes is not part of what an effect costs
+        self._system.seconds.update(spent)  # recording is not part of an effect's cost
 
-    def _keep(self, step, x, v) -> None:
+    def _keep(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise NotConverged(
                 f"{self._scene.place}: positions are not finite at {step * self._scene.step_s:.4g} s; "
@@ -110,34 +128,44 @@ class _Record:
         row |= {f"{name}_j": energy for name, energy in potentials.items()}
         self._rows.append(row | {"outer_work_j": self._work, "total_j": kinetic + sum(potentials.values())})
         self._frames.append(x.copy())
-        if step:  # nothing touches before the first step
-            self._contacts += [effect.contacts(x).assign(time_s=row["time_s"]) for effect in self._touchers]
+        if step:  # before the first step there are no contacts yet
+            self._contacts += [effect.contacts(x).assign(time_s=row["time_s"]) for effect in self._contact_effects]
 
     def motion(self) -> Motion:
-        """What was recorded."""
+        """Return the motion recorded so far."""
         energy = pd.DataFrame(self._rows)
         particles = self._system.particles
-        held = np.flatnonzero(~self._system.free)
-        times, positions = energy["time_s"].to_numpy(), np.array(self._frames)
-        cells = particles.triangles, particles.tetrahedra
-        contacts = pd.concat(self._contacts, ignore_index=True) if self._contacts else pd.DataFrame()
-        things = [thing for effect in self._touchers for thing in effect.obstacles]
-        moved = tuple(
-            Moved(t.name, t.kind, t.radius_m, np.array([t.at(time) for time in times]), t.triangles) for t in things
+        times = energy["time_s"].to_numpy()
+        obstacles = [obstacle for effect in self._contact_effects for obstacle in effect.obstacles]
+        return Motion(
+            scene=self._scene.name,
+            times=times,
+            positions=np.array(self._frames),
+            rest=particles.nodes,
+            triangles=particles.triangles,
+            tetrahedra=particles.tetrahedra,
+            held=np.flatnonzero(~self._system.free),
+            energy=energy,
+            obstacles=tuple(
+                Moved(o.name, o.kind, o.radius_m, np.array([o.at(time) for time in times]), o.triangles)
+                for o in obstacles
+            ),
+            observed=pd.DataFrame(self._observed),
+            contacts=pd.concat(self._contacts, ignore_index=True) if self._contacts else pd.DataFrame(),
+            up=_up(self._system, obstacles),
         )
-        tables, up = (pd.DataFrame(self._observed), contacts), _up(self._system, things)
-        return Motion(self._scene.name, times, positions, particles.nodes, *cells, held, energy, moved, *tables, up)
 
 
-def _up(system: System, things: list) -> int:
-    """The axis along which weight pulls, or else a floor's, or else z."""
-    if "gravity" in system.effects and system.effects["gravity"].acceleration.any():
-        return int(np.abs(system.effects["gravity"].acceleration).argmax())
-    floors = [thing.points for thing in things if thing.kind == "floor"]
+def _up(system: System, obstacles: Sequence[hooks.Rigid]) -> int:
+    """Return the axis of the weight; without weight, the axis normal to a floor; without either, z."""
+    for _, effect in system.offering(hooks.Weight):
+        if np.any(effect.acceleration):
+            return int(np.abs(effect.acceleration).argmax())
+    floors = [obstacle.points for obstacle in obstacles if obstacle.kind == "floor"]
     return int(np.ptp(floors[0], axis=0).argmin()) if floors else 2
 
 
-def _integrator(scene: Scene, system: System):
+def _integrator(scene: Scene, system: System) -> Integrator:
     try:
         return effect_registry.integrator(scene.integrator).make(system, {"tolerance": scene.tolerance})
     except InputError as error:
@@ -152,8 +180,8 @@ def _check_step(scene: Scene, limit_s: float) -> None:
         )
 
 
-def _memory(value: object, seen: set[int]) -> int:
-    """Bytes of the arrays that an effect holds, each counted once and the particles' own not."""
+def _memory(value: Any, seen: set[int]) -> int:
+    """Return the bytes of the arrays in ``value``, each array once and without those in ``seen``, which grows."""
     if id(value) in seen:
         return 0
     seen.add(id(value))

@@ -1,4 +1,4 @@
-"""A scene: what is simulated, from its entry in the config."""
+"""A scene: the simulation that an entry in the config describes."""
 
 import math
 from dataclasses import dataclass, field
@@ -9,9 +9,9 @@ from pathlib import Path
 class Scene:
     """One entry of ``scenes:`` in the config, complete.
 
-    others : more bodies, each with its ``body`` and the ``shift_m`` (3,) [m] that takes it to its place
+    others : further bodies, each with its ``body`` and the ``shift_m`` (3,) [m] to its place
     effects : their names, or "auto"
-    settings : one block an effect that has any; own : the user's effects, name → file
+    settings : name of an effect → its block; own : name of the user's own effect → its file
     """
 
     name: str
@@ -33,17 +33,17 @@ class Scene:
 
     @property
     def steps(self) -> int:
-        """How many steps it takes to cover the duration."""
+        """The number of steps that cover the duration."""
         return max(1, math.ceil(self.duration_s / self.step_s - 1e-9))
 
     @property
     def place(self) -> str:
-        """What messages call it."""
+        """The name in messages."""
         return f"scenes.{self.name}"
 
 
 def scene_of(name: str, entry: dict, seed: int = 1) -> Scene:
-    """The scene of a complete config entry, whose ``own`` holds paths that can be opened as they are."""
+    """Make the scene of a complete config entry, whose ``own`` holds paths that can be opened directly."""
     plain = {key: entry[key] for key in Scene.__dataclass_fields__ if key in entry and key not in ("settings", "own")}
     blocks = {key: value for key, value in entry.items() if key not in plain and isinstance(value, dict)}
     own = {key: Path(value) for key, value in blocks.pop("own", {}).items()}

@@ -1,4 +1,4 @@
-"""Who plays in a scene: its body and the others, as particles."""
+"""The bodies of a scene as particles."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,9 +8,11 @@ from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.scenes.scene import Scene
 
 
-def cast(scene: Scene, bodies: Sequence[Path | str]) -> Particles:
-    """The particles of a scene whose bodies are in the files ``bodies``, its own first; InputError if they cannot be
-    joined."""
+def load_particles(scene: Scene, bodies: Sequence[Path | str]) -> Particles:
+    """Load the particles of a scene from the files ``bodies``, its own body first.
+
+    Raises InputError if the bodies cannot be joined.
+    """
     parts = [particles_of(load(path), scene.level, scene.surface) for path in bodies]
     if not scene.others:
         return parts[0]

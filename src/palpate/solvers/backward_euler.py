@@ -1,4 +1,4 @@
-"""Backward Euler: each step a minimisation, unconditionally stable, and without energy from nowhere."""
+"""Backward Euler: each step is a minimisation. It is stable for any step and never creates energy."""
 
 import math
 from collections.abc import Callable
@@ -6,28 +6,29 @@ from collections.abc import Callable
 import numpy as np
 from scipy import sparse
 
+from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, offers
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.factor import Factor
-from palpate.solvers.newton import minimise
+from palpate.solvers.newton import Product, minimise
 from palpate.solvers.system import System
 
 HALVINGS = 8
-"""How often a step that Newton's method does not manage is cut in two before giving up."""
-FIRM = 1e-3
-"""Up to what part of the force that would press a body to nothing the forces of contact count among those that
-residuals are measured by: near a surface that has just been moved they may be beyond any sense."""
-PATIENCE = 30
-"""Products with the matrix after which its old factor no longer pays as a preconditioner."""
+"""Number of times that a step is halved, if Newton's method does not converge, before giving up."""
+CONTACT_SHARE = 1e-3
+"""Upper bound of a contact force in the scale of residuals, relative to the force that would flatten the body: close to
+an obstacle that has just moved, contact forces can be extremely large."""
+MAX_PRODUCTS = 30
+"""Products with the matrix after which a new factor pays off as its preconditioner."""
 
 
 def make(system: System, settings: dict) -> "BackwardEuler":
-    """The integrator; InputError where an effect has a force that comes from nothing it could minimise."""
-    if not hasattr(system.elastic, "add_stiffness"):
+    """Make the integrator; InputError for an effect whose force it could not include in the minimisation."""
+    if not offers(system.elastic, Stiffness):
         raise InputError("it needs an elastic effect with a stiffness; with shape_matching choose goal_position.")
-    for name, effect in system.offering("add_force"):
-        if not (hasattr(effect, "energy") or hasattr(effect, "add_damping") or getattr(effect, "outer", False)):
+    for name, effect in system.offering(Force):
+        if not (offers(effect, Energy) or offers(effect, Damping) or is_load(effect)):
             raise InputError(
-                f"{name} has a force, but no energy, no add_damping and not outer = True, so it would be missed; "
+                f"{name} has a force, but no energy, no add_damping and not outer = True, so it would be ignored; "
                 "give it one of them."
             )
     return BackwardEuler(system, settings["tolerance"])
@@ -36,10 +37,10 @@ def make(system: System, settings: dict) -> "BackwardEuler":
 class BackwardEuler:
     """x' minimises ‖x' − x − h v‖²_M / 2h² + E(x') − f·x' + (x' − x)ᵀ C(x) (x' − x) / 2h, then v' = (x' − x)/h.
 
-    E is the potential energy, f the loads and C the damping matrix, taken at the start of the step (Martin et al.
-    2011; Gast et al. 2015). As the minimum is not above the value at x, the potential energy never exceeds the
-    energy there was, plus the work of the loads; yet together with the kinetic energy it may, where E is not
-    convex. Then v' is scaled down until the sum fits, its mean left alone: no step makes energy.
+    E is the potential energy, f the loads and C the damping matrix at the start of the step (Martin et al. 2011; Gast
+    et al. 2015). The minimum is not above the value at x, so the potential energy never exceeds the total energy
+    before, plus the work of the loads. Where E is not convex, its sum with the kinetic energy may; then v' is scaled
+    down until the sum does not exceed it, and keeps its mean. So no step creates energy.
     """
 
     limit_s = math.inf
@@ -48,37 +49,40 @@ class BackwardEuler:
         self._system, self._tolerance = system, tolerance
         self._masses = system.masses[:, None]
         rest = system.stiffness(system.particles.nodes, definite=True)
-        self._stiff = float(np.linalg.norm(rest.data[system.pattern.diagonal])) * system.particles.size
-        self._factor, self._factored, self._products = None, None, 0
+        assert rest is not None  # ``make`` requires an elastic effect with a stiffness
+        # a force [N] of the order that would flatten the body
+        self._crushing = float(np.linalg.norm(rest.data[system.pattern.diagonal])) * system.particles.size
+        self._factor: Factor | None = None
+        self._factored_step, self._products = 0.0, 0
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if none is found."""
+        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if none is found."""
         return self._advance(x, v, h, HALVINGS)
 
-    def _advance(self, x, v, h, halvings):
+    def _advance(self, x: np.ndarray, v: np.ndarray, h: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
         try:
-            # what drives into the body does work on it: it carries nodes along, at a speed and against their forces
+            # an obstacle that moves into the body does work: it displaces nodes, at a speed and against their forces
             carried = self._system.begin(x, h)
             before = self._kinetic(v) + self._kinetic((carried - x) / h) + self._system.energy(carried)
             step = (_BoundedStep if self._system.bounded else _Step)(self, x, v, h, carried)
-            reached = minimise(step, step.start(), step.scale(self._stiff), self._tolerance).x
+            reached = minimise(step, step.start(), step.scale(self._crushing), self._tolerance).x
         except NotConverged as failure:
             if not halvings:
                 raise NotConverged(f"a step of {h:.1e} s: {failure}", failure.history) from failure
-            return self._in_two(x, v, h / 2, halvings - 1)
+            return self._two_halves(x, v, h / 2, halvings - 1)
         velocity = (reached - x) / h
         allowed = before + float(np.vdot(step.load, reached - x)) - self._system.energy(reached)
-        return reached, self._calm(velocity, allowed)
+        return reached, self._scaled_down(velocity, allowed)
 
-    def _in_two(self, x, v, half, halvings):
+    def _two_halves(self, x: np.ndarray, v: np.ndarray, half: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
         end = self._system.time
         self._system.at(end - half)
         x, v = self._advance(x, v, half, halvings)
         self._system.at(end)
         return self._advance(x, v, half, halvings)
 
-    def _calm(self, v: np.ndarray, allowed: float) -> np.ndarray:
-        """``v`` with a kinetic energy of ``allowed`` [J] at most; where nothing is held its mean stays."""
+    def _scaled_down(self, v: np.ndarray, allowed: float) -> np.ndarray:
+        """Return ``v`` with a kinetic energy of ``allowed`` [J] at most; its mean stays if no node is held."""
         kinetic = self._kinetic(v)
         if kinetic <= allowed:
             return v
@@ -93,15 +97,15 @@ class BackwardEuler:
     def _kinetic(self, v: np.ndarray) -> float:
         return 0.5 * float(np.vdot(self._masses * v, v))
 
-    def precondition(self, matrix: Callable, h: float) -> Callable[[np.ndarray], np.ndarray]:
-        """Solve with the factor of an earlier matrix as long as that takes few products."""
-        if self._factored != h or self._products > PATIENCE:
-            self._factor, self._factored = Factor(matrix()), h
+    def precondition(self, matrix: Callable[[], sparse.bsr_array], h: float) -> Product:
+        """Return the solve with the factor of an earlier matrix, or of a new one if that took many products."""
+        if self._factor is None or self._factored_step != h or self._products > MAX_PRODUCTS:
+            self._factor, self._factored_step = Factor(matrix()), h
         self._products = 0
         return self._factor.solve
 
-    def multiply(self, matrix) -> Callable[[np.ndarray], np.ndarray]:
-        """Products with ``matrix``, counted."""
+    def multiply(self, matrix: sparse.bsr_array) -> Product:
+        """Return the product with ``matrix``, which counts its calls."""
 
         def product(p: np.ndarray) -> np.ndarray:
             self._products += 1
@@ -111,7 +115,7 @@ class BackwardEuler:
 
 
 class _Step:
-    """The minimisation of one step, as Newton's method wants it."""
+    """The minimisation of one step, as a ``newton.Problem``."""
 
     def __init__(self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray):
         self._integrator, self._system = integrator, integrator._system
@@ -122,15 +126,16 @@ class _Step:
         self.load = self._system.outer_force(x, v)
 
     def start(self) -> np.ndarray:
-        """Where the step begins or where inertia leads, whichever is lower."""
+        """Return the beginning of the step or its inertial prediction, whichever has less energy."""
         return min((self._carried, self._predicted), key=self.energy)
 
-    def scale(self, stiff: float) -> float:
-        """The forces [N] that residuals are measured by; not below what rounding makes of a body's stiffness."""
-        inertia = self._inertia * (self._predicted - self._x)
-        return float(np.linalg.norm(inertia)) + self._system.magnitude(self._carried, FIRM * stiff) + 1e-6 * stiff
+    def scale(self, crushing: float) -> float:
+        """Return the scale of residuals [N]; ``crushing`` [N], times a small number, is its lower bound."""
+        inertia = float(np.linalg.norm(self._inertia * (self._predicted - self._x)))
+        return inertia + self._system.magnitude(self._carried, CONTACT_SHARE * crushing) + 1e-6 * crushing
 
     def energy(self, z: np.ndarray) -> float:
+        """Return the function to minimise [J]."""
         away, moved = z - self._predicted, z - self._x
         total = 0.5 * float(np.vdot(self._inertia * away, away)) + self._system.energy(z)
         if self._damping is not None:
@@ -138,12 +143,14 @@ class _Step:
         return total - float(np.vdot(self.load, moved))
 
     def force(self, z: np.ndarray) -> np.ndarray:
+        """Return minus its gradient (n, 3) [N], zero at held nodes."""
         force = self._system.potential_force(z) + self.load - self._inertia * (z - self._predicted)
         if self._damping is not None:
             force -= (self._damping @ (z - self._x).ravel()).reshape(z.shape) / self._h
         return np.where(self._free, force, 0.0)
 
-    def linearise(self, z: np.ndarray, definite: bool) -> tuple[Callable, Callable]:
+    def linearise(self, z: np.ndarray, definite: bool) -> tuple[Product, Product]:
+        """Return the products with its Hessian and with a preconditioner."""
         matrix = self._matrix(z, definite)
         precondition = self._integrator.precondition(
             lambda: matrix if definite else self._matrix(z, definite=True), self._h
@@ -152,6 +159,7 @@ class _Step:
 
     def _matrix(self, z: np.ndarray, definite: bool) -> sparse.bsr_array:
         matrix = self._system.stiffness(z, definite)
+        assert matrix is not None
         matrix.data[self._system.pattern.diagonal] += self._inertia[:, :, None] * np.eye(3)
         if self._damping is not None:
             matrix.data += self._damping.data / self._h
@@ -163,13 +171,14 @@ class _Step:
 
 
 class _BoundedStep(_Step):
-    """One that must not lead through anything."""
+    """The same where an effect limits the steps of the search."""
 
     def start(self) -> np.ndarray:
-        """As far as the way leads from where the step begins to where inertia does, or its beginning if lower."""
+        """Return the last point allowed towards the inertial prediction, or the beginning if that has less energy."""
         ahead = self._predicted - self._carried
         reached = self._carried + self._system.limit(self._carried, ahead) * ahead
         return min((self._carried, reached), key=self.energy)
 
     def limit(self, z: np.ndarray, direction: np.ndarray) -> float:
+        """Return the fraction of ``direction`` (n, 3) [m] that is allowed."""
         return self._system.limit(z, direction)

@@ -1,4 +1,4 @@
-"""Compliance: what a unit force at each contact does to the linearised body, computed once and stored."""
+"""Compliance: the response of the linearised body to a unit force at each contact, computed once and stored."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.bodies.contacts import contacts_of, row_of
 from palpate.effects.patch_load import nodal_load
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -24,7 +25,7 @@ class Compliance:
     fine : (n_contacts, 3, n_surface, 3) fine surface displacements, by force direction
     restricted : (n_contacts, 3, n_coarse, 3) the same fine response at all coarse nodes
     coarse : (n_contacts, 3, n_coarse, 3) response of the coarse mesh itself
-    seconds : what computing it took [s]
+    seconds : time of its computation [s]
     """
 
     contacts: np.ndarray
@@ -34,20 +35,17 @@ class Compliance:
     seconds: float = 0.0
 
     def row(self, contact: int) -> int:
-        """Where coarse node ``contact`` stands; KeyError if it is held or inside the body."""
-        place = int(np.searchsorted(self.contacts, contact))
-        if place == len(self.contacts) or self.contacts[place] != contact:
-            raise KeyError(f"node {contact} is not a free surface node of the coarse mesh")
-        return place
+        """Return the row of coarse node ``contact``; InputError if it cannot be pressed."""
+        return row_of(self.contacts, contact)
 
 
 def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -> Compliance:
-    """Solve the linear problems of both ends of the hierarchy for every free contact (offline).
+    """Solve the linear problems of the coarsest and finest level for every free contact (offline).
 
     ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
     """
     start = perf_counter()
-    contacts = np.setdiff1d(body.coarse.surface, body.anchors[0])
+    contacts = contacts_of(body)
     n_coarse, surface = len(body.coarse.nodes), body.fine.surface
     fine = np.empty((len(contacts), 3, len(surface), 3))
     restricted = np.empty((len(contacts), 3, n_coarse, 3))
@@ -63,7 +61,7 @@ def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -
 
 
 def save_compliance(compliance: Compliance, path: Path) -> None:
-    """Write to HDF5, whole or not at all."""
+    """Write ``compliance`` to HDF5, completely or not at all."""
     with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
         for name in ARRAYS:
             file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
@@ -72,6 +70,7 @@ def save_compliance(compliance: Compliance, path: Path) -> None:
 
 
 def load_compliance(path: Path) -> Compliance:
-    """Read what ``save_compliance`` wrote."""
+    """Read a file of ``save_compliance``."""
     with h5py.File(path) as file:
-        return Compliance(*(file[name][:] for name in ARRAYS), float(file.attrs["seconds"]))
+        arrays = {name: file[name][:] for name in ARRAYS}
+        return Compliance(**arrays, seconds=float(file.attrs["seconds"]))

@@ -9,8 +9,8 @@ from palpate.bodies.body import Body
 from palpate.effects.corotational import Corotational
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
-from palpate.linalg.krylov import conjugate_gradients
 from palpate.linalg.multigrid import Multigrid
 from palpate.solvers.newton import Product, Solution, minimise
 
@@ -24,30 +24,36 @@ class Equilibrium:
             raise InputError(f"{body.name}: nothing is held, so no equilibrium exists; give it anchors.")
         patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: level + 1]]
         held = [_indicator(a, len(m.nodes)) for a, m in zip(body.anchors, body.levels[: level + 1], strict=False)]
-        self._multigrid = Multigrid(patterns, body.prolongations[:level], held) if level else None
         self._elasticity = Corotational(self.mesh, body.material, patterns[-1])
         self._held = held[-1]
         self._load = np.zeros_like(self.mesh.nodes)
         self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
-        # without a coarser level the rest state's factor serves every state: conjugate gradients make up for it
-        self._rest = None if level else Factor(self._stiffness(self.mesh.nodes, definite=False))
+        # without a coarser level, the factor of the rest state preconditions every state
+        self._preconditioner: Multigrid | Factor = (
+            Multigrid(patterns, body.prolongations[:level], held)
+            if level
+            else Factor(self._stiffness(self.mesh.nodes, definite=False))
+        )
 
     def energy(self, x: np.ndarray) -> float:
-        """Elastic energy minus the work of the load [J]."""
-        return self._elasticity.energy(x) - np.vdot(self._load, x - self.mesh.nodes)
+        """Return the elastic energy minus the work of the load [J]."""
+        return self._elasticity.energy(x) - float(np.vdot(self._load, x - self.mesh.nodes))
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
+        """Return the elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
         force = self._elasticity.force(x) + self._load
         force[self._held] = 0.0
         return force
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
-        """Products with the stiffness at ``x`` and with its preconditioner: a multigrid cycle or the rest state."""
+        """Return the products with the stiffness at ``x`` and with a preconditioner.
+
+        The preconditioner is a multigrid cycle, or on the coarsest level a solve with the stiffness at rest.
+        """
         stiffness = self._stiffness(x, definite)
-        if self._multigrid:
-            self._multigrid.update(stiffness)
-        return lambda p: (stiffness @ p.ravel()).reshape(p.shape), (self._multigrid or self._rest).solve
+        if isinstance(self._preconditioner, Multigrid):
+            self._preconditioner.update(stiffness)
+        return lambda p: (stiffness @ p.ravel()).reshape(p.shape), self._preconditioner.solve
 
     def _stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
         stiffness = self._elasticity.stiffness(x, definite)
@@ -55,9 +61,9 @@ class Equilibrium:
         return stiffness
 
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
-        """A function from loads (n_nodes, 3) [N] to displacements [m] of the linearised rest state.
+        """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.
 
-        The function raises NotConverged if conjugate gradients do not reach ``tolerance``.
+        It raises NotConverged if conjugate gradients do not reach ``tolerance``.
         """
         multiply, precondition = self.linearise(self.mesh.nodes)
 
@@ -78,12 +84,12 @@ class Equilibrium:
         return respond
 
     def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖ on free nodes.
+        """Find the equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖ on free nodes.
 
-        Starts from ``start`` (default: rest). Where the whole load at once does not converge it is applied
-        in steps, halved as needed. Raises NotConverged once a step is below 1/64. Where Newton's method stops above
-        the tolerance, but below what rounding of positions makes of the stiffness, as a light load or a nearly
-        incompressible body has it, that is as near as numbers allow, and is returned.
+        The search begins at ``start`` (default: rest). If it does not converge under the full load, the load is applied
+        in steps, which are halved as needed. Raises NotConverged once a step is below 1/64. If Newton's method stops
+        above the tolerance, but below the effect of rounding the positions, as happens under a small load or for a
+        nearly incompressible body, its result is the best that floating point allows, and is returned.
         """
         rest = self.mesh.nodes
         scale = float(np.linalg.norm(load[~self._held]))
@@ -109,10 +115,10 @@ class Equilibrium:
                 return solution
 
     def approach(self, load: np.ndarray, tolerance: float, iterations: int) -> Solution:
-        """Where at most ``iterations`` Newton iterations from rest lead under the whole ``load`` (n_nodes, 3) [N].
+        """Do at most ``iterations`` Newton iterations from rest under the full ``load`` (n_nodes, 3) [N].
 
-        What they reach need not be an equilibrium: the last residual of the history says how far it is from one.
-        Raises NotConverged if the iterations fail, but not because they are used up.
+        The result need not be an equilibrium; the last residual of its history measures the distance from one. Raises
+        NotConverged if an iteration fails, but not because there are too few of them.
         """
         solution = Solution(self.mesh.nodes.copy(), [0.0], [0.0])
         scale = float(np.linalg.norm(load[~self._held]))

@@ -1,4 +1,4 @@
-"""Newton's method for the minimum of a potential energy, with line search and inexact linear solves."""
+"""Newton's method for the minimum of a potential energy, with a line search and inexact linear solves."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,41 +8,48 @@ from typing import Protocol
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.linalg.krylov import conjugate_gradients
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 
 Product = Callable[[np.ndarray], np.ndarray]
+"""A linear map of (n_nodes, 3) arrays."""
 
+SHORT, MAX_SHORT = 0.02, 3
+"""A line search that ends below this length is short; after more short ones in succession the energy is not smooth."""
 
-CUT, STALL = 0.02, 3
-"""Steps in a row that may have to be cut below this part: more, and the energy is not smooth where x has come."""
+Candidate = tuple[np.ndarray, float, float]
+"""Positions (n_nodes, 3) [m], their energy [J], and a step length."""
 
 
 class Problem(Protocol):
-    """What Newton's method minimises; all arrays are (n_nodes, 3)."""
+    """A function to minimise; all arrays are (n_nodes, 3)."""
 
     def energy(self, x: np.ndarray) -> float:
-        """Potential energy of inner and outer forces [J]."""
+        """Return the potential energy of inner and outer forces [J]."""
+        raise NotImplementedError
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Minus the energy's gradient [N], zero at held nodes."""
+        """Return minus the energy's gradient [N], zero at held nodes."""
+        raise NotImplementedError
 
     def linearise(self, x: np.ndarray, definite: bool) -> tuple[Product, Product]:
-        """Products with the Hessian, clamped if ``definite``, and with a preconditioner for it."""
+        """Return the products with the Hessian, clamped if ``definite``, and with a preconditioner for it."""
+        raise NotImplementedError
 
 
 class Bounded(Problem, Protocol):
-    """A problem whose steps may have to end early, as bodies would go through each other."""
+    """A problem whose steps are limited, so that no body passes through another."""
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
-        """How far along ``direction`` a step from ``x`` may lead, in parts of it; inf where nothing is in the way."""
+        """Return the fraction of ``direction`` that a step from ``x`` may have; infinite if nothing is in the way."""
+        raise NotImplementedError
 
 
 @dataclass
 class Solution:
-    """Where Newton's method ended, and what it took.
+    """The result of Newton's method and its cost.
 
     x : (n_nodes, 3) [m]
-    history : relative residual before each iteration and at the end; ``seconds`` when each was known
+    history : relative residual before each iteration and at the end; seconds : time at which each was known [s]
     """
 
     x: np.ndarray
@@ -53,6 +60,7 @@ class Solution:
 
     @property
     def iterations(self) -> int:
+        """The number of Newton iterations."""
         return len(self.history) - 1
 
 
@@ -66,15 +74,14 @@ def minimise(
 ) -> Solution:
     """Find x with ‖force(x)‖ ≤ ``tolerance`` · ``scale`` [N], starting from ``x``.
 
-    The exact Hessian is tried first; where conjugate gradients meet negative curvature its clamped form gives
-    a descent direction instead. Steps are halved until the energy falls enough (Armijo). Linear systems are
-    solved only as well as the progress warrants (Eisenstat and Walker 1996, choice 2). Where the problem is Bounded
-    no step goes beyond its limit.
+    The exact Hessian is tried first; if conjugate gradients find negative curvature, its clamped form gives a descent
+    direction instead. Steps are halved until the energy decreases enough (Armijo). The tolerance of the linear solves
+    follows the progress (Eisenstat and Walker 1996, choice 2). If the problem is Bounded, no step exceeds its limit.
 
-    solution : of earlier attempts, to be continued: what this one takes is added, also where it fails
+    solution : the result of an earlier attempt to continue; the cost of this one is added to it, even if it fails
 
-    Raises NotConverged, with the history of relative residuals, when the iterations are used up, the energy
-    stops falling, or a value stops being finite.
+    Raises NotConverged, with the history of relative residuals, after ``max_iterations``, if the energy does not
+    decrease any more, or if a value is not finite.
     """
     solution = solution or Solution(x)
     solution.x, first = x, len(solution.history)
@@ -87,23 +94,24 @@ def minimise(
         if residual <= tolerance:
             return solution
         iterations = len(solution.history) - first - 1
-        if not np.isfinite(residual) or iterations >= max_iterations or stalled > STALL:
-            raise NotConverged(_complaint(solution, iterations, tolerance), solution.history)
+        if not np.isfinite(residual) or iterations >= max_iterations or stalled > MAX_SHORT:
+            raise NotConverged(_message(solution, iterations, tolerance), solution.history)
         step = _step(problem, solution, energy, force, _forcing(solution.history[first:], tolerance))
         if step is None:
-            raise NotConverged(_complaint(solution, iterations, tolerance), solution.history)
+            raise NotConverged(_message(solution, iterations, tolerance), solution.history)
         solution.x, energy, length = step
-        stalled = stalled + 1 if length < CUT else 0
+        stalled = stalled + 1 if length < SHORT else 0
         force = problem.force(solution.x)
 
 
-def _step(problem, solution, energy, force, forcing) -> tuple[np.ndarray, float, float] | None:
-    """Where a step leads, the energy there, and how long it is in parts of what it might be; None if none leads down.
+def _step(problem: Problem, solution: Solution, energy: float, force: np.ndarray, forcing: float) -> Candidate | None:
+    """Return the end of a step and its length relative to the longest one allowed; None if no step descends.
 
-    The exact Hessian's, or else the clamped one's. Where surfaces meet, with kinks as sharp as friction's, the lower
-    of both is taken if the exact one's has to be cut.
+    The direction is that of the exact Hessian or, if it fails, of the clamped one. In contact, where friction makes
+    the energy nearly non-smooth, both are tried if the first has to be shortened, and the lower energy is taken.
     """
-    limit, best = getattr(problem, "limit", None), None
+    limit: Callable[[np.ndarray, np.ndarray], float] | None = getattr(problem, "limit", None)
+    best: Candidate | None = None
     for definite in (False, True):
         direction, positive = _direction(problem, solution, force, forcing, definite)
         if not positive:
@@ -120,12 +128,15 @@ def _step(problem, solution, energy, force, forcing) -> tuple[np.ndarray, float,
     return best
 
 
-def _direction(problem, solution, force, forcing, definite):
+def _direction(
+    problem: Problem, solution: Solution, force: np.ndarray, forcing: float, definite: bool
+) -> tuple[np.ndarray, bool]:
+    """Return a direction and whether it is one of descent."""
     multiply, precondition = problem.linearise(solution.x, definite)
     direction, products, positive = conjugate_gradients(multiply, precondition, force, forcing, 500)
     solution.linear_solves += 1
     solution.products += products
-    # the clamped Hessian may still be singular; what was found before that shows is a descent direction
+    # the clamped Hessian may be singular; the direction found before that shows is still one of descent
     return direction, positive or (definite and bool(direction.any()))
 
 
@@ -135,26 +146,31 @@ def _forcing(history: list[float], tolerance: float) -> float:
     return min(0.1, max(0.5 * (history[-1] / history[-2]) ** 2, 0.3 * tolerance / history[-1]))
 
 
-def _line_search(problem, x, energy, force, direction, grow, longest) -> tuple[np.ndarray, float, float] | None:
-    """The first step 1, ½, ¼ … that lowers the energy enough, or with ``grow`` the longest of 1, 2, 4 … that
-    lowers it further: a clamped Hessian makes short steps out of the neighbourhood of a saddle. ``longest`` is the
-    step to begin with where it is less than 1, and none is longer."""
+def _line_search(
+    problem: Problem, x: np.ndarray, energy: float, force: np.ndarray, direction: np.ndarray, grow: bool, longest: float
+) -> Candidate | None:
+    """Find the first of the lengths 1, ½, ¼ … that decreases the energy enough; None if there is none.
+
+    ``grow`` then tries 2, 4 … while the energy decreases further, as a clamped Hessian makes short steps near a
+    saddle. No length exceeds ``longest``, which is the first one tried if it is less than 1.
+    """
     slope = np.vdot(force, direction)
-    # what rounding may do to a sum of as many terms as there are elements must not reject the last steps
+    # rounding errors of the energy, a sum over all elements, must not reject the last steps
     noise = 1e-12 * (abs(energy) + slope)
-    step, best = min(1.0, longest), None
+    step = min(1.0, longest)
+    best: Candidate | None = None
     while 1e-9 * min(1.0, longest) < step < min(1e9, longest * (1.0 + 1e-12)):
         candidate = x + step * direction
         reached = problem.energy(candidate)
-        falls = reached <= energy - 1e-4 * step * slope + noise
+        decreases = reached <= energy - 1e-4 * step * slope + noise
         if best is None:
-            if not falls:
+            if not decreases:
                 step *= 0.5
                 continue
             best = candidate, reached, step
             if not grow or step < 1.0:
                 break
-        elif falls and reached < best[1]:
+        elif decreases and reached < best[1]:
             best = candidate, reached, step
         else:
             break
@@ -162,7 +178,7 @@ def _line_search(problem, x, energy, force, direction, grow, longest) -> tuple[n
     return best
 
 
-def _complaint(solution: Solution, iterations: int, tolerance: float) -> str:
+def _message(solution: Solution, iterations: int, tolerance: float) -> str:
     return (
         f"Newton's method stopped after {iterations} iterations at a relative residual of "
         f"{solution.history[-1]:.1e}, above the tolerance {tolerance:.0e}"

@@ -1,26 +1,27 @@
-"""Symplectic Euler: one evaluation of the forces a step, no system to solve, and a limit to the step."""
+"""Symplectic Euler: one evaluation of the forces in each step, no linear system, and a longest stable step."""
 
 from functools import cached_property
 
 import numpy as np
 
+from palpate.effects.effect import Force, offers
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.stable_step import stable_step
 from palpate.solvers.system import System
 
 
 def make(system: System, settings: dict) -> "SymplecticEuler":
-    """The integrator; it has no settings. InputError if the elastic effect has no force."""
-    if not hasattr(system.elastic, "add_force"):
+    """Make the integrator, which has no settings; InputError if the elastic effect has no force."""
+    if not offers(system.elastic, Force):
         raise InputError("it needs an elastic effect with a force; with shape_matching choose goal_position.")
     return SymplecticEuler(system)
 
 
 class SymplecticEuler:
-    """v' = v + h f(x, v)/m, then x' = x + h v', then what effects project (paper 3, chapter 3).
+    """v' = v + h f(x, v)/m, then x' = x + h v', then the projections of effects (paper 3, chapter 3).
 
-    Without damping and loads it keeps linear and angular momentum, and its energy stays near the true one instead
-    of drifting (Hairer, Lubich, Wanner 2006, chapter IX). Trap: beyond ``limit_s`` it blows up.
+    Without damping and loads it conserves linear and angular momentum, and its energy does not drift (Hairer, Lubich,
+    Wanner 2006, chapter IX). Trap: beyond ``limit_s`` it diverges.
     """
 
     def __init__(self, system: System):
@@ -29,15 +30,15 @@ class SymplecticEuler:
 
     @cached_property
     def limit_s(self) -> float:
-        """The largest step [s] that is stable about the rest state; a stretched body may need a shorter one."""
+        """The longest step [s] that is stable at the rest state; a stretched body may need a shorter one."""
         return stable_step(self._system)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
+        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
         v = v + h * self._mobility * self._system.explicit_force(x, v)
         v[~self._system.free] = 0.0
         start, x = x, x + h * v
         self._system.project(start, x, v, h)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
-            raise NotConverged("symplectic Euler has blown up; take a shorter step or an implicit integrator", [])
+            raise NotConverged("symplectic Euler has diverged; take a shorter step or an implicit integrator", [])
         return x, v

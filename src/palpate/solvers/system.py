@@ -1,90 +1,120 @@
-"""Particles and the effects that a scene names: their forces, energies and matrices, each summed and timed."""
+"""Particles and the effects of a scene: their forces, energies and matrices, each summed and timed."""
 
+from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.particles import Particles
+from palpate.effects import effect as hooks
+from palpate.effects.effect import Effect, Hook, offers
+from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather, hold, shared_pattern
+
+Calls = Sequence[tuple[str, Callable]]
+"""Names of effects, each with one function of it."""
 
 
 class System:
-    """What an integrator moves. It holds and calls the given effects only, so what is not named costs nothing.
+    """The masses that an integrator moves, and the effects that act on them.
 
-    effects : name → effect object, the elastic one first
-    seconds : name → time spent in each so far
+    It calls only the hooks that the given effects offer, so an effect that a scene does not name costs nothing.
+
+    effects : name → effect, the elastic one first
+    seconds : name → time spent in each effect so far
+
+    Raises InputError for an effect that lacks a part of a hook.
     """
 
-    def __init__(self, particles: Particles, effects: dict[str, object]):
+    def __init__(self, particles: Particles, effects: Mapping[str, Effect]):
+        for name, effect in effects.items():
+            if lack := hooks.incomplete(effect):
+                raise InputError(f"effect {name} has {lack}; see palpate/effects/effect.py.")
         self.particles, self.masses, self.effects = particles, particles.masses, effects
-        self._first, self.elastic = next(iter(effects.items()))
+        first, self.elastic = next(iter(effects.items()))
         self.seconds = dict.fromkeys(effects, 0.0)
         self.free = np.ones(len(particles.nodes), dtype=bool)
-        for _, effect in self.offering("fixed"):
-            self.free[effect.fixed] = False
+        for _, anchor in self.offering(hooks.FixedNodes):
+            self.free[anchor.fixed] = False
         self._fixed = np.flatnonzero(~self.free)
-        self._energies = self._calls("energy")
-        self._forces = self._calls("add_force")
-        self._potential = [(n, e.add_force) for n, e in self.offering("energy")]
-        self._explicit = self._calls("add_force", without="project")
-        self._outer = [(n, e.add_force) for n, e in self.offering("add_force") if getattr(e, "outer", False)]
-        self._told, self._projections, self._relaxed = map(self._calls, ("at", "project", "relax"))
-        self._begins, self._limits, self._touching = map(self._calls, ("begin", "limit", "touching"))
+        forces = self.offering(hooks.Force)
+        self._energies = [(n, e.energy) for n, e in self.offering(hooks.Energy)]
+        self._potential = [(n, e.add_force) for n, e in self.offering(hooks.Energy)]
+        self._forces = [(n, e.add_force) for n, e in forces]
+        self._explicit = [(n, e.add_force) for n, e in forces if not offers(e, hooks.Projection)]
+        self._loads = [(n, e.add_force) for n, e in forces if hooks.is_load(e)]
+        self._timed_effects = [e.at for _, e in self.offering(hooks.Time)]
+        self._projections = [(n, e.project) for n, e in self.offering(hooks.Projection)]
+        self._relaxations = [(n, e.relax) for n, e in self.offering(hooks.Relaxation)]
+        self._begins = [(n, e.begin) for n, e in self.offering(hooks.StepBegin)]
+        self._limits = [(n, e.limit) for n, e in self.offering(hooks.StepLimit)]
+        self._unbounded = {n for n, _ in self._limits}
+        self._touching = [(n, e.touching) for n, e in self.offering(hooks.Touching)]
+        self._goals = [(first, self.elastic.goals)] if offers(self.elastic, hooks.Goals) else []
         self.time = 0.0
-        for _, effect in self.offering("hold"):
-            effect.hold(self._fixed)
-        coupling = self.offering("couples")
+        for _, follower in self.offering(hooks.HeldNodes):
+            follower.hold(self._fixed)
+        coupling = self.offering(hooks.Couples)
         self.pattern = shared_pattern([e.couples for _, e in coupling], len(particles.nodes))
         slots = dict(zip((n for n, _ in coupling), self.pattern.slots, strict=True))
-        self._stiff = [(n, e.add_stiffness, slots[n]) for n, e in self.offering("add_stiffness")]
-        self._damped = [(n, e.add_damping, slots[n]) for n, e in self.offering("add_damping")]
-        self._explicit_damped = [call for call in self._damped if not hasattr(effects[call[0]], "project")]
+        damped = self.offering(hooks.Damping)
+        self._stiff = [(n, e.add_stiffness, slots[n]) for n, e in self.offering(hooks.Stiffness)]
+        self._damped = [(n, e.add_damping, slots[n]) for n, e in damped]
+        self._explicit_damped = [(n, e.add_damping, slots[n]) for n, e in damped if not offers(e, hooks.Projection)]
 
-    def offering(self, method: str) -> list[tuple[str, object]]:
-        """Name and object of the effects that have ``method``."""
-        return [(name, effect) for name, effect in self.effects.items() if hasattr(effect, method)]
+    def offering(self, hook: type[Hook]) -> list[tuple[str, Hook]]:
+        """Return the names and objects of the effects that offer ``hook``."""
+        return [(name, effect) for name, effect in self.effects.items() if offers(effect, hook)]
 
-    def _calls(self, method: str, without: str = "") -> list[tuple[str, object]]:
-        return [(n, getattr(e, method)) for n, e in self.offering(method) if not (without and hasattr(e, without))]
+    @property
+    def loaded(self) -> bool:
+        """True if an effect is a load."""
+        return bool(self._loads)
+
+    @property
+    def bounded(self) -> bool:
+        """True if an effect limits the steps of a search."""
+        return bool(self._limits)
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
-        """Potential energy [J] of each effect that has one."""
+        """Return the potential energy [J] of each effect that has one."""
         return {name: self._timed(name, energy, x) for name, energy in self._energies}
 
     def energy(self, x: np.ndarray) -> float:
-        """Potential energy [J]."""
+        """Return the potential energy [J]."""
         return sum(self.energies(x).values())
 
     def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """All nodal forces (n, 3) [N]; zero where a node is held."""
+        """Return all nodal forces (n, 3) [N]; zero where a node is held."""
         return self._sum(self._forces, x, v)
 
     def explicit_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """The forces (n, 3) [N] of the effects that do not prefer to project."""
+        """Return the forces (n, 3) [N] of the effects without a projection."""
         return self._sum(self._explicit, x, v)
 
     def potential_force(self, x: np.ndarray) -> np.ndarray:
-        """Minus the gradient of the energy (n, 3) [N]; zero where a node is held."""
+        """Return minus the gradient of the energy (n, 3) [N]; zero where a node is held."""
         return self._sum(self._potential, x, np.zeros_like(x))
 
     def outer_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """The loads (n, 3) [N], whose work comes from outside."""
-        return self._sum(self._outer, x, v)
+        """Return the loads (n, 3) [N], whose work comes from outside."""
+        return self._sum(self._loads, x, v)
 
     def magnitude(self, x: np.ndarray, most: float = np.inf) -> float:
-        """Sum of the norms [N] of each effect's force on still, free nodes: how large the terms of a balance are.
+        """Return the sum of the norms [N] of each effect's force on free nodes at rest: the scale of a force balance.
 
-        Of an effect with a ``limit``, whose force can grow beyond bound, no more than ``most`` [N] counts.
+        The force of an effect with a ``limit`` can grow without bound; at most ``most`` [N] of it counts.
         """
-        still = np.zeros_like(x)  # so that damping, which may be dear, has no part in it
+        still = np.zeros_like(x)  # damping, which may be expensive, is not part of it
         total = 0.0
-        for call in self._potential + self._outer:
+        for call in [*self._potential, *self._loads]:
             norm = float(np.linalg.norm(self._sum([call], x, still)))
-            total += min(norm, most) if hasattr(self.effects[call[0]], "limit") else norm
+            total += min(norm, most) if call[0] in self._unbounded else norm
         return total
 
-    def _sum(self, calls, x, v) -> np.ndarray:
+    def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         force = np.zeros_like(x)
         for name, add in calls:
             self._timed(name, add, x, v, force)
@@ -92,15 +122,17 @@ class System:
         return force
 
     def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        """Hessian of the energy (3n, 3n) [N/m] on the shared pattern; None if no effect has any."""
+        """Return the Hessian of the energy (3n, 3n) [N/m] on the shared pattern; None if no effect has one."""
         return self._assemble(self._stiff, x, definite)
 
     def damping(self, x: np.ndarray, explicit: bool = False) -> sparse.bsr_array | None:
-        """Damping matrix (3n, 3n) [N s/m] on the shared pattern, with ``explicit`` that of ``explicit_force``; None if
-        no effect damps."""
+        """Return the damping matrix (3n, 3n) [N s/m] on the shared pattern; None if no effect damps.
+
+        ``explicit`` selects the effects of ``explicit_force``.
+        """
         return self._assemble(self._explicit_damped if explicit else self._damped, x)
 
-    def _assemble(self, calls, *arguments) -> sparse.bsr_array | None:
+    def _assemble(self, calls: Sequence[tuple[str, Callable, np.ndarray]], *arguments: Any) -> sparse.bsr_array | None:
         if not calls:
             return None
         values = np.zeros((len(self.pattern.indices), 3, 3))
@@ -109,23 +141,19 @@ class System:
         return self.pattern.matrix(values)
 
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        """The part of the Hessian (3n, 3n) [N/m] among nodes that come and go, such as those in contact; None if no
-        effect has any."""
+        """Return the Hessian (3n, 3n) [N/m] of what has a changing pattern, such as contact; None if there is none."""
         found = [self._timed(name, call, x, definite) for name, call in self._touching]
         return gather(found, len(x)) if found else None
 
-    @property
-    def bounded(self) -> bool:
-        """Whether an effect keeps steps from leading through something."""
-        return bool(self._limits)
-
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
-        """How far along ``direction`` (n, 3) [m] the nodes may go from ``x``, in parts of it; at most 1."""
+        """Return the fraction of ``direction`` (n, 3) [m], at most 1, by which the nodes may move from ``x``."""
         return min(self._timed(name, call, x, direction) for name, call in self._limits)
 
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
-        """Tell the effects that a step of ``h`` [s] to the present time begins at ``x`` (n, 3) [m]; where the search
-        for its end may start: elsewhere, if something has been pushed into ``x``."""
+        """Begin a step of ``h`` [s] at ``x`` (n, 3) [m] that ends at the present time.
+
+        Returns the positions from which the search begins: ``x``, unless an obstacle was moved into it.
+        """
         for name, call in self._begins:
             x = self._timed(name, call, x, h)
         return x
@@ -136,28 +164,28 @@ class System:
             hold(matrix.indptr, matrix.indices, matrix.data, ~self.free)
 
     def goals(self, x: np.ndarray, out: np.ndarray) -> None:
-        """Where the elastic effect draws each node, into ``out`` (n, 3) [m]."""
-        self._change([(self._first, self.elastic.goals)], x, out)
+        """Write the goal positions of the elastic effect to ``out`` (n, 3) [m]."""
+        self._change(self._goals, x, out)
 
     def at(self, t: float) -> None:
-        """Tell the loads that the step ends at the time ``t`` [s]."""
+        """Set the time ``t`` [s] at the end of the next step."""
         self.time = t
-        for _, tell in self._told:
-            tell(t)
+        for set_time in self._timed_effects:
+            set_time(t)
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
-        """What ends an explicit step from ``start``, in place."""
+        """Apply the projections of effects at the end of an explicit step from ``start``, in place."""
         self._change(self._projections, start, x, v, h)
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Let inner variables of effects follow an accepted step."""
-        self._change(self._relaxed, x, h)
+        """Update the inner variables of effects after an accepted step."""
+        self._change(self._relaxations, x, h)
 
-    def _change(self, calls, *arguments) -> None:
+    def _change(self, calls: Calls, *arguments: Any) -> None:
         for name, change in calls:
             self._timed(name, change, *arguments)
 
-    def _timed(self, name, call, *arguments):
+    def _timed(self, name: str, call: Callable, *arguments: Any) -> Any:
         start = perf_counter()
         result = call(*arguments)
         self.seconds[name] += perf_counter() - start

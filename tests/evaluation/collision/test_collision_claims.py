@@ -50,7 +50,7 @@ def test_one_scene_is_judged_by_its_own_numbers(table):
 
 
 def test_the_numbers_are_reported(table):
-    numbers = claims(table).set_index("claim")["ours"]
+    numbers = claims(table).set_index("claim")["measured"]
     assert numbers["query time (composite 4/2, one)"] == "sphere 4 ms, composite 2 ms, AABB 1 ms"
     assert numbers["false pairs (composite 4/2, one)"] == "sphere 400, composite 120, AABB 100"
 

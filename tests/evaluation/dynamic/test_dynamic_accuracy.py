@@ -1,20 +1,25 @@
 """Motions against a reference whose step suffices: what is compared, what is fitted, and what counts as failure."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from palpate.bodies.body import Material, nest
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.dynamic import dynamic_accuracy, dynamic_reference
-from palpate.evaluation.dynamic.dynamic_reference import SHARE, Reference, load, reference, save
+from palpate.evaluation.dynamic import dynamic_accuracy
+from palpate.evaluation.dynamic.dynamic_reference import Reference, load, reference, save
 from palpate.evaluation.dynamic.dynamic_trial import Trial, trial
+from palpate.files import read_yaml
+from palpate.schema import checked
 
 PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -0.2], "radius_m": 0.03}
 PUSH |= {"start_s": 0.0, "press_s": 0.1, "hold_s": 1.0, "release_s": 0.1}
 ENTRY = {"effects": ["corotational", "held", "push", "rayleigh"], "push": {"loads": [PUSH]}}
 ENTRY |= {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02}}
+SHARE = 0.5
+"""Of the loads, under which the motion is that models are fitted to."""
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +31,7 @@ def pressed(box) -> Trial:
 
 @pytest.fixture(scope="module")
 def truth(pressed) -> Reference:
-    return reference(pressed, 0.02)
+    return reference(pressed, 0.02, SHARE, 6)
 
 
 def test_a_body_of_one_level_is_refined_once(pressed):
@@ -47,25 +52,30 @@ def test_halving_ends_when_it_changes_little(pressed, truth):
 def test_half_the_load_moves_about_half_as_far(pressed, truth):
     ratio = np.linalg.norm(truth.training[-1]) / np.linalg.norm(truth.truth[-1])
     assert 0.9 * SHARE < ratio < 1.2 * SHARE
-    assert pressed.louder(2.0).loads["push"]["loads"][0]["force_n"] == [0.0, 0.0, -0.4]
+    assert pressed.scale_loads(2.0).loads["push"]["loads"][0]["force_n"] == [0.0, 0.0, -0.4]
 
 
-def test_what_cannot_be_converged_is_told(pressed, monkeypatch):
-    monkeypatch.setattr(dynamic_reference, "HALVINGS", 2)
+def test_what_cannot_be_converged_is_told(pressed):
     with pytest.raises(NotConverged, match="poke"):
-        reference(pressed, 1e-12)
+        reference(pressed, 1e-12, SHARE, 2)
 
 
 def test_a_reference_is_kept(truth, tmp_path):
     save(truth, tmp_path / "r.npz")
     again = load(tmp_path / "r.npz")
     assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
+    assert again.training_share == SHARE
 
 
-def test_every_model_is_measured_and_fits_are_of_use(pressed, truth, monkeypatch):
-    monkeypatch.setattr(dynamic_accuracy, "SHAPE_STEPS", (8,))
-    monkeypatch.setattr(dynamic_accuracy, "SHORTER", (1, 2))
-    table = dynamic_accuracy.measure(pressed, truth)
+def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
+    schema = Path(__file__).parents[3] / "workflow/schemas/studies/dynamic.yaml"
+    grid = checked({"durations_s": {"poke": 0.2}}, read_yaml(schema), schema)["settings"]
+    grid["shape_matching"] |= {"steps_per_frame": [8]}
+    grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}
+    table = dynamic_accuracy.measure(pressed, truth, grid)
+    assert table.groupby("model").size().drop("fem_fine").to_dict() == {
+        "fem_coarse": 5, "shape_matching": 1, "springs": 2, "springs_volume": 2,
+    }  # fmt: skip
     wrong = table.groupby("model")["rmse_of_peak"].min()
     assert list(wrong.sort_index().index) == ["fem_coarse", "fem_fine", "shape_matching", "springs", "springs_volume"]
     assert not table["failures"].any() and np.isfinite(table["rmse_of_peak"]).all()

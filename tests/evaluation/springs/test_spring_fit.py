@@ -10,7 +10,7 @@ from palpate.calibration.spring_motion import simulate
 from palpate.errors import InputError
 from palpate.evaluation.springs import spring_experiment, spring_fit, spring_floor
 
-SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["calibration"]
+SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]
 YOUNG_PA = 900.0
 GRANTED = {"gradient_evaluations": 120}
 
@@ -123,10 +123,10 @@ def test_references_are_read_as_they_were_written(references, tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"young_pa": [3000, 300]}, r"calibration\.young_pa is from 3000 to 300 Pa"),
-        ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"calibration\.key_points_m\[0\] is .* outside the mesh"),
-        ({"duration_s": 1e-5}, r"calibration\.duration_s is 1e-05 s and a step 0\.0004 s; set it to at least one step"),
-        ({"step_s": 0.01}, r"calibration\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
+        ({"young_pa": [3000, 300]}, r"springs\.young_pa is from 3000 to 300 Pa"),
+        ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"springs\.key_points_m\[0\] is .* outside the mesh"),
+        ({"duration_s": 1e-5}, r"springs\.duration_s is 1e-05 s and a step 0\.0004 s; set it to at least one step"),
+        ({"step_s": 0.01}, r"springs\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
     ],
 )
 def test_what_cannot_be_is_said(change, said):

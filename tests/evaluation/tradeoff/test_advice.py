@@ -5,7 +5,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.evaluation.tradeoff.advice import NONE, Advice, advise
-from palpate.evaluation.tradeoff.resampling import EXTRAPOLATED, TRUTH
+from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, TRUTH
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
+from palpate.evaluation.timing import WARM_UP
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
 from palpate.evaluation.tradeoff.measure_model import SAMPLE_COLUMNS, SETTING_COLUMNS, ask, measure
 from palpate.evaluation.tradeoff.provenance import commit
@@ -35,7 +36,7 @@ def test_a_known_error_is_what_is_measured(slab_case):
     case, test, numbers = slab_case
 
     def prepare(fresh, setting):
-        fresh.training, fresh.compliance  # noqa: B018
+        fresh.use_training(), fresh.use_compliance()
         return Scaled(test, 1.0 - setting["miss"])
 
     made = Model(lambda case: [{"miss": 0.5}, {"miss": 0.1}], prepare)
@@ -48,7 +49,7 @@ def test_a_known_error_is_what_is_measured(slab_case):
         assert row.rmse_m == pytest.approx(miss * np.mean([e.rmse_m for e in nothing]))
         assert row.max_of_peak == pytest.approx(miss)
         assert row.samples == 6 and row.failures == 0 and row.threads == 1 and row.memory_mb == 7.0
-        assert row.offline_s >= 24.0 + case.compliance.seconds
+        assert row.offline_s >= 24.0 + case.response.seconds
         assert 0 < row.online_median_s <= row.online_p95_s
     own = samples[samples["setting"] == "miss=0.5"]
     assert own["sample"].tolist() == numbers.tolist() and own["rmse_m"].mean() == pytest.approx(settings["rmse_m"][0])
@@ -88,7 +89,7 @@ def test_every_sample_is_asked_once_and_then_as_often_as_there_is_time(slab_case
     test = slab_case[1]
     solver = Scaled(test, 0.5)
     asked = ask(solver, test, repeats, budget)
-    assert sum(map(len, asked.seconds)) == calls == len(solver.asked) - 2
+    assert sum(map(len, asked.seconds)) == calls == len(solver.asked) - WARM_UP
     assert all(asked.seconds) and max(map(len, asked.seconds)) - min(map(len, asked.seconds)) <= 1
 
 
@@ -102,6 +103,15 @@ def test_what_is_asked_cannot_be_changed_by_who_answers(slab_case):
 
     ask(SimpleNamespace(respond=respond), test, 6, 0.0)
     assert np.array_equal(test.force, before)
+
+
+def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_case):
+    test = slab_case[1]
+    with pytest.raises(InputError, match=r"^mine\.py: respond gave the shape \(3,\)"):
+        ask(SimpleNamespace(respond=lambda contact, force: force), test, 6, 0.0, "mine.py")
+    nothing = np.full((test.fine.shape[1], 3), np.nan)
+    asked = ask(SimpleNamespace(respond=lambda contact, force: nothing), test, 6, 0.0)
+    assert asked.errors == [None] * 6 and all("not finite" in said for said in asked.failures)
 
 
 def test_queries_that_pay_back():

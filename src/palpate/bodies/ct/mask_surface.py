@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.surfaces.remesh import area_normals, remesh, vertex_normals
+from palpate.bodies.surfaces.decimate import area_normals, remesh, vertex_normals
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.errors import InputError
 

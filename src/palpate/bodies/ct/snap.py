@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import dihedral_angles
-from palpate.bodies.surfaces.remesh import project, vertex_normals
+from palpate.bodies.surfaces.decimate import project, vertex_normals
 
 # an element keeps at least this fraction of its volume and this dihedral angle [°], or its nodes do not move
 LEAST_VOLUME, LEAST_DEG = 0.3, 10.0

@@ -26,7 +26,7 @@ def project(contact, start, target, free, inertia, last_forces) -> np.ndarray:
     problem = _Problem(contact, target, free, inertia)
     displacement = target - start
     guess = displacement + np.where(free[:, None], last_forces / inertia[:, None], 0.0)
-    starts = [start, *(start + contact.limit(start, way) * way for way in (displacement, guess))]
+    starts = [start, *(start + contact.limit(start, motion) * motion for motion in (displacement, guess))]
     start = min(starts, key=problem.energy)
     scale = float(np.linalg.norm(inertia[:, None] * displacement)) + float(np.linalg.norm(problem.force(start)))
     return minimise(problem, start, scale, TOLERANCE, MAX_ITERATIONS).x if scale > 0.0 else start

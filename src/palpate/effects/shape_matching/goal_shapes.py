@@ -1,23 +1,26 @@
-"""Shape matching: every cluster of particles is drawn towards the best fit of its rest shape."""
+"""Shape matching: each cluster of particles moves towards the best fit of its rest shape."""
 
 import numba
 import numpy as np
 
-from palpate.effects.shape_matching.clusters import Clusters, make_clusters
+from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Goals
+from palpate.effects.shape_matching.clustering import Clusters, make_clusters
 from palpate.effects.shape_matching.polynomial_fit import TERMS, determinant, fit, moment, orthonormal_terms
 from palpate.errors import InputError
 from palpate.linalg.nearest_rotation import nearest
 from palpate.linalg.nearest_rotation import rotations as rotations
 
 HALF, DOUBLE = 0.5, 2.0
-"""Volumes, relative to rest, between which the linear mode restores all of it."""
+"""Range of volumes, relative to rest, in which the linear mode restores the volume completely."""
 
 
-def make(particles, settings: dict, elastic=None) -> "ShapeMatching":
-    """Shape matching of ``particles``.
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "ShapeMatching":
+    """Make the shape matching of ``particles``.
 
-    settings : ``mode`` rigid | linear | quadratic, ``alpha`` (part of the way to the goals a step takes, 0 to 1),
-        ``beta`` (how far goals follow the deformation, 0 to 1; rigid ignores it), ``clusters`` as ``make_clusters``
+    settings : ``mode`` (rigid, linear or quadratic), ``alpha`` (fraction of the way to the goals in a step, 0 to 1),
+        ``beta`` (share of the deformation in the goals, 0 to 1; none in rigid), ``clusters`` (see ``make_clusters``)
+
     Raises InputError for a setting out of range, or clusters that do not hold the body together.
     """
     if settings["mode"] not in TERMS:
@@ -29,28 +32,28 @@ def make(particles, settings: dict, elastic=None) -> "ShapeMatching":
     return ShapeMatching(particles, clusters, settings["mode"], settings["alpha"], settings["beta"])
 
 
-class ShapeMatching:
+class ShapeMatching(Goals):
     """Goals of overlapping clusters (Müller, Heidelberger, Teschner, Gross 2005; paper 3, chapter 3).
 
     frames : (n_clusters, 3, 3) [m], the rest shape as q = L φ; plasticity changes it in place
-    alpha : part of the way to its goal that a particle goes in a step
+    alpha : fraction of the way to its goal that a particle moves in a step
 
-    A particle's mass is shared equally among its clusters, and its goal is the mean of theirs. As each cluster's
-    goals keep its share of linear and angular momentum, α (g − x) keeps the body's, however clusters overlap.
+    A particle's mass is divided equally among its clusters, and its goal is the mean of theirs. The goals of each
+    cluster conserve its linear and angular momentum, so α (g − x) conserves that of the body for any overlap.
 
-    Two changes to the paper: the terms q̃ have their mean taken out, without which quadratic goals move the mass
-    centre; and det(A)^(−1/3) of the linear mode, infinite for a flat cluster, stays as it is at DOUBLE volume above
-    that, and falls from what it is at HALF to 1 for a flat or inverted one. Without these bounds an undamped
-    body that starts flat or inverted swings a thousand times its size after 2000 steps with α = 1; with them tens
-    of times after 10 000, and still growing: damp what may start so.
+    Two changes to the paper: the mean of the terms q̃ is subtracted, as otherwise quadratic goals move the centre of
+    mass; and det(A)^(−1/3) of the linear mode, infinite for a flat cluster, is constant above DOUBLE the volume, and
+    below HALF decreases linearly to 1 at volume 0 and stays 1 for an inverted cluster. Without these bounds an undamped
+    body that starts flat or inverted reaches a thousand times its size after 2000 steps with α = 1; with them, tens of
+    times after 10 000, still growing. So use damping if a body may start in such a state.
 
-    Traps: the force α m (g − x)/h² depends on the step, and beyond the rigid mode it is no gradient, so there is
-    no energy to offer. With β = 1 goals follow any (linear or quadratic) shape, an inverted one too. Clusters that
-    share no more than a layer of particles have other shapes to come to rest in, turned outside in, which a wild
-    start may lead to; sharing half, no start was found that does not come back.
+    Traps: the force α m (g − x)/h² depends on the step, and except in the rigid mode it is not a gradient, so there is
+    no energy. With β = 1 goals follow any linear or quadratic shape, inverted ones included. Clusters that share only a
+    layer of particles have further shapes of equilibrium, turned inside out, which an extreme start may lead to; with
+    clusters that share half of their particles, no such start was found.
     """
 
-    def __init__(self, particles, clusters: Clusters, mode: str, alpha: float, beta: float):
+    def __init__(self, particles: Particles, clusters: Clusters, mode: str, alpha: float, beta: float):
         self.alpha, self.clusters, self.mode = alpha, clusters, mode
         self._beta = 0.0 if mode == "rigid" else beta
         self._weights = 1.0 / clusters.shared_by
@@ -63,8 +66,8 @@ class ShapeMatching:
     def goals(self, x: np.ndarray, out: np.ndarray) -> None:
         """Write the goal positions (n, 3) [m] for positions ``x`` (n, 3) [m] into ``out``.
 
-        Each cluster's rotation is sought from the one before, which changes the answer by rounding only, or where
-        several are equally near.
+        The search for each cluster's rotation begins at the previous one. That changes the result by rounding errors
+        only, unless several rotations are equally near.
         """
         rest = (self.clusters.members, self.clusters.starts, self.shares, self.basis, self.frames, self.ranks)
         _goals(x, *rest, self._beta, self.mode == "linear", self._weights, self._turns, out)
@@ -82,7 +85,7 @@ def _goals(x, members, starts, shares, basis, frames, ranks, beta, keep_volume, 
         nearest(a, turns[c], work, r)
         part = beta
         if keep_volume and ranks[c] == 3:
-            part *= _swelling(determinant(h) / determinant(frames[c]))
+            part *= _volume_factor(determinant(h) / determinant(frames[c]))
         for i in range(3):
             for j in range(terms):
                 h[i, j] *= part
@@ -102,8 +105,8 @@ def _goals(x, members, starts, shares, basis, frames, ranks, beta, keep_volume, 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _swelling(volume):
-    """What a linear map is multiplied by to restore its volume, given relative to rest."""
+def _volume_factor(volume):
+    """Compute the factor of a linear map that restores its volume, which is given relative to rest."""
     if volume > HALF:
         return min(volume, DOUBLE) ** (-1.0 / 3.0)
     return 1.0 + max(volume, 0.0) / HALF * (HALF ** (-1.0 / 3.0) - 1.0)

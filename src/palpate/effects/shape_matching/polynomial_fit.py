@@ -1,8 +1,8 @@
-"""Fitting polynomials of the rest positions to the particles of each cluster.
+"""Fits of polynomials of the rest positions to the particles of each cluster.
 
-Instead of inverting Σ m q̃ q̃ᵀ (paper 3, chapter 3) the terms q̃ are made orthonormal once, at rest: φ with Σ μ φ = 0
-and Σ μ φ φᵀ = I, where μ are the particles' shares of their cluster's mass. Then H = Σ μ x φᵀ holds the best fit
-c + H φ, q = L φ, A_pq = M H Lᵀ, and terms that a flat, straight or tiny cluster cannot tell apart are simply zero.
+Paper 3, chapter 3, inverts Σ m q̃ q̃ᵀ. Here the terms q̃ are made orthonormal once, at rest: φ with Σ μ φ = 0 and
+Σ μ φ φᵀ = I, where μ are the particles' shares of their cluster's mass. Then H = Σ μ x φᵀ gives the best fit c + H φ,
+with q = L φ and A_pq = M H Lᵀ, and terms that are dependent in a flat, straight or tiny cluster are zero.
 """
 
 import math
@@ -14,15 +14,17 @@ TERMS = {"rigid": 3, "linear": 3, "quadratic": 9}
 """Entries of q̃ = (x, y, z, x², y², z², xy, yz, zx) in each mode."""
 
 DEPENDENT = 1e-6
-"""A term that differs from all before it by less than this, relative to the cluster's size, is none of its own."""
+"""A term is dependent if its part orthogonal to the earlier terms is below this, relative to the cluster's size."""
 
 
-def orthonormal_terms(nodes, masses, members, starts, terms):
-    """Orthonormal terms φ of all clusters, and the frames L that give q = L φ.
+def orthonormal_terms(
+    nodes: np.ndarray, masses: np.ndarray, members: np.ndarray, starts: np.ndarray, terms: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
 
-    nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster
-    Returns shares μ (n_members,), terms φ (n_members, terms), frames (n_clusters, 3, 3) [m], and how many of the
-    first three φ are not zero, (n_clusters,): 2 in a plane, 1 on a line, 0 in a point.
+    nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster; terms : their number
+    Returns shares μ (n_members,), terms φ (n_members, terms), frames (n_clusters, 3, 3) [m], and the number of
+    terms, of the first three, that are not zero, (n_clusters,): 2 in a plane, 1 on a line, 0 in a point.
     """
     shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
     frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)
@@ -57,7 +59,7 @@ def _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks):
                 basis[n, 6], basis[n, 7], basis[n, 8] = x * y, y * z, z * x
         for j in range(basis.shape[1]):
             phi[:, j] -= (share * phi[:, j]).sum()
-            for _ in range(2):  # once loses digits where terms are nearly dependent; twice is enough
+            for _ in range(2):  # once is inaccurate for nearly dependent terms; twice is enough
                 for k in range(j):
                     part = (share * phi[:, k] * phi[:, j]).sum()
                     phi[:, j] -= part * phi[:, k]
@@ -75,9 +77,9 @@ def _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks):
 
 @numba.njit(cache=True)
 def fit(x, members, shares, basis, first, last, centre, h):
-    """Mass centre (3,) and H = Σ μ x φᵀ (3, terms) of the cluster with members ``first`` to ``last``.
+    """Compute the centre of mass (3,) and H = Σ μ x φᵀ (3, terms) of the cluster with members ``first`` to ``last``.
 
-    Sums are taken from the first particle's place, so that a body far from the origin loses no digits.
+    Sums are relative to the first particle, so that they are accurate far from the origin.
     """
     x0, y0, z0 = x[members[first], 0], x[members[first], 1], x[members[first], 2]
     cx, cy, cz = 0.0, 0.0, 0.0
@@ -97,7 +99,7 @@ def fit(x, members, shares, basis, first, last, centre, h):
 
 @numba.njit(cache=True)
 def moment(h, frame, out):
-    """A_pq/M = H Lᵀ (3, 3) [m²], whose rotation is the cluster's."""
+    """Compute A_pq/M = H Lᵀ (3, 3) [m²], whose rotation is that of the cluster."""
     for i in range(3):
         for j in range(3):
             out[i, j] = h[i, 0] * frame[j, 0] + h[i, 1] * frame[j, 1] + h[i, 2] * frame[j, 2]
@@ -105,7 +107,7 @@ def moment(h, frame, out):
 
 @numba.njit(cache=True)
 def determinant(a):
-    """Of the first three columns of ``a``."""
+    """Compute the determinant of the first three columns of ``a``."""
     return (
         a[0, 0] * (a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1])
         + a[0, 1] * (a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2])

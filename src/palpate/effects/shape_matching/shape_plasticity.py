@@ -5,40 +5,44 @@ import math
 import numba
 import numpy as np
 
+from palpate.bodies.particles import Particles
+from palpate.effects.effect import Relaxation
+from palpate.effects.shape_matching.goal_shapes import ShapeMatching
 from palpate.effects.shape_matching.polynomial_fit import determinant, fit
 from palpate.errors import InputError
 from palpate.linalg.signed_svd import signed_svd
 
 
-class ShapePlasticity:
-    """Rest shapes q = S_p (x⁰ − c⁰) that creep after the deformation (Müller et al. 2005, section 4.4).
+class ShapePlasticity(Relaxation):
+    """Rest shapes q = S_p (x⁰ − c⁰) that creep towards the deformation (Müller et al. 2005, section 4.4).
 
-    plastic : (n_clusters, 3, 3), S_p, the identity at first
+    plastic : (n_clusters, 3, 3), S_p, initially the identity
 
     With A = R S the best linear fit of a cluster's rest shape, S_p becomes [I + (1 − exp(−creep h)) (S − I)] S_p
-    where the largest principal strain ‖S − I‖ exceeds the yield strain; the exponential, where the paper has
-    creep · h, cannot overshoot. Then ‖S_p − I‖ is held to ``max_strain``, and the volume to that at rest. As any
-    S_p leaves the span of the terms φ as it is, only ``elastic.frames`` change, and nothing is inverted again.
+    if the largest principal strain ‖S − I‖ exceeds the yield strain; the exponential, which replaces the paper's
+    creep · h, cannot overshoot. Then ‖S_p − I‖ is limited to ``max_strain``, and the volume set to that at rest. No S_p
+    changes the span of the terms φ, so only ``elastic.frames`` change, and nothing is inverted again.
 
-    particles, settings : as every effect's; ``yield_strain``, ``creep_1_s`` [1/s], ``max_strain`` (below 1)
-    elastic : the ShapeMatching, whose frames are changed in place
-    Raises InputError for a setting out of range. Trap: what a flat cluster may have gained in thickness is not
-    known, so that its area may change.
+    settings : ``yield_strain``, ``creep_1_s`` [1/s], ``max_strain`` (below 1)
+    elastic : the shape matching, whose frames change in place
+
+    Raises InputError for a setting out of range. Trap: the thickness of a flat cluster is not known, so its area may
+    change.
     """
 
-    def __init__(self, particles, settings: dict, elastic):
+    def __init__(self, particles: Particles, settings: dict, elastic: ShapeMatching):
         self._yield, self._creep, self._most = (settings[k] for k in ("yield_strain", "creep_1_s", "max_strain"))
         if not (self._yield >= 0.0 and self._creep >= 0.0):
             raise InputError("plasticity.yield_strain and plasticity.creep_1_s cannot be negative: give 0 or more")
         if not 0.0 < self._most < 1.0:
-            raise InputError(f"plasticity.max_strain is {self._most}: give a number between 0 and 1 to shape matching")
+            raise InputError(f"plasticity.max_strain is {self._most}: give a number between 0 and 1 for shape matching")
         self._elastic = elastic
         self._rest = elastic.frames.copy()
         self._inverse = np.linalg.pinv(self._rest, rcond=1e-9)
         self.plastic = np.tile(np.eye(3), (len(self._rest), 1, 1))
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Let the rest shapes creep towards positions ``x`` (n, 3) [m] for ``h`` [s]."""
+        """Update the rest shapes by a creep towards positions ``x`` (n, 3) [m] for ``h`` [s]."""
         matched = self._elastic
         _relax(
             x,
@@ -65,7 +69,7 @@ def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most,
         _invert(plastic[c], back)
         f[:] = _product(_product(h, inverse[c]), back)
         signed_svd(f, u, s, v)
-        # what a flat cluster has no thickness for is no strain; along which direction, only its strains can tell
+        # a flat cluster has no strain normal to itself, and that direction is known only if it is strained
         if ranks[c] == 0 or (ranks[c] < 3 and s[ranks[c] - 1] <= 1e-6 * s[0]):
             continue
         largest = 0.0
@@ -85,9 +89,9 @@ def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most,
 
 @numba.njit(cache=True, error_model="numpy")
 def _bound(f, most, keep_volume, u, s, v):
-    """Hold ‖f − I‖ to ``most``, which is below 1 so that f stays upright, and det f to 1.
+    """Limit ‖f − I‖ to ``most``, which is below 1 so that det f stays positive, and set det f to 1.
 
-    The paper does the second after the first, which may undo it; in turns, both soon hold.
+    In the paper the second may undo the first; in alternation, both soon hold.
     """
     for turn in range(50):
         for i in range(3):
@@ -105,7 +109,7 @@ def _bound(f, most, keep_volume, u, s, v):
 
 @numba.njit(cache=True)
 def _product(a, b):
-    """a b of the first three columns of ``a``."""
+    """Multiply the first three columns of ``a`` by ``b``."""
     c = np.empty((3, 3))
     for i in range(3):
         for j in range(3):
@@ -115,7 +119,7 @@ def _product(a, b):
 
 @numba.njit(cache=True)
 def _invert(a, out):
-    """Inverse of a matrix whose determinant is known to be positive."""
+    """Write the inverse of ``a``, whose determinant is positive, into ``out``."""
     scale = 1.0 / determinant(a)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3

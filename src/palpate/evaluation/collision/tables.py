@@ -13,7 +13,7 @@ TABLES = {
         "The times of each bounding structure over the number of triangles.",
     ),
     "collision_claims": Table(
-        "claim paper ours verdict",
+        "claim paper measured verdict",
         "Each claim of paper 3 about its composite tree, what this run measured, and whether it confirms the claim.",
     ),
 }

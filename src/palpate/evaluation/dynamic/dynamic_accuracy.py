@@ -1,37 +1,33 @@
-"""How wrong each model's motion is, and what it costs: scenes against fine implicit finite elements."""
+"""Measure the error of each model's motion, and what it costs: scenes against fine implicit finite elements."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from typing import Any
 
 import pandas as pd
 
 from palpate.errors import NotConverged
 from palpate.evaluation.accuracy import errors
-from palpate.evaluation.dynamic.dynamic_fit import SAFE, Fitted, fit_shapes, fit_springs
+from palpate.evaluation.dynamic.dynamic_fit import Fitted, fit_shapes, fit_springs
 from palpate.evaluation.dynamic.dynamic_reference import Reference
 from palpate.evaluation.dynamic.dynamic_trial import Trial
 
-COARSE_STEPS = (1, 2, 4, 8, 16)
-"""Steps a frame of coarse finite elements."""
-SHORTER = (1, 2, 4)
-"""By how much springs' steps are shorter than the longest that is safe."""
-SHAPE_STEPS = (4, 8, 16)
-"""Steps a frame of shape matching, fitted for each."""
+Grid = Mapping[str, Any]
 
 
-def measure(trial: Trial, truth: Reference, progress: Callable = iter) -> pd.DataFrame:
-    """Rows of dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
+def measure(trial: Trial, truth: Reference, grid: Mapping[str, Grid], progress: Callable = iter) -> pd.DataFrame:
+    """Tabulate dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
 
-    failures : 1 for a motion that ended in NotConverged, whose errors are then empty
-    ms_per_step, step_p95_ms and real_time_factor, seconds over those it lasts, are of that one motion,
-    without preparation
+    grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
+    Columns: failures is 1 for a motion that ended in NotConverged, whose errors are then empty. ms_per_step,
+    step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without preparation.
     ``progress`` wraps the models, as ``tqdm`` does.
     """
     models = {
-        "fem_coarse": partial(_coarse, trial),
-        "springs": partial(_springs, trial, truth, False),
-        "springs_volume": partial(_springs, trial, truth, True),
-        "shape_matching": partial(_shapes, trial, truth),
+        "fem_coarse": partial(_coarse, trial, grid["fem_coarse"]),
+        "springs": partial(_springs, trial, truth, False, grid["springs"]),
+        "springs_volume": partial(_springs, trial, truth, True, grid["springs"]),
+        "shape_matching": partial(_shapes, trial, truth, grid["shape_matching"]),
     }
     rows = [_tried(trial, truth, number) for number in range(len(truth.tried))]
     for name in progress(list(models)):
@@ -49,21 +45,22 @@ def measure(trial: Trial, truth: Reference, progress: Callable = iter) -> pd.Dat
     return table
 
 
-def _coarse(trial: Trial) -> Iterator[tuple[int, Fitted]]:
-    for count in COARSE_STEPS:
+def _coarse(trial: Trial, grid: Grid) -> Iterator[tuple[int, Fitted]]:
+    for count in grid["steps_per_frame"]:
         yield count * trial.frames, Fitted(lambda trial, steps: trial.fem(steps), trial.body.material.young_pa, 0.0)
 
 
-def _springs(trial: Trial, truth: Reference, volume: bool) -> Iterator[tuple[int, Fitted]]:
-    fitted = fit_springs(trial, truth.training, volume)
+def _springs(trial: Trial, truth: Reference, volume: bool, grid: Grid) -> Iterator[tuple[int, Fitted]]:
+    shares = grid["shares_of_stable_step"]
+    fitted = fit_springs(trial, truth, volume, max(shares), grid["evaluations"])
     limit = trial.limit_s(fitted.scene(trial, trial.frames), fitted.young_pa)
-    for shorter in SHORTER:
-        yield trial.steps(SAFE * limit / shorter), fitted
+    for share in shares:
+        yield trial.steps(share * limit), fitted
 
 
-def _shapes(trial: Trial, truth: Reference) -> Iterator[tuple[int, Fitted]]:
-    for count in SHAPE_STEPS:
-        yield count * trial.frames, fit_shapes(trial, truth.training, count * trial.frames)
+def _shapes(trial: Trial, truth: Reference, grid: Grid) -> Iterator[tuple[int, Fitted]]:
+    for count in grid["steps_per_frame"]:
+        yield count * trial.frames, fit_shapes(trial, truth, count * trial.frames, grid["evaluations"])
 
 
 def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted) -> dict:
@@ -80,7 +77,7 @@ def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted) -> dict:
 
 
 def _tried(trial: Trial, truth: Reference, number: int) -> dict:
-    """The reference's own steps, each as it is: what the step alone is wrong by."""
+    """Take the reference at one of its steps, as it is: its error is that of the step alone."""
     step = float(truth.tried_s[number])
     steps = round(trial.duration_s / step)
     row = {"model": "fem_fine", "setting": f"step_s={step:.3g}", "level": len(trial.body.levels) - 1}

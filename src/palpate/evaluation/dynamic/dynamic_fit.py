@@ -1,4 +1,4 @@
-"""What springs and shapes need to know of a scene, fitted to how it moves under half of its loads."""
+"""Fit springs and shape matching to how a scene moves under a share of its loads."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,15 +11,10 @@ from palpate.bodies.particles import particles_of
 from palpate.calibration.closed_forms import volume_stiffness
 from palpate.calibration.spring_model import spring_model
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.dynamic.dynamic_reference import SHARE
+from palpate.evaluation.dynamic.dynamic_reference import Reference
 from palpate.evaluation.dynamic.dynamic_trial import Trial
 from palpate.models.shape_statics import cubes
 from palpate.scenes.scene import Scene
-
-SAFE = 0.8
-"""Part of the longest stable step: a deformed body stands less than one at rest."""
-TRIES = {"springs": 20, "shapes": 200}
-"""Motions that a fit may compute."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +26,11 @@ class Fitted:
     offline_s: float
 
 
-def fit_springs(trial: Trial, training: np.ndarray, volume: bool) -> Fitted:
-    """One modulus and the dampers' ratio, with ``volume`` the volume force that the Poisson ratio asks for with them.
+def fit_springs(trial: Trial, truth: Reference, volume: bool, step_share: float, evaluations: int) -> Fitted:
+    """Fit one modulus and the dampers' ratio to the training motion of ``truth``, in so many motions at most.
 
-    training : (frames, n_surface, 3) [m], how the reference moves under SHARE of the loads
+    volume : with the volume force that the Poisson ratio calls for
+    step_share : of the longest stable step, at which it is fitted
     """
     begin, given = perf_counter(), trial.body.material
     particles = particles_of(trial.body, 0, surface=False)
@@ -43,52 +39,54 @@ def fit_springs(trial: Trial, training: np.ndarray, volume: bool) -> Fitted:
     def scene(trial: Trial, steps: int, young: float, ratio: float) -> Scene:
         return trial.springs(steps, ratio, bulk * young / given.young_pa)
 
-    half = trial.louder(SHARE)
+    quiet = trial.scale_loads(truth.training_share)
 
     def misfit(q: np.ndarray) -> float:
         young, ratio = given.young_pa * np.exp(q[0]), float(np.exp(q[1]))
-        limit = half.limit_s(scene(half, half.frames, young, ratio), young)
-        return off(half, scene(half, half.steps(SAFE * limit), young, ratio), young, training)
+        limit = quiet.limit_s(scene(quiet, quiet.frames, young, ratio), young)
+        return error_of(quiet, scene(quiet, quiet.steps(step_share * limit), young, ratio), young, truth.training)
 
-    q = _simplex(misfit, np.array([0.0, np.log(0.1)]), [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)], "springs", trial.name)
+    bounds = [(-2.3, 2.3), (-6.0, 1.0)]
+    q = _simplex(misfit, np.array([0.0, np.log(0.1)]), [-0.4, 0.7], bounds, evaluations, f"{trial.name}: no springs")
     young, ratio = float(given.young_pa * np.exp(q[0])), float(np.exp(q[1]))
     return Fitted(lambda trial, steps: scene(trial, steps, young, ratio), young, perf_counter() - begin)
 
 
-def fit_shapes(trial: Trial, training: np.ndarray, steps: int) -> Fitted:
-    """α, β, the scale of the loads and the decay of velocities, for so many steps: α m/h² depends on them."""
+def fit_shapes(trial: Trial, truth: Reference, steps: int, evaluations: int) -> Fitted:
+    """Fit α, β, the scale of the loads and the decay of velocities, for so many steps: α m/h² depends on them."""
     begin, young = perf_counter(), trial.body.material.young_pa
     clusters = cubes(trial.body.coarse)
 
     def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
         matching = {"mode": "linear", "alpha": float(q[0]), "beta": float(q[1]), "clusters": clusters}
-        return trial.louder(float(np.exp(q[2]))).shapes(steps, matching, float(np.exp(q[3])))
+        return trial.scale_loads(float(np.exp(q[2]))).shapes(steps, matching, float(np.exp(q[3])))
 
-    half = trial.louder(SHARE)
+    quiet = trial.scale_loads(truth.training_share)
 
     def misfit(q: np.ndarray) -> float:
-        return off(half, scene(half, steps, q), young, training)
+        return error_of(quiet, scene(quiet, steps, q), young, truth.training)
 
     starts = [np.array([0.7, 0.4, scale, 1.6]) for scale in np.arange(-6.0, 6.1, 1.5)]
     bounds = [(0.02, 1.0), (0.0, 0.99), (-12.0, 12.0), (-3.0, 7.0)]
-    q = _simplex(misfit, min(starts, key=misfit), [0.25, 0.3, 0.7, -1.0], bounds, "shapes", trial.name)
+    start, sides = min(starts, key=misfit), [0.25, 0.3, 0.7, -1.0]
+    q = _simplex(misfit, start, sides, bounds, evaluations, f"{trial.name}: no shapes")
     return Fitted(lambda trial, steps: scene(trial, steps, q), young, perf_counter() - begin)
 
 
-def off(trial: Trial, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
-    """RMSE of a motion over all frames and nodes over the peak of ``wanted`` (f, n_surface, 3) [m]; 1 at most."""
+def error_of(trial: Trial, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
+    """Return the RMSE of a motion over all frames and nodes over the peak of ``wanted`` (f, n_surface, 3) [m], or 1."""
     try:
         moved = trial.move(scene, 0, young_pa)[0]
-    except (NotConverged, InputError):  # blown up, or steps too long for it: as wrong as none
+    except (NotConverged, InputError):  # diverged, or its steps are too long: as wrong as no motion
         return 1.0
     rmse = np.sqrt(np.mean(np.sum((moved - wanted) ** 2, axis=2))) / np.linalg.norm(wanted, axis=2).max()
     return float(min(rmse, 1.0))
 
 
-def _simplex(misfit, start, sides, bounds, kind: str, name: str) -> np.ndarray:
+def _simplex(misfit, start, sides, bounds, evaluations: int, what: str) -> np.ndarray:
     corners = np.vstack([start, start + np.diag(sides)])
-    options = {"maxfev": TRIES[kind], "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
+    options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     found = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
     if not found.fun < 1.0:
-        raise NotConverged(f"{name}: no {kind} move like the reference; lower the loads", [])
+        raise NotConverged(f"{what} move like the reference; lower the loads", [])
     return found.x

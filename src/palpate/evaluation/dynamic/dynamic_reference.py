@@ -1,4 +1,4 @@
-"""How a scene really moves: fine implicit finite elements at steps halved until that changes nothing."""
+"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -9,10 +9,8 @@ from palpate.errors import NotConverged
 from palpate.evaluation.dynamic.dynamic_trial import Trial
 from palpate.files import write_whole
 
-HALVINGS = 6
-"""Of the step, from one a frame, before giving up."""
-SHARE, LOOSER = 0.5, 4.0
-"""The loads that models are fitted to, in parts of the trial's, and how much less exactly their motion is known."""
+LOOSER = 4.0
+"""How many times the change of the step may be as large in the motion that models are fitted to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +21,7 @@ class Reference:
         in parts of its peak; step_s : the shortest step
     tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds,
         step_p95_s : (m,) what each took, and 95 % of its steps at most
-    training : (f, n_surface, 3), the truth under SHARE of the loads
+    training : (f, n_surface, 3), the truth under ``training_share`` of the loads, which models are fitted to
     """
 
     truth: np.ndarray
@@ -34,6 +32,7 @@ class Reference:
     seconds: np.ndarray
     step_p95_s: np.ndarray
     training: np.ndarray
+    training_share: float
 
     @property
     def peak(self) -> float:
@@ -41,21 +40,22 @@ class Reference:
         return float(np.linalg.norm(self.truth, axis=-1).max())
 
 
-def reference(trial: Trial, change: float) -> Reference:
-    """The motion of ``trial`` and that under SHARE of its loads.
+def reference(trial: Trial, change: float, training_share: float, max_halvings: int) -> Reference:
+    """Simulate the motion of ``trial`` and that under ``training_share`` of its loads.
 
     change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
-    Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second. Raises NotConverged if
-    HALVINGS are not enough.
+    max_halvings : of the step, from one a frame; NotConverged if they are not enough
+    Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second.
     """
-    truth, last, steps, tried, costs = _halve(trial, change)
-    training = _halve(trial.louder(SHARE), LOOSER * change)[0]
-    return Reference(truth, last, steps[-1], np.array(tried), np.array(steps), *np.array(costs).T, training)
+    truth, last, steps, tried, costs = _halve(trial, change, max_halvings)
+    training = _halve(trial.scale_loads(training_share), LOOSER * change, max_halvings)[0]
+    costs = np.array(costs).T
+    return Reference(truth, last, steps[-1], np.array(tried), np.array(steps), *costs, training, training_share)
 
 
-def _halve(trial: Trial, change: float):
+def _halve(trial: Trial, change: float, max_halvings: int):
     steps, tried, costs, before, history = [], [], [], None, []
-    for halving in range(HALVINGS + 1):
+    for halving in range(max_halvings + 1):
         scene = trial.fem(trial.frames * 2**halving)
         displacement, run = trial.move(scene, len(trial.body.levels) - 1)
         steps.append(scene.step_s)
@@ -76,7 +76,7 @@ def _halve(trial: Trial, change: float):
 
 
 def _difference(a: np.ndarray, b: np.ndarray) -> float:
-    """RMSE over nodes of the frame where it is largest, over the peak of ``a``."""
+    """Return the RMSE over nodes of the frame where it is largest, over the peak of ``a``."""
     rmse = np.sqrt(np.mean(np.sum((a - b) ** 2, axis=2), axis=1))
     return float(rmse.max() / np.linalg.norm(a, axis=2).max())
 
@@ -88,7 +88,7 @@ def save(found: Reference, path: Path | str) -> None:
 
 
 def load(path: Path | str) -> Reference:
-    """What ``save`` wrote."""
+    """Read what ``save`` wrote."""
     with np.load(path) as file:
         kept = {field.name: file[field.name] for field in fields(Reference)}
-    return Reference(**kept | {name: float(kept[name]) for name in ("change", "step_s")})
+    return Reference(**kept | {name: float(kept[name]) for name in ("change", "step_s", "training_share")})

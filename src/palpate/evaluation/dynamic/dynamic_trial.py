@@ -1,4 +1,4 @@
-"""A scene as a trial of models: what moves and what acts, apart from what holds it together."""
+"""Turn a scene into a trial of models: what moves and what acts, apart from what holds it together."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +9,7 @@ from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import DEFAULTS, compose
+from palpate.scenes.build_system import compose
 from palpate.scenes.dynamic_check import LOADS, check_trial
 from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene
@@ -30,34 +30,34 @@ class Trial:
     duration_s: float
     frames: int
 
-    def louder(self, factor: float) -> "Trial":
-        """The same under ``factor`` times the loads."""
+    def scale_loads(self, factor: float) -> "Trial":
+        """Multiply the loads by ``factor``."""
         return replace(self, loads=_times(self.loads, factor))
 
     def fem(self, steps: int) -> Scene:
-        """Finite elements, stepped implicitly."""
+        """Compose finite elements, stepped implicitly."""
         return self._scene(["corotational", "rayleigh"], "backward_euler", steps, {"rayleigh": self.rayleigh})
 
     def springs(self, steps: int, ratio: float, volume_n_m: float) -> Scene:
-        """Springs beside dampers of ``ratio`` times critical damping, stepped explicitly; the modulus is the body's."""
+        """Compose springs of the body's modulus and dampers of ``ratio`` times critical damping, stepped explicitly."""
         settings = {"kelvin": {"ratio": ratio}, "velocity_damping": {"rate_1_s": self.rayleigh["mass_1_s"]}}
         if volume_n_m > 0.0:
             settings["volume"] = {"stiffness_n_m": volume_n_m}
         return self._scene(["springs", *settings], "symplectic_euler", steps, settings)
 
     def shapes(self, steps: int, matching: dict, rate_1_s: float) -> Scene:
-        """Shape matching with the settings ``matching``; velocities decay at ``rate_1_s``."""
+        """Compose shape matching with the settings ``matching``; velocities decay at ``rate_1_s``."""
         settings = {"shape_matching": matching, "velocity_damping": {"rate_1_s": rate_1_s}}
         return self._scene([*settings], "goal_position", steps, settings)
 
     def limit_s(self, scene: Scene, young_pa: float) -> float:
-        """The longest step that its integrator stands on the coarse level."""
+        """Return the longest step at which its integrator is stable on the coarse level."""
         return (
             effect_registry.integrator(scene.integrator).make(compose(scene, self._particles(0, young_pa)), {}).limit_s
         )
 
     def move(self, scene: Scene, level: int, young_pa: float | None = None) -> tuple[np.ndarray, Run]:
-        """Displacements (frames, n_surface, 3) [m] of the reference's surface, and the run.
+        """Run a scene; return displacements (frames, n_surface, 3) [m] of the reference's surface, and the run.
 
         young_pa : another modulus than the body's; NotConverged, InputError as ``run``
         """
@@ -67,7 +67,7 @@ class Trial:
         return np.array([up @ (x - motion.rest) for x in motion.positions[1:]]), moved
 
     def steps(self, step_s: float) -> int:
-        """The least number of steps, none longer than ``step_s``, that end where frames do."""
+        """Return the least number of steps, none longer than ``step_s``, that end where frames do."""
         return self.frames * max(1, int(np.ceil(self.duration_s / (self.frames * step_s) - 1e-9)))
 
     def _particles(self, level: int, young_pa: float | None):
@@ -91,13 +91,13 @@ class Trial:
 
 
 def trial(name: str, entry: dict, body: Body, duration_s: float, frames: int) -> Trial:
-    """The trial of the scene ``entry`` of the config; one level finer than the scene if that is the coarse one.
+    """Make the trial of the scene ``entry`` of the config; one level finer than the scene if that is the coarse one.
 
     Raises InputError for a scene with contact, or whose loads are none of LOADS.
     """
     check_trial("dynamic.durations_s", name, entry)
     loads = {effect: entry[effect] for effect in LOADS if effect in entry}
-    damping = entry.get("rayleigh", DEFAULTS["rayleigh"](None))
+    damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
     return Trial(name, _nested(body, entry.get("level", 0)), loads, damping, duration_s, frames)
 
 

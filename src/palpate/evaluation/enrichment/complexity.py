@@ -1,4 +1,4 @@
-"""The paper's table 3, measured: how the cost of each operation grows with feature length and samples.
+"""Measure the paper's table 3: how the cost of each operation grows with feature length and samples.
 
 Building A is measured whole and without the inversion of Φ: the paper's O(r k²) leaves the k³ of the
 inversion out, so its order can only hold for the assembly of Φ. Sizes are large enough for the cost of
@@ -16,8 +16,8 @@ import pandas as pd
 from scipy import stats
 
 from palpate.enrichment.blend_weights import inverse
-from palpate.enrichment.contact_ordering import nearest_first
 from palpate.enrichment.gaussian_kernel import gaussian, query_weights, squared_distances
+from palpate.enrichment.node_ordering import nearest_first
 
 
 class Operation(NamedTuple):
@@ -61,7 +61,7 @@ OPERATIONS = {
 
 
 def measure(samples: Sequence[int], seed: int) -> pd.DataFrame:
-    """Seconds of each operation on random data over its lengths × ``samples``: operation, r, k, seconds.
+    """Measure the seconds of each operation on random data over its lengths × ``samples``: operation, r, k, seconds.
 
     Processor time of the one thread, the fastest of three turns: a long call is interrupted by what else the
     machine does more often than a short one, and on the clock that looks like a higher order.
@@ -80,14 +80,14 @@ def measure(samples: Sequence[int], seed: int) -> pd.DataFrame:
 
 
 def _seconds(call: Callable[[], object]) -> float:
-    """Mean over as many calls as take about 2 ms."""
+    """Take the mean over as many calls as take about 2 ms."""
     timer = timeit.Timer(call, timer=time.thread_time)
     number = max(1, int(2e-3 / timer.timeit(number=1)))
     return timer.timeit(number=number) / number
 
 
 def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
-    """Rows of complexity.csv: fitted exponents with 95 % confidence intervals, beside the paper's order.
+    """Tabulate complexity.csv: fitted exponents with 95 % confidence intervals, beside the paper's order.
 
     ``paper_exponent_r`` and ``_k`` are the paper's formula fitted over the same sizes, which turns r log r
     into a number.
@@ -112,7 +112,7 @@ def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
 
 
 def fit_exponents(r: np.ndarray, k: np.ndarray, seconds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """a and b of seconds ≈ c rᵃ kᵇ by least squares on logarithms, and half their 95 % intervals."""
+    """Fit a and b of seconds ≈ c rᵃ kᵇ by least squares on logarithms, and half their 95 % intervals."""
     design = np.column_stack([np.log(r), np.log(k), np.ones(len(r))])
     logs = np.log(seconds)
     coefficients = np.linalg.lstsq(design, logs)[0]

@@ -1,4 +1,4 @@
-"""The paper's claims, each confirmed or refuted with our own figures."""
+"""Judge the paper's claims: each is confirmed or refuted by this run's numbers."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Claim(NamedTuple):
 
     claim: str
     paper: str
-    ours: str
+    measured: str
     verdict: str
 
 
@@ -29,7 +29,7 @@ def claims(
     timing: pd.DataFrame,
     paper: Mapping,
 ) -> pd.DataFrame:
-    """Rows of claims.csv from the other tables; only bodies that the paper has are looked at.
+    """Tabulate claims.csv from the other tables; only bodies that the paper has are looked at.
 
     paper : its numbers, as in workflow/report/enrichment/published.yaml
     """
@@ -50,7 +50,7 @@ def _feature_claims(accuracy: pd.DataFrame, said: Mapping[str, str]) -> list[Cla
             continue
         error = table.set_index("method")["rmse_of_peak"]
         ratios = {kind: error[f"ordered_{kind}"] / error[f"unordered_{kind}"] for kind in READINGS}
-        ours = "; ".join(
+        measured = "; ".join(
             f"{kind}: {error[f'ordered_{kind}']:.3g} of peak against {error[f'unordered_{kind}']:.3g}"
             for kind in READINGS
         )
@@ -59,7 +59,7 @@ def _feature_claims(accuracy: pd.DataFrame, said: Mapping[str, str]) -> list[Cla
         else:
             holds = any(CLEARLY <= ratio <= 1 / CLEARLY for ratio in ratios.values())
         claim = f"contact-ordered against unordered features: {said[body]} ({body}, {regime} loads)"
-        found.append(Claim(claim, said[body], ours, _verdict(holds)))
+        found.append(Claim(claim, said[body], measured, _verdict(holds)))
     return found
 
 
@@ -73,13 +73,13 @@ def _sigma_claims(sweep: pd.DataFrame, sigma: Mapping) -> list[Claim]:
         unit_m = sigma["unit_m"][body]
         near = rows.loc[np.log(rows["sigma_m"] / (sigma["value"] * unit_m)).abs().idxmin()]
         excess = near["rmse_of_peak"] / best["rmse_of_peak"]
-        ours = (
+        measured = (
             f"best σ {best['sigma_m'] / unit_m:.2g} mesh units ({best['sigma_m']:.2g} m, "
             f"{best['sigma_relative']:.2g} of the median distance); "
             f"the σ nearest to {sigma['value']} has {excess:.3g} times its error"
         )
         claim = f"σ = {sigma['value']} is best for contact-ordered features ({body}, {regime} loads)"
-        found.append(Claim(claim, f"{sigma['value']} in mesh units", ours, _verdict(excess <= 1.05)))
+        found.append(Claim(claim, f"{sigma['value']} in mesh units", measured, _verdict(excess <= 1.05)))
     return found
 
 
@@ -113,13 +113,13 @@ def _ratio_claims(timing: pd.DataFrame, means: Mapping[str, Mapping[str, float]]
             continue
         theirs = means[body]["unordered"] / means[body]["contact_ordered"]
         ratio = seconds["unordered"] / seconds["contact_ordered"]
-        ours = (
+        measured = (
             f"{ratio:.2g} times as fast: {1e3 * seconds['contact_ordered']:.3g} ms "
             f"against {1e3 * seconds['unordered']:.3g} ms"
         )
         claim = f"a contact-ordered query is {theirs:.1f} times as fast as an unordered one ({body})"
         holds = abs(ratio / theirs - 1) <= 0.25
-        found.append(Claim(claim, f"{theirs:.1f} times as fast", ours, _verdict(holds)))
+        found.append(Claim(claim, f"{theirs:.1f} times as fast", measured, _verdict(holds)))
     return found
 
 

@@ -1,15 +1,14 @@
-"""What a query costs at run time: the calls that are timed, and the two tables of them."""
+"""Time what a query costs at run time, and tabulate it in two tables."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import cycle
 
 import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.enrichment.methods import Method
-from palpate.evaluation.timing import measure, timing_rows
+from palpate.enrichment.fitting import Method
+from palpate.evaluation.timing import Call, measure, timing_rows
 from palpate.samples.database import Database
 from palpate.samples.loads import nodal_forces
 from palpate.solvers.equilibrium import Equilibrium
@@ -25,18 +24,16 @@ DEFORMATIONS = 5
 FEM_REPEATS = 5
 """A fine simulation takes long and is no online method."""
 
-Call = Callable[[], object]
-
 
 def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:
-    """One call a row of ``loads`` that simulates it from rest on one level."""
+    """Make one call for each row of ``loads``, which simulates it from rest on one level."""
     solver = Equilibrium(body, level)
     nodal = [nodal_forces(body, level, load) for _, load in loads.iterrows()]
     return [partial(solver.solve, forces, tolerance) for forces in nodal]
 
 
 def queries(db: Database, method: Method, protocol: str, samples: Sequence[int]) -> list[Call]:
-    """One call a sample that predicts its fine response from the coarse one of ``protocol``."""
+    """Make one call for each sample, which predicts its fine response from the coarse one of ``protocol``."""
     coarse = db.coarse(protocol)
     return [partial(method.predict, coarse[i], int(db.contact[i]), db.force[i]) for i in samples]
 
@@ -51,7 +48,7 @@ def timing_table(
     repeats: int,
     means: Mapping[str, float],
 ) -> pd.DataFrame:
-    """Rows of enrichment_timing.csv: fine FEM, the paper's two features, and detail
+    """Tabulate enrichment_timing.csv: fine FEM, the paper's two features, and detail
     correction without and with its coarse simulation.
 
     methods : by protocol and name; fine, coarse : one simulation a sample
@@ -73,22 +70,22 @@ def cost_table(
     body: str,
     repeats: int,
 ) -> pd.DataFrame:
-    """Rows of online_cost.csv: body, method, protocol, online_median_s, online_p95_s over all ``samples``.
+    """Tabulate online_cost.csv: body, method, protocol, online_median_s, online_p95_s over all ``samples``.
 
     In the live protocol the coarse simulation is part of a query, at its median; linear FEM needs none.
     """
-    simulated = measure(_each_in_turn(coarse), repeats).median_s
+    simulated = measure(coarse, repeats).median_s
     rows = []
     for protocol, fitted in methods.items():
         for name, method in fitted.items():
-            query = measure(_each_in_turn(queries(db, method, protocol, samples)), repeats)
+            query = measure(queries(db, method, protocol, samples), repeats)
             before = simulated if protocol == "live" and name != "linear_fem" else 0.0
             rows.append([body, name, protocol, before + query.median_s, before + query.p95_s])
     return pd.DataFrame(rows, columns=["body", "method", "protocol", "online_median_s", "online_p95_s"])
 
 
 def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
-    """Five of the samples ``test`` from the smallest to the largest of their peaks (k,) [m], evenly."""
+    """Choose five of the samples ``test`` from the smallest to the largest of their peaks (k,) [m], evenly."""
     ranked = test[np.argsort(peaks[test], kind="stable")]
     return ranked[np.linspace(0, len(ranked) - 1, DEFORMATIONS).round().astype(int)]
 
@@ -96,8 +93,3 @@ def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
 def _in_turn(first: Call, second: Call) -> None:
     first()
     second()
-
-
-def _each_in_turn(calls: list[Call]) -> Call:
-    endless = cycle(calls)
-    return lambda: next(endless)()

@@ -1,7 +1,7 @@
-"""The paper's figure 4: error on the test samples for every σ, kind of feature and kind of weights.
+"""Sweep σ as in the paper's figure 4: the error on the test samples for every σ, kind of feature and of weights.
 
-The paper picks its σ from this table, that is on the test samples. Ours comes from cross-validation on the
-training samples (`palpate.enrichment.blend`) and stands in enrichment_accuracy.csv, so both can be compared.
+The paper picks its σ from this table, that is on the test samples. The methods' own σ comes from cross-validation on
+the training samples (`palpate.enrichment.blend`) and stands in enrichment_accuracy.csv, so both can be compared.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.enrichment.blend import Known
-from palpate.enrichment.blend_weights import KINDS, BlendWeights
+from palpate.enrichment.blend_kinds import WEIGHTS
+from palpate.enrichment.blend_weights import BlendWeights
 from palpate.enrichment.feature_vectors import describe, in_slots, kinds
 from palpate.enrichment.gaussian_kernel import squared_distances
 from palpate.enrichment.training_samples import FitOptions, blend_errors, gather
@@ -30,7 +31,7 @@ def sweep_rows(
     options: FitOptions,
     labels: Mapping[str, str],
 ) -> pd.DataFrame:
-    """Rows of sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
+    """Tabulate sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
     training = gather(db, train, protocol, options)
     rows = []
     for features_name, features in kinds(db, options.neighbours).items():
@@ -39,7 +40,7 @@ def sweep_rows(
         slots = in_slots(features, db.contact[test], db.fine[test])
         squared = squared_distances(known.described, asked)
         among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
-        for kind in KINDS:
+        for kind in WEIGHTS:
             for sigma in known.sigmas:
                 blends = BlendWeights(kind, known.squared, sigma)(squared)
                 rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])

@@ -37,7 +37,7 @@ TABLES = {
         "The work, the time and the last residual of each finite-element simulation on the fine mesh.",
     ),
     "claims": Table(
-        "claim paper ours verdict",
+        "claim paper measured verdict",
         "Each claim of paper 1, what this run measured, and whether that confirms it.",
     ),
     "sample_peaks": Table(

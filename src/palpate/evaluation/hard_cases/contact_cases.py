@@ -8,7 +8,7 @@ from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.bodies.sheet import sheet
-from palpate.collision.contact.contact_effect import pieces_of
+from palpate.collision.contact.barrier_contact import pieces_of
 from palpate.evaluation.collision.brute_force import crossing
 from palpate.evaluation.hard_cases.hard_case import Case, finite
 from palpate.evaluation.hard_cases.stage import EXPLICIT, FEM, FIRM, SHEETS, SPRINGS, play

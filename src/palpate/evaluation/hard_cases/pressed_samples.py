@@ -9,8 +9,9 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.effects.patch_load import nodal_load
 from palpate.enrichment.blend import Blend, Known
-from palpate.enrichment.blend_weights import KINDS
+from palpate.enrichment.blend_kinds import FEATURES, WEIGHTS
 from palpate.enrichment.feature_vectors import kinds
+from palpate.enrichment.methods import METHODS as REGISTERED
 from palpate.enrichment.methods import build
 from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.evaluation.hard_cases.stage import SOFT
@@ -20,11 +21,9 @@ from palpate.solvers.equilibrium import Equilibrium
 
 NEIGHBOURS, CONTACTS, TRAIN = 6, 8, 12
 SETTINGS = FitOptions(NEIGHBOURS, {"min": 0.01, "max": 100, "count": 7}, 3, "contacts", 1)
-BLENDS = tuple(f"{features}_{kind}" for features in ("unordered", "ordered", "framed") for kind in KINDS)
+BLENDS = tuple(f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS)
+METHODS = tuple(REGISTERED)
 PHYSICAL = ("linear_fem", "detail_correction_unturned", "detail_correction_untaught")
-RIVALS = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf")
-METHODS = (*BLENDS, *RIVALS, *PHYSICAL, "detail_correction")
-"""Every method that ``build`` fits."""
 
 
 @cache
@@ -68,6 +67,7 @@ def _database(body: Body, contacts, forces, coarse, fine) -> Database:
         coarse_paper=fine[:, : len(body.coarse.nodes)],
         coarse_live=coarse,
         residual=np.full(len(contacts), 1e-8),
+        seconds=np.zeros(len(contacts)),
         material=body.material,
         config_digest="hard cases",
     )
@@ -75,8 +75,7 @@ def _database(body: Body, contacts, forces, coarse, fine) -> Database:
 
 def chosen(db: Database, rows: np.ndarray) -> Database:
     """Return the database with these samples only, in this order; a sample may occur twice."""
-    names = ("contact", "force", "fine", "coarse_paper", "coarse_live", "residual")
-    return replace(db, **{name: getattr(db, name)[rows] for name in names})
+    return db.take(rows)
 
 
 def scaled(db: Database, factor: np.ndarray | float) -> Database:
@@ -100,6 +99,6 @@ def blends(db: Database, train: np.ndarray, sigma: float, settings: FitOptions =
     found = {}
     for name, features in kinds(db, settings.neighbours).items():
         known = Known(features, training, settings)
-        for kind in KINDS:
+        for kind in WEIGHTS:
             found[f"{name}_{kind}"] = Blend(known, kind, sigma * known.scale)
     return found

@@ -8,7 +8,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.evaluation.hard_cases.hard_case import finite
 from palpate.scenes import effect_registry
-from palpate.scenes.compose import compose
+from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene

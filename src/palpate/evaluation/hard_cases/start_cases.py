@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.evaluation.hard_cases.hard_case import Case
 from palpate.evaluation.hard_cases.stage import EXPLICIT, FEM, SHAPES, SPRINGS, Stepper, bar, edge_error
-from palpate.scenes.initial_states import start_of
+from palpate.scenes.initial_states import initial_positions
 
 SOURCES = {
     "inverted": "Irving, Teran, Fedkiw 2004",
@@ -49,7 +49,7 @@ def cases() -> list[Case]:
 
 def _back(kind: str, model: str) -> float:
     particles = bar(held=False)
-    x = start_of(particles, np.ones(len(particles.nodes), dtype=bool), kind, seed=1)
+    x = initial_positions(particles, np.ones(len(particles.nodes), dtype=bool), kind, seed=1)
     x = x + BREATH * particles.size * np.random.default_rng(2).normal(size=x.shape)
     step_s, steps = (0.05, 400) if model in FEM else (0.01, 2000)
     x, _ = Stepper(model, particles).go(x, np.zeros_like(x), step_s, steps)
@@ -59,7 +59,7 @@ def _back(kind: str, model: str) -> float:
 def _gain(kind: str, model: str) -> float:
     particles = bar()
     stepper = Stepper(model, particles, {"held": None})
-    x = start_of(particles, stepper.system.free, kind, seed=1)
+    x = initial_positions(particles, stepper.system.free, kind, seed=1)
     first = stepper.total(x, np.zeros_like(x))
     stepper.go(x, np.zeros_like(x), STEP_S[model], 100)
     return stepper.gained / first

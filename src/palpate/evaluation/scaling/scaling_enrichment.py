@@ -11,7 +11,7 @@ SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
 
 
 def fine_nodes(count: int, meter) -> Size:
-    """Enrichment, the paper's and detail correction, of a fine surface of so many nodes."""
+    """Measure the paper's enrichment and detail correction on a fine surface of ``count`` nodes."""
     from palpate.enrichment.detail_correction import DetailCorrection
     from palpate.solvers.compliance import Compliance
 
@@ -61,7 +61,7 @@ def _database(fine: int, count: int):
     db = Database(
         LENGTH_M / 2 * fibonacci_sphere(fine), np.empty((0, 3), dtype=np.int64), mesh.nodes, mesh.tetrahedra, among,
         prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
-        coarse, coarse, np.zeros(count), MATERIAL, "none",
+        coarse, coarse, np.zeros(count), np.zeros(count), MATERIAL, "none",
     )  # fmt: skip
     settings = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
     return db, gather(db, np.arange(count), "live", settings), settings

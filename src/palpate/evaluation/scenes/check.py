@@ -4,8 +4,8 @@ from pathlib import Path
 
 from palpate.errors import InputError
 from palpate.files import check_file
+from palpate.scenes.contact_settings import bodies_in, check_instruments
 from palpate.scenes.effect_registry import unknown
-from palpate.scenes.instruments import bodies_in, check_instruments
 
 
 def check(config: dict, file: Path) -> None:

@@ -8,7 +8,7 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError, NotConverged
-from palpate.scenes.compose import named
+from palpate.scenes.build_system import effect_names
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
@@ -52,7 +52,7 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
     largest displacement in the latter. The elastic effect has no error, since without it there is no body. Where the
     scene cannot be run without an effect, the error is NaN and the note gives the reason.
     """
-    effects = named(scene, particles)
+    effects = effect_names(scene, particles)
     rows = [[scene.name, effects[0], np.nan, "it holds the body together"]]
     peak = float(np.linalg.norm(whole.positions - particles.nodes, axis=-1).max())
     for effect in progress(effects[1:]):

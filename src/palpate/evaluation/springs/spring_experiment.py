@@ -50,28 +50,28 @@ class Experiment:
         return Fitness(self.model, self.presses[press], self.settings, *references[press])
 
 
-def experiment(calibration: dict, poisson: float) -> Experiment:
+def experiment(block: dict, poisson: float) -> Experiment:
     """Build the experiment that the config describes, with a reference of this Poisson ratio.
 
-    calibration : the config's block of the experiment
+    block : the config's block ``springs``
     Raises InputError if the range is empty, a key point is outside the cube, or the step is too long.
     """
-    mesh = paper_cube(calibration["side_m"])
-    material = Material(calibration["material"]["young_pa"], poisson, calibration["material"]["density_kg_m3"])
+    mesh = paper_cube(block["side_m"])
+    material = Material(block["material"]["young_pa"], poisson, block["material"]["density_kg_m3"])
     particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), material, "paper 2's cube")
     presses = {}
     for face in FACES:
         node, inward = middle(mesh, face)
-        presses[face] = Press(face, node, calibration["force_n"] * inward, calibration["rise_s"])
-    keys = key_points(mesh.nodes, mesh.tetrahedra, calibration["key_points_m"], "calibration.key_points_m")
-    steps = round(calibration["duration_s"] / calibration["step_s"])
+        presses[face] = Press(face, node, block["force_n"] * inward, block["rise_s"])
+    keys = key_points(mesh.nodes, mesh.tetrahedra, block["key_points_m"], "springs.key_points_m")
+    steps = round(block["duration_s"] / block["step_s"])
     if steps < 1:
         raise InputError(
-            f"calibration.duration_s is {calibration['duration_s']:g} s and a step {calibration['step_s']:g} s; "
+            f"springs.duration_s is {block['duration_s']:g} s and a step {block['step_s']:g} s; "
             "set it to at least one step."
         )
-    settings = Settings(calibration["step_s"], steps, calibration["damping_ratio"], keys)
-    limits = Range(*calibration["young_pa"])
+    settings = Settings(block["step_s"], steps, block["damping_ratio"], keys)
+    limits = Range(*block["young_pa"])
     found = Experiment(particles, spring_model(particles), presses, settings, limits)
     check_step(particles, found.model, settings, limits)
     return found

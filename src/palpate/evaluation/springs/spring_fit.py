@@ -76,7 +76,7 @@ def find(
         fit = closed_forms.uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
-        from palpate.calibration.smooth_gradient import descend_smoothly
+        from palpate.calibration.regularized_fit import descend_smoothly
 
         return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
     from palpate.calibration.gradient_descent import descend
@@ -162,7 +162,7 @@ def tables(
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
     """Run the functions that a search calls once, so that compilation is not timed."""
-    from palpate.calibration.gradient_descent import value_and_slopes
+    from palpate.calibration.gradient_descent import value_and_gradient
 
     fitness(young[None])
-    value_and_slopes(fitness, young, fitness.settings.volume_n_m)
+    value_and_gradient(fitness, young, fitness.settings.volume_n_m)

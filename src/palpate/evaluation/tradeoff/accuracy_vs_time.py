@@ -1,4 +1,4 @@
-"""The table accuracy_vs_time: every model's settings on every scene, and after how many queries each has paid back."""
+"""Tabulate accuracy_vs_time: every setting of every model on every scene, and when its preparation has paid."""
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ COLUMNS = [
 
 
 def accuracy_vs_time(settings: pd.DataFrame, commit: str) -> pd.DataFrame:
-    """Rows of accuracy_vs_time.csv from those of every model's settings.
+    """Add to the rows of all settings after how many queries each has paid its preparation back.
 
     break_even_queries : offline_s over what a query saves against fine FEM; inf where it saves nothing
     """

@@ -1,4 +1,4 @@
-"""Which model to take for a budget of time, or for an error that must not be passed."""
+"""Advise which model to take for a budget of time, or for an error that must not be passed."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,11 +9,11 @@ import pandas as pd
 from palpate.errors import InputError
 from palpate.evaluation.tradeoff import advice_reasons as reasons
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN
+from palpate.evaluation.tradeoff.bootstrap import RANGE, TRUTH, resampled
 from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, BY_TIME, EQUAL, EXACT, pick
-from palpate.evaluation.tradeoff.resampling import RANGE, TRUTH, resampled
 
 NONE = "none"
-"""What stands for a model where none fits."""
+"""The word that stands for a model where none fits."""
 
 
 class Advice(NamedTuple):
@@ -46,9 +46,9 @@ class Advice(NamedTuple):
 def advise(
     settings: pd.DataFrame, errors: pd.DataFrame, budgets_ms: Sequence[float] = (), max_errors: Sequence[float] = ()
 ) -> pd.DataFrame:
-    """Rows of advice.csv of one scene, an ``Advice`` for each budget [ms] and each largest mean error [of the peak].
+    """Tabulate advice.csv of one scene, an ``Advice`` for each budget [ms] and each largest mean error [of the peak].
 
-    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``resampling.read_errors`` gives them
+    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``bootstrap.read_errors`` gives them
     A setting that failed on any sample is never advised. Of what fits a budget the least wrong is taken, of what
     stays under an error in 95 % of draws the fastest. Ties go to the faster, or the less wrong, then to less memory.
     Raises InputError if the two tables do not belong together.
@@ -63,7 +63,7 @@ def advise(
 
 
 def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, budget_ms: float) -> Advice:
-    """The least wrong of what answers in time."""
+    """Choose the most accurate of what answers in time."""
     scene = settings["scene"].iloc[0]
     fits = able[1e3 * able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
     if fits.empty:
@@ -84,7 +84,7 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
 
 
 def _under(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, max_error: float) -> Advice:
-    """The fastest of what is surely accurate enough."""
+    """Choose the fastest of what is surely accurate enough."""
     scene, highest = settings["scene"].iloc[0], means.quantile(RANGE[1], axis=1)
     fits = able[(highest <= max_error).to_numpy()]
     if fits.empty:
@@ -103,7 +103,7 @@ def _under(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, max_
 
 
 def choice(fits: pd.DataFrame, by: dict[str, float]) -> tuple[pd.Series, pd.Series | None]:
-    """What to take, and what had been taken without its model, if there is any other."""
+    """Choose the best, and the best of all other models, if there are any."""
     best = pick(fits, by)
     others = fits[fits["model"] != best["model"]]
     return best, None if others.empty else pick(others, by)
@@ -116,7 +116,7 @@ def _told(best: pd.Series, means: pd.DataFrame) -> dict:
 
 
 def versus(best: pd.Series, rival: pd.Series | None, column: str) -> dict:
-    """How far ``rival`` is behind in ``column``, as fields of an ``Advice``; none where there is no other."""
+    """Compare ``rival`` in ``column``, as fields of an ``Advice``; none where there is no other."""
     if rival is None:
         return {}
     factor = reasons.ratio(rival, best, column)
@@ -124,7 +124,7 @@ def versus(best: pd.Series, rival: pd.Series | None, column: str) -> dict:
 
 
 def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:
-    """Raise InputError if a setting stands twice or its samples do not have the mean that its row tells."""
+    """Raise InputError if a setting stands twice or its samples do not have the mean that its row gives."""
     if able.index.has_duplicates:
         twice = able[able.index.duplicated()].iloc[0]
         raise InputError(f"accuracy_vs_time.csv has {reasons.name(twice)} of {scene} twice: give each its own setting")

@@ -1,4 +1,4 @@
-"""Which model to take for a scene that moves: one that keeps up with life, and whose steps fit a budget."""
+"""Advise which model to take for a scene that moves: one that runs in real time, and whose steps fit a budget."""
 
 from collections.abc import Sequence
 
@@ -16,10 +16,10 @@ BY_TIME = {"real_time_factor": CLOSE, "rmse_of_peak": EQUAL}
 def advise_motion(
     motions: pd.DataFrame, budgets_ms: Sequence[float] = (), max_errors: Sequence[float] = ()
 ) -> pd.DataFrame:
-    """Rows of advice.csv of a scene that moves, an ``Advice`` for each budget [ms] and largest error [of its peak].
+    """Tabulate advice.csv of a scene that moves, an ``Advice`` for each budget [ms] and largest error [of its peak].
 
     motions : its rows of dynamic_accuracy.csv
-    A budget is for a step: of what keeps up with life, and with 95 % of its steps within the budget, MARGIN of both to
+    A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both to
     spare, the least wrong is taken; of what is less wrong than an error, what the reference's last halving changed
     added, the fastest, whether it keeps up or not.
     Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty.
@@ -40,7 +40,7 @@ def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
     if fits.empty:
         return Advice(scene, budget_ms, np.nan, why=_late(able, used, budget_ms))
     best, rival = choice(fits, BY_ERROR)
-    said = f"least error of {len(fits)} that keep up with life, {100 * MARGIN:.0f} % of the time to spare"
+    said = f"least error of {len(fits)} that run in real time, {100 * MARGIN:.0f} % of the time to spare"
     found = _told(best) | versus(best, rival, "rmse_of_peak")
     why = _why(said, best, rival, "rmse_of_peak")
     return Advice(scene, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)

@@ -1,21 +1,21 @@
-"""Why a model is advised, or none: the numbers behind it in a sentence."""
+"""Explain in a sentence, with its numbers, why a model is advised or none is."""
 
 import pandas as pd
 
+from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, RANGE, TRUTH
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, EXACT
-from palpate.evaluation.tradeoff.resampling import EXTRAPOLATED, RANGE, TRUTH
 
 MARGIN = 0.2
 """Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""
 
 
 def mesh_error(settings: pd.DataFrame) -> float:
-    """The error of the fine mesh itself, as a share of the peak; NaN where it was not measured."""
+    """Return the error of the fine mesh itself, as a share of the peak; NaN where it was not measured."""
     return settings.loc[(settings["model"] == TRUTH) & (settings["setting"] == EXTRAPOLATED), "rmse_of_peak"].max()
 
 
 def within(best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd.DataFrame, settings, budget_ms) -> str:
-    """Why ``best`` of what ``fits`` a budget."""
+    """Explain ``best`` of what ``fits`` a budget."""
     parts = [
         f"least error of {_settings(fits)} in time with {_share(MARGIN)} of {budget_ms:g} ms to spare",
         f"best, or tied with the best, in {_share(confidence)} of draws of the contacts",
@@ -33,7 +33,7 @@ def within(best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd
 
 
 def late(able: pd.DataFrame, settings: pd.DataFrame, budget_ms: float) -> str:
-    """Why nothing fits a budget."""
+    """Explain why nothing fits a budget."""
     if able.empty:
         return "; ".join(["no setting has answered every sample", *_failed(settings)])
     fastest = able.loc[able["online_p95_s"].idxmin()]
@@ -43,7 +43,7 @@ def late(able: pd.DataFrame, settings: pd.DataFrame, budget_ms: float) -> str:
 
 
 def under(best: pd.Series, rival: pd.Series | None, fits: pd.DataFrame, settings: pd.DataFrame, limit: float) -> str:
-    """Why ``best`` of what stays under an error."""
+    """Explain ``best`` of what stays under an error."""
     parts = [
         f"fastest of {_settings(fits)} with a mean error that stays below {_percent(limit)} "
         f"in {_share(RANGE[1])} of draws of the contacts",
@@ -53,7 +53,7 @@ def under(best: pd.Series, rival: pd.Series | None, fits: pd.DataFrame, settings
 
 
 def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame) -> str:
-    """Why nothing stays under an error; highest : what each of ``able`` stays below in 95 % of draws."""
+    """Explain why nothing stays under an error; highest : what each of ``able`` stays below in 95 % of draws."""
     if able.empty:
         return "; ".join(["no setting has answered every sample", *_failed(settings)])
     least = able.loc[highest.idxmin()]
@@ -63,25 +63,25 @@ def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame) -> str
 
 
 def name(setting: pd.Series) -> str:
-    """Model and setting as the tables name them."""
+    """Name model and setting as the tables do."""
     return setting["model"] if setting["setting"] == "default" else f"{setting['model']} {setting['setting']}"
 
 
 def ratio(rival: pd.Series, best: pd.Series, column: str) -> float:
-    """How many times as much the rival has; errors below EXACT count as that."""
+    """Return how many times as much the rival has; errors below EXACT count as that."""
     least = EXACT if column == "rmse_of_peak" else 0
     return max(rival[column], least) / max(best[column], least)
 
 
 def behind(factor: float, tie: float, what: str) -> str:
-    """How far a rival is behind: "4 times as wrong", or "on a par" within the factor ``tie``."""
+    """Describe how far a rival is behind: "4 times as wrong", or "on a par" within the factor ``tie``."""
     if 1 / tie <= factor <= tie:
         return "on a par"
     return f"{factor:.3g} times as {what}" if factor < 1000 else f"over 1000 times as {what}"
 
 
 def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
-    """What were to take without this model, and how far it is behind in ``column``, an error or a time."""
+    """Name the best of the other models, and how far it is behind in ``column``, an error or a time."""
     if rival is None:
         return "no other model would do"
     tie, what = (EQUAL, "wrong") if column == "rmse_of_peak" else (CLOSE, "slow")
@@ -89,7 +89,7 @@ def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
 
 
 def _truth(best: pd.Series, settings: pd.DataFrame) -> list[str]:
-    """That more accuracy would be none, if so."""
+    """Warn that a smaller error would be lost in the reference's own, if so."""
     own = mesh_error(settings)
     return [f"less than the error of the fine mesh itself, {_percent(own)}"] if best["rmse_of_peak"] < own else []
 

@@ -1,4 +1,4 @@
-"""When two settings count as equal, so that another run of the same measurement comes to the same choice."""
+"""Decide when two settings count as equal, so that another run of the same measurement comes to the same choice."""
 
 from collections.abc import Mapping
 
@@ -19,7 +19,7 @@ BY_TIME = {"online_median_s": CLOSE, "rmse_of_peak": EQUAL, "memory_mb": ALIKE}
 
 
 def pick(rows: pd.DataFrame, by: Mapping[str, float]) -> pd.Series:
-    """The row that is left when each column in turn keeps what is within a factor of its least value.
+    """Return the row that is left when each column in turn keeps what is within a factor of its least value.
 
     Where several are left, the first of the table.
     """
@@ -30,7 +30,7 @@ def pick(rows: pd.DataFrame, by: Mapping[str, float]) -> pd.Series:
 
 
 def lasting(seconds: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Which points (n,) of a Pareto front are on it in another run too, as truth values (n,).
+    """Mark which points (n,) of a Pareto front are on it in another run too, as truth values (n,).
 
     A point is left out if another is clearly less wrong in no longer a time, ties counted, or clearly faster and no
     more wrong, ties counted; one that is not finite is never on it.
@@ -44,7 +44,7 @@ def lasting(seconds: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 def alone(rows: pd.DataFrame) -> pd.DataFrame:
-    """``rows`` without those that are tied in error and time with one before them."""
+    """Drop the rows that are tied in error and time with one before them."""
     error, seconds = rows["rmse_of_peak"].clip(lower=EXACT).to_numpy(), rows["online_median_s"].to_numpy()
     kept: list[int] = []
     for i in range(len(rows)):

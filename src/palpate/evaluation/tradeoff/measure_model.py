@@ -1,7 +1,8 @@
-"""One model on one case: how wrong it is on samples it never saw, and what it costs before and at run time."""
+"""Measure one model on one case: its error on samples it never saw, and what it costs before and at run time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ import pandas as pd
 
 from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import Errors, errors
+from palpate.evaluation.timing import said, time_calls
 from palpate.models.model import Case, Model, Setting, Solver, checked, setting_text
 from palpate.samples.database import Database
 
@@ -20,13 +22,12 @@ SETTING_COLUMNS = [
     *LABELS, "protocol", "split", "samples", "failures", *ERRORS,
     "online_median_s", "online_p95_s", "offline_s", "memory_mb", "threads", "failure",
 ]  # fmt: skip
-WARM_UP = 2
 
 
 class Asked(NamedTuple):
-    """What a solver did with each test sample.
+    """The answers of a solver to each test sample.
 
-    errors : of its answers; None where it failed, and ``failures`` has what it said, else ""
+    errors : of its answers; None where it failed, and ``failures`` has its message, else ""
     seconds : of every timed call of each sample; of one that failed, none
     """
 
@@ -36,12 +37,12 @@ class Asked(NamedTuple):
 
     @staticmethod
     def failed(failure: NotConverged, count: int) -> "Asked":
-        """None of ``count`` samples was answered."""
-        return Asked([None] * count, [_said(failure)] * count, [[]] * count)
+        """Return that none of ``count`` samples was answered."""
+        return Asked([None] * count, [said(failure)] * count, [[]] * count)
 
 
 class Finding(NamedTuple):
-    """What was found of one setting; ``labels`` are the columns LABELS."""
+    """The result of one setting; ``labels`` are the columns LABELS."""
 
     labels: dict[str, str]
     asked: Asked
@@ -59,7 +60,7 @@ def measure(
     budget_s: float,
     progress: Callable = iter,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measure all settings of ``model`` on the samples ``test`` with these ``numbers``: a row a sample, a row a setting.
+    """Measure all settings of ``model`` on the samples ``test`` with these ``numbers``: rows of both.
 
     ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
     On one BLAS thread. A setting that cannot be prepared has failed on every sample. InputError for one given twice.
@@ -79,36 +80,38 @@ def measure(
             if isinstance(solver, NotConverged):
                 asked, memory = Asked.failed(solver, len(numbers)), 0.0
             else:
-                asked, memory = ask(solver, test, repeats, budget_s), float(solver.memory_mb)
+                asked, memory = ask(solver, test, repeats, budget_s, model.place), float(solver.memory_mb)
             findings.append(Finding(labels_of(case, name, setting_text(setting)), asked, offline, memory))
     return found_rows(findings, numbers, case.options.split)
 
 
-def ask(solver: Solver, test: Database, repeats: int, budget_s: float) -> Asked:
-    """Ask for every sample of ``test`` once, and then again in turn until there are ``repeats`` timed calls or
-    ``budget_s`` [s] have gone by.
+def ask(solver: Solver, test: Database, repeats: int, budget_s: float, place: str = "a model") -> Asked:
+    """Ask for every sample of ``test`` once, and again in turn while there is time, as ``time_calls`` says.
 
-    A few calls beforehand are dropped, as what they compile or load is no part of a query.
+    Answers are checked off the clock; ``place`` is what the InputError for one of a wrong shape names.
     """
-    count, n_surface = len(test.contact), test.fine.shape[1]
-    queries = [(int(c), f) for c, f in zip(test.contact, test.force, strict=True)]
-    found: list[Errors | None] = [None] * count
-    failures, seconds = [""] * count, [[] for _ in range(count)]
-    for query in queries[:WARM_UP]:
-        _answer(solver, query, n_surface)
-    began, calls = perf_counter(), 0
-    while calls < count or (calls < repeats and perf_counter() - began < budget_s):
-        i = calls % count
-        calls += 1
-        if failures[i]:
-            continue
-        answer, took = _answer(solver, queries[i], n_surface)
-        if isinstance(answer, NotConverged):
-            failures[i], seconds[i], found[i] = _said(answer), [], None
-            continue
+    found: list[Errors | None] = [None] * len(test.contact)
+
+    def receive(i: int, answer: np.ndarray) -> None:
+        checked(answer, test.fine.shape[1], place)
         found[i] = found[i] or errors(answer, test.fine[i])
-        seconds[i].append(took)
-    return Asked(found, failures, seconds)
+
+    timed = time_calls(_Queries(solver, test), repeats, budget_s, receive)
+    kept = [None if failure else each for each, failure in zip(found, timed.failures, strict=True)]
+    return Asked(kept, timed.failures, timed.seconds)
+
+
+class _Queries(Sequence):
+    """One query for each sample of ``test``; looked up, it has a copy of the force for the solver."""
+
+    def __init__(self, solver: Solver, test: Database):
+        self._solver, self._test = solver, test
+
+    def __len__(self) -> int:
+        return len(self._test.contact)
+
+    def __getitem__(self, i: int) -> Callable[[], np.ndarray]:
+        return partial(self._solver.respond, int(self._test.contact[i]), self._test.force[i].copy())
 
 
 def _prepared(model: Model, case: Case, setting: Setting) -> Solver | NotConverged:
@@ -118,30 +121,14 @@ def _prepared(model: Model, case: Case, setting: Setting) -> Solver | NotConverg
         return failure
 
 
-def _answer(solver: Solver, query: tuple, n_surface: int) -> tuple[np.ndarray | NotConverged, float]:
-    """An answer, or why there is none, and how long it took [s]; what is asked is given away as a copy."""
-    contact, force = query[0], query[1].copy()
-    start = perf_counter()
-    try:
-        answer = solver.respond(contact, force)
-        took = perf_counter() - start
-        return checked(answer, n_surface), took
-    except NotConverged as failure:
-        return failure, perf_counter() - start
-
-
-def _said(failure: NotConverged) -> str:
-    return str(failure).replace("\n", " ") or "not converged"
-
-
 def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
-    """The columns LABELS."""
+    """Return the columns LABELS."""
     scene = f"{case.body.name}_{case.regime}"
     return {"scene": scene, "body": case.body.name, "regime": case.regime, "model": model, "setting": setting}
 
 
 def found_rows(findings: list[Finding], numbers: np.ndarray, split: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """One row a sample and one a setting; where nothing was answered, cells of errors and seconds are empty."""
+    """Tabulate a row a sample and a row a setting; cells of errors and seconds are empty where nothing was answered."""
     samples = [row for finding in findings for row in _sample_rows(finding, numbers)]
     settings = [{"split": split} | _setting_row(finding) for finding in findings]
     return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
@@ -156,7 +143,7 @@ def _sample_rows(finding: Finding, numbers: np.ndarray) -> list[dict]:
 
 
 def _setting_row(finding: Finding) -> dict:
-    """Means over the samples that were answered, but the largest max_of_peak of any."""
+    """Take means over the samples that were answered, but the largest max_of_peak of any."""
     asked = finding.asked
     row = finding.labels | {"protocol": "live", "samples": len(asked.failures), "threads": 1}
     row |= {"failures": sum(map(bool, asked.failures)), "failure": next(filter(None, asked.failures), "")}

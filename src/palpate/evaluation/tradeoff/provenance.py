@@ -1,4 +1,4 @@
-"""Which state of the code a number came from."""
+"""Record which state of the code a number came from."""
 
 import subprocess
 from importlib.metadata import version
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def commit() -> str:
-    """The short commit of this package's source, with a + where files differ from it; its version if it has none."""
+    """Return the short commit of this package's source, with a + where files differ from it; or its version."""
     folder = Path(__file__).parents[1]
     words = ["git", "-C", str(folder), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]
     try:

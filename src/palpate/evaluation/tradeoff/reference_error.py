@@ -1,4 +1,4 @@
-"""The reference's own error: what one more refinement changes, and what refining for ever would.
+"""Estimate the reference's own error: what one more refinement changes, and what refining for ever would.
 
 All other errors of the trade-off are against the fine mesh, so they leave this one out. A model that is closer to the
 reference than the reference is to the truth cannot be told from it by experiment.
@@ -30,7 +30,7 @@ SETTINGS = ("one level finer", "extrapolated")
 def reference_error(
     case: Case, test: Database, numbers: np.ndarray, count: int, tolerance: float, progress=iter
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Rows of the model "reference", as ``tradeoff.measure`` gives them, on ``count`` of the samples ``test``.
+    """Tabulate the model "reference", as ``measure_model.measure`` does, on ``count`` of the samples ``test``.
 
     "one level finer" compares with the body refined once more, under the same force, on all fine surface nodes.
     "extrapolated" compares with Richardson's limit of the last two levels on the nodes farther than NEAR edges from
@@ -56,7 +56,7 @@ def reference_error(
 
 
 def refined(body: Body) -> Body:
-    """``body`` with one more level; every fine flat face stays flat."""
+    """Refine ``body`` by one more level; every fine flat face stays flat."""
     mesh, prolongation = refine(body.fine)
     held = np.zeros(len(body.fine.nodes))
     held[body.anchors[-1]] = 1.0
@@ -65,9 +65,9 @@ def refined(body: Body) -> Body:
 
 
 def limit(middle: np.ndarray, fine: np.ndarray, finer: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Richardson's limit (n, 3) [m] of three levels' displacements (n, 3) [m]; the rate is found on the nodes ``seen``.
+    """Extrapolate three levels' displacements (n, 3) [m] to Richardson's limit (n, 3) [m].
 
-    Trap: the rate is kept within RATIOS, as three levels may be too few to show one.
+    The rate is found on the nodes ``seen``. Trap: it is kept within RATIOS, as three levels may be too few to show one.
     """
     before, last = np.linalg.norm((fine - middle)[seen]), np.linalg.norm((finer - fine)[seen])
     ratio = float(np.clip(before / last if last > 0.0 else np.inf, *RATIOS))
@@ -75,7 +75,7 @@ def limit(middle: np.ndarray, fine: np.ndarray, finer: np.ndarray, seen: np.ndar
 
 
 def _on_surface(body: Body, responses: list[np.ndarray]) -> list[np.ndarray]:
-    """Displacements of the middle, the fine and one more level at the fine surface nodes."""
+    """Take the displacements of the middle, the fine and one more level at the fine surface nodes."""
     middle, fine, finer = responses
     surface = body.fine.surface
     return [(body.prolongations[-1] @ middle)[surface], fine[surface], finer[surface]]

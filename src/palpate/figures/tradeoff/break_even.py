@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, pick
-from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent

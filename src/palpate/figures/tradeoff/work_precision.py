@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import mesh_error
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import EXACT, alone, lasting
-from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look, minor
 from palpate.figures.number_format import percent, seconds

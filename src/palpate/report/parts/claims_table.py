@@ -1,8 +1,8 @@
 """The papers' claims in the report: all of them in one table, confirmed or refuted."""
 
 from palpate.report import markup
-from palpate.report.claims import verdicts
 from palpate.report.material import Report
+from palpate.report.paper_claims import verdicts
 
 TITLE = "Three papers' claims, checked"
 

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from palpate.report.claims import CONFIRMED, REFUTED, verdicts
+from palpate.report.paper_claims import CONFIRMED, REFUTED, verdicts
 
 
 def numbers(all_tables: dict[str, pd.DataFrame], published: dict[str, dict]) -> dict[str, str]:

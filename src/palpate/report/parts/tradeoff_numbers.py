@@ -4,8 +4,8 @@ import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN, behind, mesh_error
+from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
-from palpate.evaluation.tradeoff.resampling import TRUTH
 from palpate.figures import tables
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import each, percent

@@ -1,0 +1,235 @@
+"""Contact as an effect: bodies and instruments that never intersect, with optional friction."""
+
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.particles import Particles
+from palpate.bodies.surfaces.tetrahedralize import label_shells
+from palpate.collision.contact import barrier
+from palpate.collision.contact.contact_report import contact_table, observe_obstacles
+from palpate.collision.contact.friction import lagged_friction
+from palpate.collision.contact.initial_clearance import check_apart
+from palpate.collision.contact.mass_projection import project
+from palpate.collision.contact.moving_obstacles import displace_nodes
+from palpate.collision.contact.obstacles import Obstacle, make_obstacle
+from palpate.collision.contact.proximity import NearStencils, Proximity
+from palpate.errors import InputError, NotConverged
+
+GAP = 1e-3
+"""Distance at which surfaces begin to repel each other, relative to the size of the smallest piece; the default."""
+GAPS = 1e-7, 0.1
+"""Least and largest relative gap: below, rounding matters, and above it is no longer small against the piece."""
+HALVINGS = 8
+"""Number of times that an explicit step whose end is not found is halved before giving up."""
+MAX_TRAVEL = 0.25
+"""Longest motion of one search step, in sizes of the largest piece: what is farther away is found later."""
+
+
+def make(particles: Particles, settings: dict, elastic) -> "Contact":
+    """Make the contact of the particles' pieces with each other and with the entries of ``settings["instruments"]``.
+
+    settings : also ``gap_m`` [m], ``friction`` (Coulomb's coefficient), ``slip_m_s`` [m/s], the speed at which friction
+        reaches its limit, ``self_contact`` (whether a piece can touch itself); all are optional
+
+    Raises InputError for what ``make_obstacle`` refuses, and for a gap that does not suit the smallest piece.
+    """
+    middle, obstacles = particles.nodes.mean(axis=0), []
+    for number, entry in enumerate(settings.get("instruments", [])):
+        place = f"{particles.name}: contact.instruments[{number}]"
+        obstacles.append(make_obstacle(entry, place, f"{entry['kind']}_{number}", particles.size, middle))
+    size, gap = min(_sizes(particles, pieces_of(particles))), settings.get("gap_m")
+    least, largest = (fraction * size for fraction in GAPS)
+    if gap is not None and not least <= gap <= largest:
+        raise InputError(
+            f"{particles.name}: contact.gap_m is {gap:g}, and the smallest piece is {size:.3g} m long; "
+            f"give from {least:.2g} to {largest:.2g}, or leave it out."
+        )
+    return Contact(particles, obstacles, settings)
+
+
+class Contact:
+    """Barrier contact with optional friction, for implicit and explicit integrators.
+
+    E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
+    distances d (Li et al. 2020); g is ``gap_m`` and s Young's modulus times the nodes' area, so that a body pressed as
+    hard as it is stiff keeps tenths of the gap.
+
+    An implicit integrator adds the barrier to its energy, and asks for the ``limit`` of each of its steps, so
+    that none passes through a surface (Li, Kaufman, Jiang 2021). Explicit ones use ``project``: the step ends where
+    ½ |z − x|²_M/h² + E(z) is least. Obstacles move first, and nodes in their path move along (``begin``).
+
+    Friction uses the directions and normal forces at the step's beginning, and creeps below ``slip_m_s``. Traps:
+    surfaces at rest are up to ``gap_m`` apart, so make that small against the resolution; a first touch has no
+    friction for one step.
+    """
+
+    def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
+        self.obstacles = obstacles
+        bodies = pieces_of(particles)
+        sizes = _sizes(particles, bodies)
+        self.gap_m = settings.get("gap_m") or GAP * min(sizes)
+        self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
+        self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
+        self._time, self._lagged, self._checked = 0.0, None, False
+        self._last_forces = np.zeros((self._n, 3))
+        self._free = np.ones(self._n, dtype=bool)
+        self._points = np.vstack([particles.nodes, *(o.points for o in obstacles)])
+        starts = self._n + np.cumsum([0, *(len(o.points) for o in obstacles)])
+        self._ranges = [slice(a, b) for a, b in pairwise(starts)]
+        self._surfaces = bodies + [o.triangles + r.start for o, r in zip(obstacles, self._ranges, strict=True)]
+        self.names = [f"{particles.name}_{i}" for i in range(len(bodies))] if len(bodies) > 1 else [particles.name]
+        self.names += [o.name for o in obstacles]
+        is_body = np.arange(len(self.names)) < len(bodies)
+        self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not settings.get("self_contact", False)))
+        self._is_floor = np.array([False] * len(bodies) + [o.kind == "floor" for o in obstacles])
+        strengths = np.zeros(len(self._points))
+        strengths[: self._n] = particles.material.young_pa * particles.areas
+        self._radii = np.array([0.0] * len(bodies) + [o.radius_m for o in obstacles])
+        self._proximity = Proximity(self._points, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
+        for o, where in zip(obstacles, self._ranges, strict=True):
+            self._proximity.movable[where] = len(o.times_s) > 0
+        self._move_obstacles(0.0)
+
+    def hold(self, fixed: np.ndarray) -> None:
+        """Record the nodes (k,) that are fixed."""
+        self._free[fixed] = False
+        self._proximity.movable[fixed] = False
+
+    def at(self, t: float) -> None:
+        """Set the time ``t`` [s] at which the step ends."""
+        self._time = t
+
+    def begin(self, x: np.ndarray, h: float) -> np.ndarray:
+        """Move the obstacles over a step of ``h`` [s] that begins at ``x`` (n, 3) [m]; return the nodes' new positions.
+
+        Raises InputError if anything overlaps before the first step, NotConverged if an obstacle is driven into
+        held nodes, or bodies are caught between two obstacles.
+        """
+        self._move_obstacles(self._time - h)
+        start = self._all_points(x).copy()
+        if not self._checked:
+            check_apart(start, self._surfaces, self.names, self._can_touch, self._is_floor, self._near(start))
+            self._checked = True
+        if self._friction:
+            near = self._proximity.find_near(start, 0.0)
+            self._lagged = lagged_friction(*near.barrier, start, self._friction, self._slip * h, start)
+        self._move_obstacles(self._time)
+        motion = self._all_points(x) - start
+        return displace_nodes(self._proximity, start, motion, self._n, self.names) if motion.any() else x
+
+    def energy(self, x: np.ndarray) -> float:
+        """Compute the barrier's energy [J] at ``x`` (n, 3) [m], with friction's during a step.
+
+        Infinite where anything touches.
+        """
+        points = self._all_points(x)
+        energy = barrier.energy(*self._near(points).barrier, points)
+        return energy + self._lagged.energy(points) if self._lagged else energy
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add the forces of contact to ``force`` (n, 3) [N]: minus the energy's gradient."""
+        force += self.forces(x)[: self._n]
+
+    def forces(self, x: np.ndarray) -> np.ndarray:
+        """Compute forces [N] on the nodes, followed by those on the obstacles' points, at ``x`` (n, 3) [m]."""
+        points, forces = self._all_points(x), np.zeros_like(self._points)
+        barrier.add_force(*self._near(points).barrier, points, forces)
+        if self._lagged:
+            self._lagged.add_force(points, forces)
+        return forces
+
+    def touching(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Compute the Hessian's blocks [N/m] between points in contact: rows (k,), columns (k,), (k, 3, 3).
+
+        The obstacles' points are numbered after the nodes.
+        """
+        points = self._all_points(x)
+        nodes, blocks = self._near(points).blocks(points, definite)
+        if self._lagged:
+            more, stiff = self._lagged.blocks(points, definite)
+            nodes, blocks = np.vstack([nodes, more]), np.concatenate([blocks, stiff])
+        return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
+
+    def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
+        """Find the fraction of ``direction`` (n, 3) [m], at most 1, that nodes can move without intersection."""
+        travel = float(np.sqrt(np.square(direction).sum(axis=1).max()))
+        fraction = min(1.0, self._max_travel / travel) if travel > 0.0 else 1.0
+        points = self._all_points(x)
+        motion = np.zeros_like(points)
+        motion[: self._n] = fraction * direction
+        return fraction * self._proximity.find_near(points, fraction * travel).limit(points, motion)
+
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
+        """End an explicit step from ``start`` to ``x`` (n, 3) [m] before it intersects, changing ``x`` and ``v`` [m/s].
+
+        Raises NotConverged if no such end is found, and whatever ``begin`` raises.
+        """
+        self._project(start, x, v, h, HALVINGS)
+
+    def _project(self, start, x, v, h, halvings):
+        try:
+            begin = self.begin(start, h)
+            travel = float(np.sqrt(np.square(x - begin).sum(axis=1).max()))
+            if travel <= self._max_travel and not len(self._proximity.find_near(self._all_points(begin), travel).kinds):
+                return
+            found = project(self, begin, x, self._free, self._masses / h**2, self._last_forces)
+        except NotConverged:
+            if not halvings:
+                raise
+            self._halve_step(start, x, v, h / 2, halvings - 1)
+            return
+        v += (found - x) / h
+        x[:] = found
+
+    def _halve_step(self, start, x, v, half, halvings):
+        """Take the same path at the same speed in two steps, the second of which knows the end of the first."""
+        end, middle, before = self._time, 0.5 * (start + x), v.copy()
+        self._time = end - half
+        self._project(start, middle, v, half, halvings)
+        x[:] = middle + 0.5 * (x - start) + half * (v - before)
+        self._time = end
+        self._project(middle, x, v, half, halvings)
+
+    def relax(self, x: np.ndarray, h: float) -> None:
+        """End a step: keep the forces on the obstacles, and reset friction."""
+        forces = self.forces(x)
+        self._last_forces = forces[: self._n]
+        self._reactions = [forces[r].sum(axis=0) for r in self._ranges]
+        self._lagged = None
+
+    def observe(self, x: np.ndarray) -> dict[str, float]:
+        """Record position and force of each obstacle after a step, as in ``observe_obstacles``."""
+        return observe_obstacles(self.obstacles, [self._points[r] for r in self._ranges], self._reactions)
+
+    def contacts(self, x: np.ndarray) -> pd.DataFrame:
+        """Tabulate the contacts at ``x`` (n, 3) [m], as in ``contact_table``."""
+        points = self._all_points(x)
+        return contact_table(self._near(points), points, self.names, self._radii)
+
+    def _near(self, points: np.ndarray) -> NearStencils:
+        return self._proximity.find_near(points, 0.0)
+
+    def _move_obstacles(self, t: float) -> None:
+        for obstacle, where in zip(self.obstacles, self._ranges, strict=True):
+            self._points[where] = obstacle.at(t)
+
+    def _all_points(self, x: np.ndarray) -> np.ndarray:
+        self._points[: self._n] = x
+        return self._points
+
+
+def pieces_of(particles: Particles) -> list[np.ndarray]:
+    """List the triangles (m, 3) of each connected piece of the particles, in the order of their first triangles.
+
+    The surfaces around a body and around its cavities belong to one piece, as its tetrahedra connect them.
+    """
+    cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+    labels = label_shells(cells, len(particles.nodes))[: len(particles.triangles)]
+    return [particles.triangles[labels == label] for label in dict.fromkeys(labels.tolist())]
+
+
+def _sizes(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
+    """Compute the longest side of each piece's box [m], whatever the distance between pieces."""
+    return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]

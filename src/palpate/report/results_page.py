@@ -1,0 +1,130 @@
+"""Write docs/results.md, a page of Markdown with the main tables and figures of one run.
+
+``python -m palpate.report.results_page results docs`` (``make snapshot``) writes it from the tables of a finished run.
+"""
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.errors import InputError
+from palpate.figures import tables
+from palpate.files import require_file, write_whole
+from palpate.report import results_tables
+
+TABLES = ["accuracy_vs_time", "advice", "dynamic_accuracy", "effects", "hard_cases", "scaling"]
+PICTURES = ["advice", "dynamic_accuracy", "hard_cases", "scaling"]
+
+
+def write(results: str | Path, docs: str | Path) -> None:
+    """Write ``docs``/results.md and copy its pictures to ``docs``/results.
+
+    Raises InputError for the first table or picture that ``results`` lacks, or if the tables come from a commit that
+    the repository around ``docs`` lacks.
+    """
+    results, docs = Path(results), Path(docs)
+    found = tables.read_all(results / "tables", TABLES)
+    commits = list(found["accuracy_vs_time"]["commit"].astype(str).unique())
+    for commit in commits:
+        _check_commit(commit, docs)
+    scenes = tables.scenes(found["accuracy_vs_time"])
+    names = [*(f"work_precision_{scene}" for scene in scenes), *PICTURES]
+    pictures = [require_file(results / "figures" / f"{name}.png") for name in names]
+    (docs / "results").mkdir(exist_ok=True)
+    for picture in pictures:
+        shutil.copyfile(picture, docs / "results" / picture.name)
+    with write_whole(docs / "results.md") as part:
+        part.write_text("\n\n".join(_page(found, scenes, commits)) + "\n", encoding="utf-8")
+
+
+def _check_commit(commit: str, folder: Path) -> None:
+    """Raise InputError unless ``commit`` is in the repository around ``folder``, if there is one."""
+    git = ["git", "-C", str(folder)]
+    try:
+        if subprocess.run([*git, "rev-parse", "--git-dir"], capture_output=True).returncode:
+            return
+        there = subprocess.run([*git, "cat-file", "-e", f"{commit}^{{commit}}"], capture_output=True).returncode == 0
+    except OSError:
+        return
+    if not there:
+        raise InputError(
+            f"The tables come from the code of {commit}, which this repository does not have; "
+            "commit the code, run make, and then make snapshot."
+        )
+
+
+def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str]) -> Iterator[str]:
+    """Yield the paragraphs, tables and pictures of the page."""
+    yield "# Results of one run"
+    yield (
+        f"`make snapshot` wrote this page from the tables of a run of commit {', '.join(commits)} on {os.cpu_count()} "
+        f"cores ({_processor()}, Python {platform.python_version()}). Times are those of this machine; errors do not "
+        "depend on it. `results/report.html` shows all tables and describes their columns; the [glossary](glossary.md) "
+        "defines the words."
+    )
+    yield "## What to take"
+    yield (
+        "Errors are RMSE over the fine surface as a share of the peak displacement, mean over the test samples, in "
+        "brackets the range of 90 % of random draws of the test contacts. In motion there is one load, and so no range."
+    )
+    yield _markdown(results_tables.advice(found["advice"]))
+    yield _picture("advice")
+    yield "## Error of the reference"
+    yield (
+        "All errors on this page are measured against the fine mesh. Its own error is estimated by comparison with a "
+        "mesh refined once more, on two samples, and here divided by the largest displacement away from the loaded "
+        "node, so it is not in the unit of the models' errors. A model's error that is smaller than that describes "
+        "agreement with this mesh, and not accuracy."
+    )
+    yield _markdown(results_tables.reference(found["accuracy_vs_time"]))
+    yield "## Accuracy over time"
+    for scene in scenes:
+        yield f"### {scene.replace('_', ' ')}\n\n{_picture(f'work_precision_{scene}')}"
+    yield "## In motion"
+    yield (
+        "Each model at the setting of its least error over all frames, against fine FEM extrapolated to a step of "
+        "zero, and its speed in multiples of real time. Springs and shape matching are fitted to the same scene under "
+        "half of its loads."
+    )
+    yield _markdown(results_tables.motion(found["dynamic_accuracy"]))
+    yield _picture("dynamic_accuracy")
+    yield "## Scenes and their effects"
+    yield (
+        "The time of a step, and for each effect the error of the scene without it (RMSE / peak). Effects that hold "
+        "the body together or in place are left out."
+    )
+    yield _markdown(results_tables.effects(found["effects"]))
+    yield "## Hard cases"
+    yield _markdown(results_tables.hard_cases(found["hard_cases"]))
+    yield _picture("hard_cases")
+    yield f"## Scaling\n\n{_picture('scaling')}"
+    yield _markdown(results_tables.scaling(found["scaling"]))
+
+
+def _markdown(table: pd.DataFrame) -> str:
+    lines = [table.columns, ["---"] * len(table.columns), *table.astype(str).to_numpy()]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _picture(name: str) -> str:
+    return f"![{name.replace('_', ' ')}](results/{name}.png)"
+
+
+def _processor() -> str:
+    """Return the name of the processor as the system gives it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    named = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return named[0] if named else platform.machine()
+
+
+if __name__ == "__main__":
+    write(*sys.argv[1:])

@@ -1,0 +1,82 @@
+"""Make the tables of docs/results.md from those of a run: few rows, with numbers as text."""
+
+import numpy as np
+import pandas as pd
+
+from palpate.evaluation.tradeoff.advice import NONE
+from palpate.evaluation.tradeoff.advice_reasons import behind
+from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, TRUTH
+from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
+from palpate.figures import tables
+from palpate.figures.model_looks import label, look
+from palpate.figures.number_format import percent, seconds
+from palpate.report.advice_words import interval, limit
+
+BESIDES = ("integrator", "held")
+"""Rows of the table of effects that are no effect of their own, or without which a body is not that scene's."""
+
+
+def advice(advice: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each limit that was asked for: model, error, time, and the next best model."""
+    rows = []
+    for _, row in advice.iterrows():
+        if row["model"] == NONE:
+            rows.append([row["scene"], limit(row), NONE, "", "", ""])
+            continue
+        model, error = label(row["model"], row["setting"]), f"{percent(row['rmse_of_peak'])} ({interval(row)})"
+        rows.append([row["scene"], limit(row), model, error, seconds(row["online_p95_s"]), _next_best(row)])
+    return pd.DataFrame(rows, columns=["scene", "asked", "take", "error", "95th percentile of time", "next best"])
+
+
+def _next_best(row: pd.Series) -> str:
+    if not row["factor"] > 0:
+        return ""
+    far = behind(row["factor"], *((EQUAL, "wrong") if np.isfinite(row["budget_ms"]) else (CLOSE, "slow")))
+    return f"{label(row['rival'], 'default')}, {far}"
+
+
+def reference(settings: pd.DataFrame) -> pd.DataFrame:
+    """Return the estimated error of the fine mesh in each scene."""
+    rows = tables.where(settings, model=TRUTH, setting=EXTRAPOLATED)
+    found = {"scene": rows["scene"], "error of the fine mesh": rows["rmse_of_peak"].map(percent)}
+    return pd.DataFrame(found).reset_index(drop=True)
+
+
+def motion(dynamic: pd.DataFrame) -> pd.DataFrame:
+    """Return the least error of each model in each scene that moves, and how fast it runs then."""
+    whole = dynamic[dynamic["failures"] == 0]
+    best = whole.loc[whole.groupby(["scene", "model"], sort=False)["rmse_of_peak"].idxmin()]
+    text = [f"{percent(row.rmse_of_peak)}, {_speed(row.real_time_factor)}" for row in best.itertuples()]
+    wide = best.assign(text=text).pivot(index="scene", columns="model", values="text").fillna("")
+    wide = wide.reindex(index=tables.scenes(dynamic), columns=list(dict.fromkeys(dynamic["model"])))
+    return wide.rename(columns=lambda model: look(model).label).rename_axis(columns=None).reset_index()
+
+
+def _speed(real_time_factor: float) -> str:
+    """Return a speed in multiples of real time, with two significant digits and no exponent: "0.18 ×"."""
+    return f"{float(f'{1 / real_time_factor:.2g}'):g} ×"
+
+
+def effects(effects: pd.DataFrame) -> pd.DataFrame:
+    """Return the time of a step of each scene, and the error without each of its effects."""
+    rows = []
+    for scene in tables.scenes(effects):
+        found = tables.where(effects, scene=scene)
+        left_out = found[found["error_if_left_out"].notna() & ~found["effect"].isin(BESIDES)]
+        errors = [f"{row.effect} {percent(row.error_if_left_out)}" for row in left_out.itertuples()]
+        elastic = found["effect"].iloc[0]
+        rows.append([scene, elastic, seconds(1e-3 * found["ms_per_step"].sum()), ", ".join(errors)])
+    return pd.DataFrame(rows, columns=["scene", "elastic effect", "a step", "error without …"])
+
+
+def hard_cases(cases: pd.DataFrame) -> pd.DataFrame:
+    """Return how often each outcome occurs in each family."""
+    return pd.crosstab(cases["family"], cases["outcome"]).reset_index()
+
+
+def scaling(scaling: pd.DataFrame) -> pd.DataFrame:
+    """Return time and memory of a press with finite elements over the number of tetrahedra."""
+    every = tables.where(scaling, component="fem")
+    rows, most = tables.where(every, stage="respond"), every.groupby("size")["memory_mb"].max()
+    memory = [f"{1e-3 * most[size]:.2g} GB" for size in rows["size"]]
+    return pd.DataFrame({"tetrahedra": rows["size"], "a press": rows["seconds"].map(seconds), "memory": memory})

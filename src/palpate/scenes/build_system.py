@@ -1,0 +1,80 @@
+"""Compose the system of a scene: exactly the effects that it names."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect
+from palpate.errors import InputError
+from palpate.scenes import effect_registry, own_effect
+from palpate.scenes.choose_effects import decide
+from palpate.scenes.scene import Scene
+from palpate.solvers.system import System
+
+
+def effect_names(scene: Scene, particles: Particles) -> list[str]:
+    """Return the effects that the scene calls for, the elastic one first.
+
+    Raises InputError unless each is known and exactly one of them is elastic.
+    """
+    if isinstance(scene.effects, str):  # "auto"
+        if wrong := effect_registry.unknown([], scene.own):
+            raise InputError(f"{scene.place}.{wrong}")
+        return [decision.effect for decision in decide(scene, particles) if decision.called]
+    if wrong := effect_registry.unknown(scene.effects, scene.own):
+        raise InputError(f"{scene.place}.{wrong}")
+    elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
+    if len(elastic) != 1:
+        found = " and ".join(elastic) or "none"
+        raise InputError(
+            f"{scene.place}.effects must name exactly one of {', '.join(effect_registry.ELASTIC)}, but names {found}; "
+            "name one, or write effects: auto."
+        )
+    if not scene.held and "held" in scene.effects:
+        raise InputError(f"{scene.place} says held: false, and its effects name held; remove one of them.")
+    return elastic + [name for name in scene.effects if name not in elastic]
+
+
+def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
+    """Tabulate one row for each effect there is: scene, effect, called, auto, reason.
+
+    auto : whether ``effects: auto`` would call it
+    """
+    chosen = effect_names(scene, particles)
+    rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in decide(scene, particles)]
+    return pd.DataFrame(rows, columns=["scene", "effect", "called", "auto", "reason"])
+
+
+def compose(scene: Scene, particles: Particles, without: str | None = None) -> System:
+    """Import and make the effects of a scene, and no others; ``without`` names one to leave out.
+
+    Raises InputError for an unknown effect, one that lacks its settings, or one that does not suit the particles.
+    """
+    effects: dict[str, Effect] = {}
+    for name in effect_names(scene, particles):
+        if name == without:
+            continue
+        elastic, settings = next(iter(effects.values()), None), _settings(scene, name)
+        if name in scene.own:
+            module = own_effect.load(name, scene.own[name], scene.place)
+            effects[name] = own_effect.make(scene.own[name], module, particles, settings, elastic)
+        else:
+            effects[name] = effect_registry.effect(name).make(particles, settings, elastic)
+    system = System(particles, effects)
+    if (particles.masses[system.free] <= 0.0).any():
+        node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
+        raise InputError(f"{scene.place}: node {node} of {particles.name} has no mass; remove nodes without elements.")
+    return system
+
+
+def _settings(scene: Scene, name: str) -> dict[str, Any]:
+    if name in scene.settings:
+        return scene.settings[name]
+    if name in scene.own:
+        return {}
+    default = effect_registry.EFFECTS[name].settings
+    if default is None:
+        raise InputError(f"{scene.place}.effects names {name}, and the scene does not describe it; add a block {name}.")
+    return dict(default)

@@ -1,0 +1,178 @@
+from functools import partial
+
+import meshio
+import numpy as np
+import pytest
+import pyvista
+
+from palpate.bodies.body_from_mesh import load_file, load_surface, weld
+from palpate.bodies.surfaces.tetrahedralize import gmsh_session
+from palpate.errors import InputError
+
+
+def write_gmsh(path, mesh, version, binary):
+    """Write a mesh with a loose node and a triangle, both to be ignored."""
+    with gmsh_session() as gmsh:
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        surface, volume = gmsh.model.addDiscreteEntity(2), gmsh.model.addDiscreteEntity(3)
+        nodes = np.vstack([mesh.nodes, [5, 5, 5]])
+        gmsh.model.mesh.addNodes(3, volume, np.arange(1, len(nodes) + 1), nodes.ravel())
+        gmsh.model.mesh.addElementsByType(volume, 4, [], (mesh.tetrahedra + 1).ravel())
+        gmsh.model.mesh.addElementsByType(surface, 2, [], mesh.triangles[0] + 1)
+        gmsh.write(str(path))
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize("version", [1, 2.2, 4.1])
+def test_gmsh_round_trip(cube, tmp_path, version, binary):
+    path = tmp_path / "cube.msh"
+    write_gmsh(path, cube, version, binary)
+    found = load_file(path, 0.5)
+    assert np.array_equal(found.nodes, 0.5 * cube.nodes)
+    assert np.array_equal(found.tetrahedra, cube.tetrahedra)
+
+
+MESHIO = {
+    "vtk42.vtk": partial(meshio.write, file_format="vtk42", binary=True),
+    "vtk42_ascii.vtk": partial(meshio.write, file_format="vtk42", binary=False),
+    "vtk51.vtk": partial(meshio.write, file_format="vtk51", binary=True),
+    "plain.vtu": partial(meshio.write, binary=False),
+    "zlib.vtu": partial(meshio.write, binary=True),
+    "medit.mesh": meshio.write,
+}
+
+
+@pytest.mark.parametrize("name", MESHIO)
+def test_meshio_round_trip(cube, tmp_path, name):
+    points = np.vstack([[5, 5, 5], cube.nodes])
+    cells = [("triangle", cube.triangles[:1] + 1), ("tetra", cube.tetrahedra[:2] + 1), ("line", [[1, 2]])]
+    cells.append(("tetra", cube.tetrahedra[2:] + 1))
+    MESHIO[name](tmp_path / name, meshio.Mesh(points, cells))
+    found = load_file(tmp_path / name, 1.0)
+    assert np.array_equal(found.nodes, cube.nodes)
+    assert np.array_equal(found.tetrahedra, cube.tetrahedra)
+
+
+SURFACES = {
+    "a.stl": partial(meshio.write, binary=True),
+    "ascii.stl": partial(meshio.write, binary=False),
+    "a.obj": meshio.write,
+    "a.ply": partial(meshio.write, binary=True),
+    "ascii.ply": partial(meshio.write, binary=False),
+}
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_surface_is_filled_and_kept(octahedron, tmp_path, name):
+    points, triangles = octahedron
+    SURFACES[name](tmp_path / name, meshio.Mesh(points, [("triangle", triangles)]))
+    found = load_file(tmp_path / name, 2.0, spacing_m=0.8)
+    corners = {tuple(p) for p in found.nodes[found.surface].tolist()}
+    assert corners == {tuple(p) for p in (2.0 * points).tolist()}
+    assert (len(found.surface), len(found.triangles)) == (6, 8)
+    assert len(found.nodes) > 6
+    assert found.volumes.sum() == pytest.approx(8 * 4 / 3)
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_polydata(octahedron, tmp_path, binary):
+    pyvista = pytest.importorskip("pyvista")
+    points, triangles = octahedron
+    surface = pyvista.PolyData(points, np.column_stack([np.full(8, 3), triangles]))
+    surface.save(tmp_path / "new.vtk", binary=binary)
+    assert np.array_equal(load_file(tmp_path / "new.vtk", 1.0).nodes[:6], points)
+    table = "\n".join("3 {} {} {}".format(*t) for t in triangles)
+    coordinates = "\n".join("{} {} {}".format(*p) for p in points)
+    old = f"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n{coordinates}\n"
+    (tmp_path / "old.vtk").write_text(f"{old}POLYGONS 8 32\n{table}\n")
+    assert np.array_equal(load_file(tmp_path / "old.vtk", 1.0).nodes[:6], points)
+    (tmp_path / "cut.vtk").write_text(old)
+    with pytest.raises(InputError, match=r"cut\.vtk: malformed \.vtk file \(it ends too early\)"):
+        load_file(tmp_path / "cut.vtk", 1.0)
+
+
+def test_quadrilaterals_are_cut(cube, tmp_path):
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    meshio.write(tmp_path / "cube.obj", meshio.Mesh(cube.nodes, [("quad", faces)]))
+    assert load_file(tmp_path / "cube.obj", 1.0).volumes.sum() == pytest.approx(1)
+
+
+def test_weld_joins_close_points_and_drops_what_closes_up():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1e-9, 0], [9, 9, 0]])
+    welded, triangles = weld(points, np.array([[0, 1, 2], [0, 3, 1], [3, 1, 2]]))
+    assert np.array_equal(welded, points[:3])
+    assert triangles.tolist() == [[0, 1, 2], [0, 1, 2]]
+
+
+def test_other_solids_are_refused(cube, tmp_path):
+    cells = [("tetra", cube.tetrahedra), ("wedge", [[0, 1, 2, 4, 5, 6]])]
+    meshio.write(tmp_path / "mixed.vtu", meshio.Mesh(cube.nodes, cells))
+    with pytest.raises(InputError, match=r"mixed\.vtu: it has wedge elements; convert them all"):
+        load_file(tmp_path / "mixed.vtu", 1.0)
+
+
+def test_neither_solid_nor_surface(cube, tmp_path):
+    meshio.write(tmp_path / "line.vtu", meshio.Mesh(cube.nodes, [("line", [[0, 1]])]))
+    with pytest.raises(InputError, match=r"line\.vtu: it has neither tetrahedra nor triangles"):
+        load_file(tmp_path / "line.vtu", 1.0)
+
+
+def test_surface_with_a_hole(octahedron, tmp_path):
+    points, triangles = octahedron
+    meshio.write(tmp_path / "open.stl", meshio.Mesh(points, [("triangle", triangles[2:])]), binary=True)
+    with pytest.raises(InputError, match=r"open\.stl: the surface has holes \(4 open edges"):
+        load_file(tmp_path / "open.stl", 1.0)
+
+
+@pytest.mark.parametrize("name", ["a.msh", "a.vtk", "a.vtu", "a.mesh", "a.stl", "a.obj", "a.ply"])
+@pytest.mark.parametrize("text", ["", "no mesh at all\n", "$MeshFormat\n4.1 0 8\n"])
+def test_malformed(tmp_path, capsys, name, text):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=r"a\.\w+: (malformed|it has neither).*\.$") as caught:
+        load_file(tmp_path / name, 1.0)
+    assert "\n" not in str(caught.value)
+    assert capsys.readouterr().out == ""
+
+
+def test_cut_gmsh_file(cube, tmp_path):
+    path = tmp_path / "cube.msh"
+    write_gmsh(path, cube, 4.1, 1)
+    path.write_bytes(path.read_bytes()[:-150])
+    with pytest.raises(InputError, match=r"cube\.msh: malformed \.msh file"):
+        load_file(path, 1.0)
+
+
+def test_a_gmsh_script_is_not_run(tmp_path):
+    (tmp_path / "a.msh").write_text(f'SystemCall "touch {tmp_path}/ran";\n')
+    with pytest.raises(InputError, match="does not start like a gmsh mesh"):
+        load_file(tmp_path / "a.msh", 1.0)
+    assert not (tmp_path / "ran").exists()
+
+
+def test_missing_unknown_and_unscaled(tmp_path):
+    with pytest.raises(InputError, match=r"gone\.msh: this mesh file does not exist"):
+        load_file(tmp_path / "gone.msh", 1.0)
+    with pytest.raises(InputError, match=r"a\.step: its name does not show a mesh format"):
+        load_file(tmp_path / "a.step", 1.0)
+    with pytest.raises(InputError, match="scale_m is 0"):
+        load_file(tmp_path / "gone.msh", 0)
+
+
+def test_infinite_coordinate(cube, tmp_path):
+    cube.nodes[2, 0] = np.inf
+    meshio.write(tmp_path / "inf.vtk", meshio.Mesh(cube.nodes, [("tetra", cube.tetrahedra)]))
+    with pytest.raises(InputError, match=r"inf\.vtk: 1 of 8 nodes have NaN, infinite .*first: node 2"):
+        load_file(tmp_path / "inf.vtk", 1.0)
+
+
+def test_broken_file_from_the_wild(shared_meshes):
+    with pytest.raises(InputError, match=r"broken\.vtk: \d+ of 508 nodes have NaN, infinite or absurdly large"):
+        load_file(shared_meshes / "broken" / "liver_for_test_broken.vtk", 1.0)
+
+
+def test_a_surface_too_small_to_tell_its_corners_apart(tmp_path):
+    pyvista.Cube().triangulate().save(tmp_path / "probe.stl")
+    assert len(load_surface(tmp_path / "probe.stl", 1e-3)[1]) == 12
+    with pytest.raises(InputError, match=r"probe\.stl: none of its triangles .* scale_m 1e-300; give"):
+        load_surface(tmp_path / "probe.stl", 1e-300)

@@ -1,0 +1,80 @@
+"""Effects offer exactly the hooks that they name, and the description of hooks costs nothing to import."""
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Material
+from palpate.bodies.particles import Particles, particles_of
+from palpate.effects import effect as hooks
+from palpate.effects.effect import HOOKS, incomplete, is_load, members, offers
+from palpate.scenes import effect_registry
+
+LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, -1], "radius_m": 0.05}
+LOAD |= {"start_s": 0, "press_s": 0, "hold_s": 1, "release_s": 0}
+SETTINGS = {
+    "gravity": {"acceleration_m_s2": [0, 0, -9.81]},
+    "push": {"loads": [LOAD]},
+    "volume": {"stiffness_n_m": 30.0},
+    "body_springs": {"stiffness_n_m": 40.0, "damping_ratio": 0.1},
+    "maxwell": {"stiffness_ratio": 0.5, "relaxation_s": 0.1},
+    "plasticity": {"yield_strain": 0.05, "creep_1_s": 10.0, "max_strain": 0.5},
+    "shape_matching": {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": {"kind": "one"}},
+}
+ELASTIC = {"kelvin": "springs", "maxwell": "springs", "bending": "triangles"}
+CONTACT = {"Energy", "Force", "Time", "HeldNodes", "StepBegin", "StepLimit", "Touching", "Projection", "Relaxation"}
+CONTACT |= {"Observation", "Contacts"}
+
+
+def made(name: str, slab) -> object:
+    """Make one of the registered effects."""
+    particles = particles_of(slab, 0, surface=False)
+    if name in ("triangles", "bending"):
+        nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+        triangles, none = np.array([[0, 1, 2], [0, 2, 3]]), np.empty((0, 4), dtype=int)
+        particles = Particles("sheet", nodes, np.ones(4), np.array([0]), triangles, none, Material(1e3, 0.3, 1e3), 1e-3)
+    entry, settings = effect_registry.EFFECTS[name], SETTINGS.get(name)
+    elastic = None
+    if entry.role != "elastic":
+        elastic = made(ELASTIC.get(name, "corotational"), slab)
+    return effect_registry.effect(name).make(particles, settings or dict(entry.settings or {}), elastic)
+
+
+@pytest.mark.parametrize("name", effect_registry.EFFECTS)
+def test_an_effect_offers_what_it_names_and_nothing_else(name, slab):
+    effect = made(name, slab)
+    offered = {hook.__name__ for hook in HOOKS if offers(effect, hook)}
+    assert offered == (CONTACT if name == "contact" else {h.__name__ for h in HOOKS if h in type(effect).__mro__})
+    assert offered
+    assert incomplete(effect) == ""
+    assert is_load(effect) == (name == "push")
+
+
+def test_every_hook_is_listed_and_begins_with_its_own_member():
+    described = {
+        value
+        for value in vars(hooks).values()
+        if getattr(value, "_is_protocol", False) and value.__module__ == hooks.__name__
+    }
+    assert set(HOOKS) == described - {hooks.Effect, hooks.Make, hooks.Rigid}
+    assert len({members(hook)[0] for hook in HOOKS}) == len(HOOKS)
+    assert members(hooks.Goals) == ("goals", "alpha")
+    assert members(hooks.Stiffness) == ("add_stiffness", "couples")
+
+
+def test_a_hook_needs_all_of_its_members():
+    assert offers(SimpleNamespace(add_damping=print, couples=[]), hooks.Damping)
+    assert not offers(SimpleNamespace(add_damping=print), hooks.Damping)
+    assert incomplete(SimpleNamespace(add_damping=print)) == "add_damping and no couples"
+    assert incomplete(SimpleNamespace(energy=print)) == "energy and no add_force"
+    assert incomplete(SimpleNamespace(add_force=print, observe=print)) == ""
+    assert not is_load(SimpleNamespace(add_force=print, outer=False))
+
+
+def test_the_description_of_hooks_imports_nothing_heavy():
+    look = "import sys, palpate.effects.effect; print(*{m.split('.')[0] for m in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert not {"pandas", "scipy", "numba", "skfem"} & set(done.stdout.split())

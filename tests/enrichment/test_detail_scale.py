@@ -1,0 +1,69 @@
+"""The scale: found where it is there, and left alone where nothing is to be learnt."""
+
+import numpy as np
+import pytest
+
+from palpate.enrichment.detail_scale import fit_scale
+from palpate.enrichment.training_samples import Training
+
+BETA = np.array([0.4, -0.7])
+
+
+@pytest.fixture
+def world():
+    """40 samples of 10 contacts whose detail is applied 1 + β · (ratios − 1) times; folds hold out contacts."""
+    random = np.random.default_rng(0)
+    contact = np.repeat(np.arange(10), 4)
+    detail = 1e-3 * random.normal(size=(40, 30, 3))
+    ratios = 1.0 + 0.2 * random.normal(size=(40, 2))
+    peaks = random.uniform(0.01, 0.03, 40)
+    empty = np.zeros((40, 0, 3))
+    training = Training(empty, empty, contact, np.zeros((40, 3)), peaks, contact % 5)
+    return random, ratios, detail, training
+
+
+def scaled(beta, ratios, detail):
+    return (1.0 + (ratios - 1.0) @ beta)[:, None, None] * detail
+
+
+def test_finds_a_known_scale(world):
+    _, ratios, detail, training = world
+    beta = fit_scale(ratios, detail, scaled(BETA, ratios, detail), training)
+    assert beta == pytest.approx(BETA, rel=1e-5)
+
+
+def test_finds_it_under_noise(world):
+    random, ratios, detail, training = world
+    missing = scaled(BETA, ratios, detail) + 3e-4 * random.normal(size=detail.shape)
+    assert fit_scale(ratios, detail, missing, training) == pytest.approx(BETA, abs=0.05)
+
+
+def test_counts_samples_by_relative_error(world):
+    """Half the samples want another scale, but matter less since they move far more."""
+    _, ratios, detail, training = world
+    other = np.arange(40) % 2 == 1
+    missing = scaled(BETA, ratios, detail)
+    missing[other] = scaled(-BETA, ratios, detail)[other]
+    training.peaks[other] = 1e3
+    assert fit_scale(ratios, detail, missing, training) == pytest.approx(BETA, rel=1e-4)
+
+
+def test_learns_nothing_from_nothing(world):
+    random, ratios, detail, training = world
+    assert not fit_scale(ratios, detail, detail, training).any()  # the detail is right as it is
+    assert not fit_scale(np.ones_like(ratios), detail, 2 * detail, training).any()  # ratios say nothing
+    assert not fit_scale(ratios, np.zeros_like(detail), detail, training).any()  # there is no detail
+    noise = random.normal(size=detail.shape)
+    beta = fit_scale(ratios, detail, detail + 1e-3 * noise, training)
+    assert np.abs(beta).max() < 0.2
+
+
+def test_does_not_believe_what_other_contacts_contradict(world):
+    """Each fold wants the opposite of the rest: no scale generalises, so none is applied."""
+    _, ratios, detail, training = world
+    sign = np.where(training.contact % 2, 1.0, -1.0)
+    missing = (1.0 + sign * ((ratios - 1.0) @ BETA))[:, None, None] * detail
+    alternating = Training(
+        *[getattr(training, n) for n in ("coarse", "fine", "contact", "force", "peaks")], training.contact % 2
+    )
+    assert not fit_scale(ratios, detail, missing, alternating).any()

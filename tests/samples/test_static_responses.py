@@ -1,0 +1,81 @@
+"""Pressing: responses, what they cost, and which contacts are refused."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError, NotConverged
+from palpate.samples import static_responses as module
+from palpate.samples.loads import COLUMNS
+from palpate.samples.static_responses import load_responses, press, save_responses
+from palpate.solvers.equilibrium import Equilibrium
+
+
+@pytest.fixture(scope="module")
+def loads():
+    rows = [[4, 44, 0.0, 0.1, -0.2, 0.0], [5, 44, 0.0, 0.2, -0.4, 0.02], [7, 41, 0.1, 0.0, -0.1, 0.0]]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+@pytest.fixture(scope="module")
+def responses(slab, loads):
+    return press(slab, 1, loads, 1e-9)
+
+
+def test_responses_are_the_equilibria_under_each_row(slab, loads, responses):
+    for row, (_, load) in enumerate(loads.iterrows()):
+        force = load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
+        nodal = nodal_load(slab, 1, int(load["contact"]), force, load["radius_m"])
+        expected = Equilibrium(slab, 1).solve(nodal, 1e-9).x - slab.fine.nodes
+        assert np.abs(responses.displacement[row] - expected).max() < 1e-12
+    assert np.abs(responses.displacement[:, slab.anchors[1]]).max() == 0.0
+
+
+def test_every_sample_says_what_it_cost(loads, responses):
+    costs = responses.costs()
+    assert list(costs.columns) == ["sample", "newton_iterations", "linear_solves", "residual", "seconds"]
+    assert costs["sample"].tolist() == [4, 5, 7]
+    assert (costs["residual"] <= 1e-9).all() and (costs["residual"] > 0).all()
+    assert (costs["newton_iterations"] >= 2).all()
+    assert (costs["linear_solves"] >= costs["newton_iterations"]).all()
+    assert (costs["seconds"] > 0).all()
+
+
+def test_progress_sees_every_row(slab, loads):
+    seen = []
+
+    def progress(rows):
+        for row in rows:
+            seen.append(row)
+            yield row
+
+    press(slab, 0, loads, 1e-6, progress)
+    assert len(seen) == len(loads)
+
+
+def test_contacts_that_cannot_be_pressed_are_refused(slab, loads):
+    contact = slab.anchors[0][0]
+    with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node"):
+        press(slab, 0, loads.assign(contact=contact), 1e-6)
+
+
+def test_failure_names_the_sample(slab, loads, monkeypatch):
+    def never(*_):
+        raise NotConverged("it stopped", [1.0, 0.5])
+
+    monkeypatch.setattr(module.Equilibrium, "solve", never)
+    with pytest.raises(NotConverged, match=r"^slab, sample 4: it stopped$") as failure:
+        press(slab, 0, loads, 1e-6)
+    assert failure.value.history == [1.0, 0.5]
+
+
+def test_parts_are_joined_in_the_order_given(slab, loads, responses, tmp_path):
+    paths = [tmp_path / f"fine_{i}.h5" for i in range(2)]
+    save_responses(press(slab, 1, loads[:2], 1e-9), paths[0])
+    save_responses(press(slab, 1, loads[2:], 1e-9), paths[1])
+    joined = load_responses(paths)
+    for name in ("sample", "displacement", "newton_iterations", "linear_solves", "residual"):
+        assert np.array_equal(getattr(joined, name), getattr(responses, name)), name
+    assert load_responses(paths[::-1]).sample.tolist() == [7, 4, 5]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["fine_0.h5", "fine_1.h5"]

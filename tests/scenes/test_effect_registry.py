@@ -1,0 +1,70 @@
+"""An effect is added to palpate with one line of its registry."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.particles import particles_of
+from palpate.errors import InputError
+from palpate.scenes import effect_registry
+from palpate.scenes.build_system import compose, decisions
+from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS, Entry
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import Scene
+
+WIND = """
+class Wind:
+    outer = True
+
+    def __init__(self, force_n):
+        self._force_n = force_n
+
+    def add_force(self, x, v, force):
+        force[:, 0] += self._force_n
+
+
+def make(particles, settings, elastic):
+    return Wind(settings["force_n"])
+"""
+SCENE = Scene("s", "auto", "backward_euler", 0.01, 0.05, settings={"wind": {"force_n": 1e-3}})
+
+
+@pytest.fixture
+def wind(monkeypatch, tmp_path):
+    (tmp_path / "wind_of_a_test.py").write_text(WIND)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(EFFECTS, "wind", Entry("wind_of_a_test"))
+
+
+def test_one_line_adds_an_effect(wind, slab):
+    particles = particles_of(slab, 0, surface=False)
+    moved = run(SCENE, particles).motion.positions[-1] - particles.nodes
+    assert moved[:, 0].max() > 1e-6
+    table = decisions(replace(SCENE, settings={}), particles).set_index("effect")
+    assert not table.loc["wind", "called"]
+    assert list(compose(replace(SCENE, settings={}), particles).effects) == ["corotational", "held"]
+    with pytest.raises(InputError, match="add a block wind"):
+        compose(replace(SCENE, effects=["corotational", "wind"], settings={}), particles)
+
+
+def test_a_default_makes_the_block_optional(wind, monkeypatch, slab):
+    monkeypatch.setitem(EFFECTS, "wind", Entry("wind_of_a_test", settings={"force_n": 2.0}))
+    particles = particles_of(slab, 0, surface=False)
+    system = compose(replace(SCENE, effects=["corotational", "wind"], settings={}), particles)
+    force = system.outer_force(particles.nodes, np.zeros_like(particles.nodes))
+    assert (force[:, 0] == 2.0).all()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_can_be_imported(name):
+    assert callable(effect_registry.effect(name).make)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_every_integrator_can_be_imported(name):
+    assert callable(effect_registry.integrator(name).make)
+
+
+def test_every_elastic_effect_has_a_damping_that_suits_it():
+    assert {EFFECTS[name].damping for name in effect_registry.ELASTIC} <= set(effect_registry.DAMPINGS)

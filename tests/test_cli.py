@@ -23,18 +23,18 @@ def said(capsys, folder, *words) -> tuple[int, str]:
 def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_folder):
     code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7")
     assert code == 0
-    assert text.startswith("liver_small, within 16.7 ms: ours samples=60\n")
+    assert text.startswith("liver_small, within 16.7 ms: detail_correction samples=60\n")
     assert re.search(r"error +0\.4 % of the peak displacement \(0\.\d+ % to 0\.\d+ % in 90 % of draws", text)
     assert re.search(r"time +5 ms an answer, 6 ms at the 95th percentile", text)
-    assert "64 % of the budget to spare" in text and "40 s of preparation, 3 MB" in text
+    assert "64 % of the allowed time is left" in text and "40 s of preparation, 3 MB" in text
     assert re.search(r"because +least error of 5 settings", text)
 
 
 def test_an_error_gets_a_model(capsys, trade_off_folder):
     code, text = said(capsys, trade_off_folder, "--max-error", "0.003")
     assert code == 0
-    assert text.startswith("liver_small, at most 0.3 % wrong: fem_coarse iterations=8\n")
-    assert "of the error to spare" in text
+    assert text.startswith("liver_small, error of at most 0.3 %: fem_coarse iterations=8\n")
+    assert "of the allowed error is left" in text
 
 
 def test_none_is_an_answer(capsys, trade_off_folder):

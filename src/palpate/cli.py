@@ -68,7 +68,7 @@ def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float
     from palpate.evaluation.tradeoff.advice_motion import advise_motion
     from palpate.evaluation.tradeoff.bootstrap import read_errors
     from palpate.figures import tables
-    from palpate.report.advice_words import told
+    from palpate.report.advice_words import lines
 
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
     pressed, moving = (results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy"))
@@ -76,8 +76,8 @@ def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float
     for table in found:
         rows = tables.where(table, scene=scene)
         if len(rows) and table is found[0]:
-            return told(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
+            return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
         if len(rows):
-            return told(advise_motion(rows, **limits).iloc[0], rows)
+            return lines(advise_motion(rows, **limits).iloc[0], rows)
     known = ", ".join(name for table in found for name in tables.scenes(table))
     raise InputError(f"--scene {scene} is not in {results}; choose from {known}.")

@@ -17,7 +17,7 @@ import browser as chromium
 pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
 
 CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
-PAPERS = ["soft_bodies", "springs", "collision", "enrichment"]
+STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
 VIEW, ERRORS = "#turn_motion_sag", "#turn_error_over_body_liver_small"
 SWEEP = "#sigma details"
 PATIENCE_MS = 60_000
@@ -54,7 +54,7 @@ def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
         turnable_motion.write(sagging, view)
     for view in folder.glob("figures/error_over_body_*.json"):
         turnable_errors.write(database, errors, view)
-    report.write(folder, CAPTIONS, folder / "report.html", PAPERS, whole_folder.scenes, whole_folder.cts)
+    report.write(folder, CAPTIONS, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts)
     return folder / "report.html"
 
 

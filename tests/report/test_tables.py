@@ -18,12 +18,12 @@ def test_missing_table_is_named(tmp_path):
 
 
 def test_missing_columns_are_named(tmp_path):
-    (tmp_path / "claims.csv").write_text("claim,ours\na,b\n")
+    (tmp_path / "claims.csv").write_text("claim,measured\na,b\n")
     with pytest.raises(InputError, match=r"claims\.csv lacks the column\(s\) paper, verdict"):
         tables.read(tmp_path / "claims.csv")
 
 
-@pytest.mark.parametrize("content", ["", "claim,paper,ours,verdict\n"])
+@pytest.mark.parametrize("content", ["", "claim,paper,measured,verdict\n"])
 def test_an_empty_table_is_refused(tmp_path, content):
     (tmp_path / "claims.csv").write_text(content)
     with pytest.raises(InputError, match=r"claims\.csv"):

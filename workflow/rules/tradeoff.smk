@@ -13,7 +13,7 @@ STATIC = [f"{body}_{regime}" for body in BODIES for regime in REGIMES]
 TARGETS["tradeoff"] = (
     tabulated("accuracy_vs_time", "advice")
     + figures("tradeoff", "advice", "break_even")
-    + figures("tradeoff", "work_precision", scenes=STATIC)
+    + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
 
 
@@ -45,11 +45,7 @@ rule measure_models:
     threads: HALF
     params:
         models=lambda wildcards: FAMILIES[wildcards.family],
-        settings=lambda wildcards: {
-            family: lists
-            for family, lists in config["tradeoff"]["settings"].items()
-            if family == wildcards.family
-        },
+        settings=lambda wildcards: config["tradeoff"]["settings"].get(wildcards.family, {}),
         regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],

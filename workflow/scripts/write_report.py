@@ -5,4 +5,5 @@ from palpate.report.page import write
 
 with job(snakemake.log[0]):
     out, params = Path(snakemake.output[0]), snakemake.params
-    write(out.parent, Path(snakemake.input.paper).parent, out, params.parts, params.scenes, params.cts, params.driven)
+    captions = Path(snakemake.scriptdir).parent / "report"
+    write(out.parent, captions, out, params.studies, params.scenes, params.cts, params.driven)

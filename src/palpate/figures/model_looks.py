@@ -1,6 +1,6 @@
-"""Name every model of the trade-off, and decide how it is drawn, the user's own among them."""
+"""Give every model of the trade-off its name, colour and marker, the user's own included."""
 
-from palpate.figures.style import METHODS, WEIGHTS, Look
+from palpate.figures.style import FEATURES, METHODS, WEIGHTS, Look
 
 _NAMED = {
     "fem_fine": Look("fine FEM", "#111111", "8"),
@@ -9,8 +9,8 @@ _NAMED = {
     "warped_compliance": Look("warped compliance", "#5aae61", "*"),
     "springs": Look("springs", "#8b1a1a", "o"),
     "springs_volume": Look("springs with volume force", "#c0504d", "s"),
-    "springs_nodal": Look("springs, a modulus a node", "#e08e45", "^"),
-    "springs_nodal_volume": Look("the same with volume force", "#f2c14e", "D"),
+    "springs_nodal": Look("springs, one modulus per node", "#e08e45", "^"),
+    "springs_nodal_volume": Look("springs, one modulus per node, volume force", "#f2c14e", "D"),
     "shape_matching": Look("shape matching", "#8064a2", "H"),
 }
 _OWN = ("#005f73", "#bb3e03", "#5a189a", "#6a994e", "#9d0208")
@@ -18,7 +18,7 @@ _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
 
 
 def look(model: str) -> Look:
-    """Return the look of a model; one of five colours and six markers, always the same, for one of the user's own."""
+    """Return the look of a model; a user's own gets one of five colours and six markers, always the same."""
     if model in _NAMED:
         return _NAMED[model]
     if model in METHODS:
@@ -28,11 +28,16 @@ def look(model: str) -> Look:
 
 
 def label(model: str, setting: str) -> str:
-    """Name a setting inside a sentence: "POD + RBF (modes=8)"."""
+    """Return a setting as it is named inside a sentence: "POD + RBF (modes=8)"."""
     name = look(model).label
     return name if setting == "default" else f"{name} ({setting})"
 
 
 def minor(model: str) -> bool:
-    """Return whether a model is one of paper 1's many forms, to be drawn fainter so that the others can be seen."""
+    """Return whether a model is one of paper 1's many variants, to be drawn fainter so that the others can be seen."""
     return model.endswith(tuple(f"_{weights}" for weights in WEIGHTS))
+
+
+def features(model: str) -> str:
+    """Return the features that a variant of paper 1's method compares: "contact-ordered"."""
+    return FEATURES[model.partition("_")[0]][0]

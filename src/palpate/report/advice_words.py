@@ -1,41 +1,51 @@
-"""Advice as sentences, for the terminal and the report."""
+"""Put advice into sentences, for the terminal and the report."""
+
+from itertools import groupby
 
 import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_reasons import behind, name
+from palpate.evaluation.tradeoff.advice_reasons import name
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
+from palpate.report.words import capital, listed, plain
+
+MEANINGS = {
+    1.0: "fast enough for force feedback to a hand",
+    16.7: "one picture at 60 a second",
+    100.0: "still felt as immediate",
+}
+"""What a budget [ms] is for."""
 
 
-def told(advice: pd.Series, settings: pd.DataFrame) -> str:
-    """Lines for the terminal about one row of advice.csv.
+def lines(advice: pd.Series, settings: pd.DataFrame) -> str:
+    """Return lines for the terminal about one row of advice.csv.
 
     settings : its scene's rows of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves
     """
     if advice["model"] == NONE:
         return f"{advice['scene']}, {limit(advice)}: none\n  because   {advice['why']}".replace("\u00a0", " ")
-    row = settings[(settings["model"] == advice["model"]) & (settings["knob"] == advice["knob"])].iloc[0]
-    left = f"{percent(advice['margin'])} of the {'budget' if np.isfinite(advice['budget_ms']) else 'error'} to spare"
+    row = settings[(settings["model"] == advice["model"]) & (settings["setting"] == advice["setting"])].iloc[0]
+    part = "budget" if np.isfinite(advice["budget_ms"]) else "error"
     spent = f"{seconds(advice['online_p95_s'])} at the 95th percentile, on the machine that filled the tables"
-    if moves := "slower_than_life" in settings:
+    if moves := "real_time_factor" in settings:
         step = seconds(1e-3 * row["ms_per_step"])
-        spent = f"{row['slower_than_life']:.2g} s for a second of motion, {step} a step, {spent}"
+        spent = f"{row['real_time_factor']:.2g} s for a second of motion, {step} a step, {spent}"
     else:
         spent = f"{seconds(row['online_median_s'])} an answer, {spent}"
     drawn = "" if moves else " in 90 % of draws of the contacts"
-    lines = [
+    found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
         f"  error     {percent(advice['rmse_of_peak'])} of the peak displacement ({interval(advice)}{drawn}); "
-        f"95 % of nodes {percent(advice['p95_of_peak'])} at most",
+        f"at 95 % of the nodes {percent(advice['p95_of_peak'])} at most",
         f"  time      {spent}",
-        f"  margin    {left}",
+        f"  margin    {percent(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
         f"  before    {_preparation(row['offline_s'])}" + ("" if moves else f", {row['memory_mb']:.3g} MB"),
         f"  because   {advice['why']}",
     ]
-    return "\n".join(lines).replace("\u00a0", " ")
+    return "\n".join(found).replace("\u00a0", " ")
 
 
 def _preparation(offline_s: float) -> str:
@@ -43,33 +53,96 @@ def _preparation(offline_s: float) -> str:
 
 
 def sentence(advice: pd.Series) -> str:
-    """One row of advice.csv for the report."""
-    asked = limit(advice)
-    asked = asked[:1].upper() + asked[1:]
+    """Put one row of advice.csv into a sentence for the report."""
+    asked = capital(limit(advice))
     if advice["model"] == NONE:
-        return f"{asked}: none, as {advice['why']}."
+        return f"{asked}: none, because {plain(advice['why'])}."
     timed = np.isfinite(advice["budget_ms"])
-    spare = f", {percent(advice['margin'])} of the budget to spare" if timed else ""
-    rival = "no other model would do"
-    if advice["factor"] > 0:
-        far = behind(advice["factor"], EQUAL, "wrong") if timed else behind(advice["factor"], CLOSE, "slow")
-        rival = f"{label(advice['rival'], advice['rival_knob'])}, the next best model, is {far}"
+    spare = f", which leaves {percent(advice['margin'])} of the time" if timed else ""
     return (
-        f"{asked}: {label(advice['model'], advice['knob'])}, {percent(advice['rmse_of_peak'])} of the peak off "
-        f"({interval(advice)}) in {seconds(advice['online_p95_s'])} at the 95th percentile{spare}; {rival}."
+        f"{asked}: {label(advice['model'], advice['setting'])}. Its error is {percent(advice['rmse_of_peak'])} "
+        f"({interval(advice)}), its time {seconds(advice['online_p95_s'])} at the 95th percentile{spare}. "
+        f"{capital(next_best(advice))}."
     )
 
 
+def next_best(advice: pd.Series, setting: bool = True) -> str:
+    """Put the next best model of a row of advice.csv into a clause, with its setting or without."""
+    if not advice["factor"] > 0:
+        return "no other model meets this limit"
+    rival = label(advice["rival"], advice["rival_setting"] if setting else "default")
+    return f"the next best model, {rival}, {behind(advice)}"
+
+
+def behind(advice: pd.Series) -> str:
+    """Compare the next best model of a row of advice.csv with the advised one: "has 4 times the error"."""
+    timed, factor = np.isfinite(advice["budget_ms"]), advice["factor"]
+    tie = EQUAL if timed else CLOSE
+    if 1 / tie <= factor <= tie:
+        return "is as accurate" if timed else "is about as fast"
+    times = f"{float(f'{factor:.2g}'):g}" if factor < 1000 else "over 1000"
+    return f"has {times} times the error" if timed else f"takes {times} times as long"
+
+
 def limit(advice: pd.Series) -> str:
-    """What was asked for: "within 16.7 ms" or "at most 1 % wrong"."""
+    """Return what was asked for: "within 16.7 ms" or "error of at most 1 %"."""
     if np.isfinite(advice["budget_ms"]):
         return f"within {advice['budget_ms']:g}\u00a0ms"
-    return f"at most {100 * advice['max_error']:.2g}\u00a0% wrong"
+    return f"error of at most {100 * advice['max_error']:.2g}\u00a0%"
 
 
 def interval(advice: pd.Series) -> str:
-    """Between which the mean error lies; a scene that moves has one load, and so none."""
+    """Return between which limits the mean error lies; a scene that moves has one load, and so no limits."""
     if np.isnan(advice["error_low"]):
         return "of one load"
     low, high = percent(advice["error_low"]), percent(advice["error_high"])
     return low if low == high else f"{low} to {high}"
+
+
+def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> list[str]:
+    """Put the advice for one scene into two or three sentences that a newcomer understands.
+
+    settings : its rows of accuracy_vs_time.csv; what : a few words on what each model does
+    """
+    medians = settings.set_index(["model", "setting"])["online_median_s"]
+    rows = [row for _, row in advice.iterrows()]
+    timed = [row for row in rows if np.isfinite(row["budget_ms"])]
+    exact = [row for row in rows if not np.isfinite(row["budget_ms"])]
+    found = [_within(same, medians, what) for same in _alike(timed)]
+    met = [_under(same, medians) for same in _alike(exact)]
+    return [*found, f"{capital('; '.join(met))}."] if met else found
+
+
+def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:
+    """Group neighbouring rows of advice.csv that advise the same."""
+    return [list(same) for _, same in groupby(rows, lambda row: (row["model"], row["setting"]))]
+
+
+def _within(rows: list[pd.Series], medians: pd.Series, what: dict[str, str]) -> str:
+    """Put budgets that get the same answer into a sentence."""
+    budgets = listed([f"{row['budget_ms']:g}\u00a0ms{_meaning(row['budget_ms'])}" for row in rows])
+    first = rows[0]
+    if first["model"] == NONE:
+        return f"Within {budgets}, no model answers in time."
+    gloss = f" ({what[first['model']]})" if first["model"] in what else ""
+    return (
+        f"Within {budgets}, take {label(first['model'], 'default')}{gloss}: its error is "
+        f"{percent(first['rmse_of_peak'])}, its time {_median(first, medians)}; {next_best(first, setting=False)}."
+    )
+
+
+def _median(row: pd.Series, medians: pd.Series) -> str:
+    return seconds(medians[row["model"], row["setting"]])
+
+
+def _meaning(budget_ms: float) -> str:
+    return f" ({MEANINGS[budget_ms]})" if budget_ms in MEANINGS else ""
+
+
+def _under(rows: list[pd.Series], medians: pd.Series) -> str:
+    """Put limits of the error that get the same answer into a clause."""
+    limits = f"for an error of at most {listed([percent(row['max_error']) for row in rows])}"
+    first = rows[0]
+    if first["model"] == NONE:
+        return f"{limits}, no model is accurate enough"
+    return f"{limits}, take {label(first['model'], 'default')} ({_median(first, medians)})"

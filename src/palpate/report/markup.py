@@ -1,7 +1,9 @@
-"""Pieces of the report: tables and captions as self-contained HTML."""
+"""Make tables and captions into self-contained HTML."""
 
 import base64
+import re
 import zlib
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -10,16 +12,18 @@ import pandas as pd
 
 from palpate.errors import InputError
 
-_LONG = 300  # rows of a folded table from which on the page holds it deflated
+_LONG = 60  # rows of a folded table from which on the page holds it deflated
+_WIDTHS = {18: "mid", 40: "long", 120: "text"}  # the class of a cell with more characters, which may break into lines
+_QUANTITY = re.compile(r"[-+<~\s]*[\d.,]+(e[-+]?\d+)?(\s?(%|µs|ms|s|min|h|kB|MB))?(\s\[.*\])?(\s\(.*\))?")
 
 MARKS = {word: "good" for word in ("confirmed", "stable")}
 MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
-MARKS |= {word: "open" for word in ("true as a bound", "cannot be compared", "refused", "not_converged")}
+MARKS |= {word: "open" for word in ("true as a bound", "cannot be compared", "refused", "not converged")}
 """How a verdict or an outcome is marked: the sign and colour of its cell."""
 
 
 def text(value) -> str:
-    """A cell: numbers with three significant digits, whole ones with separators, nothing as a dash."""
+    """Format a cell: numbers with three significant digits, whole ones with separators, nothing as a dash."""
     if isinstance(value, str):
         return value
     if value is None or value is pd.NA or not np.isfinite(value):
@@ -29,10 +33,15 @@ def text(value) -> str:
     return f"{value:.3g}"
 
 
-def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: list[str] = ()) -> str:
-    """A data frame as a table, which the page's script makes sortable.
+def escaped(words: str) -> str:
+    """Return text as HTML."""
+    return escape(words)
 
-    faint : positions of the rows that hold the paper's numbers; best : columns whose least value is in bold
+
+def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Sequence[str] = ()) -> str:
+    """Return a data frame as a table, which the page's script makes sortable.
+
+    faint : positions of the rows that hold a paper's numbers; best : columns whose least value is in bold
     A cell that is no more than a verdict or an outcome gets its colour and sign.
     """
     numeric = _numeric(frame)
@@ -47,9 +56,11 @@ def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: li
         for column, value, number in zip(frame.columns, row, numeric, strict=True):
             marks = ["number"] * number + ["best"] * bool(column in least and value == least[column])
             marks += [MARKS[value]] if isinstance(value, str) and value in MARKS else []
+            if isinstance(value, str) and not number:
+                marks += [width for least_length, width in _WIDTHS.items() if len(value) > least_length][-1:]
             cell = escape(text(value))
             cells.append(f'<td class="{" ".join(marks)}">{cell}</td>' if marks else f"<td>{cell}</td>")
-        rows.append(f"<tr{' class=paper' if i in (faint or []) else ''}>{''.join(cells)}</tr>")
+        rows.append(f"<tr{' class=paper' if i in faint else ''}>{''.join(cells)}</tr>")
     body = "\n".join(rows)
     return (
         f'<div class="scroll"><table><caption>{escape(caption)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
@@ -57,17 +68,23 @@ def table(frame: pd.DataFrame, caption: str, faint: list | None = None, best: li
     )
 
 
-def folded(frame: pd.DataFrame, name: str) -> str:
-    """A whole table, closed at first, and a link to its CSV; if it is long, the script makes it when it is opened."""
-    inner = table(frame, f"{name}.csv") if len(frame) <= _LONG else _packed(frame, f"{name}.csv")
+def fold(summary: str, inner: str, opened: bool = False) -> str:
+    """Return HTML that is shown when somebody clicks on ``summary``."""
+    return f"<details{' open' if opened else ''}><summary>{escape(summary)}</summary>\n{inner}\n</details>"
+
+
+def folded(frame: pd.DataFrame, name: str, description: str) -> str:
+    """Return a whole table, closed at first, under what it holds; if it is long, the script makes it when opened."""
+    caption = f"{name}.csv"
+    inner = table(frame, caption) if len(frame) < _LONG else _packed(frame, caption)
     return (
-        f"<details><summary>all {len(frame):,} rows of {name}.csv</summary>\n"
-        f'<p><a href="tables/{name}.csv">tables/{name}.csv</a></p>\n{inner}\n</details>'
+        f'<details class="data"><summary><b>Table {escape(name)}</b>, {len(frame):,} rows. {escape(description)}'
+        f"</summary>\n<p>All digits are in <code>results/tables/{escape(name)}.csv</code>.</p>\n{inner}\n</details>"
     )
 
 
 def _packed(frame: pd.DataFrame, caption: str) -> str:
-    """A long table as deflated lines: names, classes of the columns, rows."""
+    """Return a long table as deflated lines: names, classes of the columns, rows."""
     lines = [map(_name, frame.columns), ("number" if n else "" for n in _numeric(frame))]
     lines += [map(text, row) for row in frame.itertuples(index=False)]
     data = zlib.compress("\n".join("\t".join(line) for line in lines).encode(), 9)
@@ -76,19 +93,19 @@ def _packed(frame: pd.DataFrame, caption: str) -> str:
 
 
 def _numeric(frame: pd.DataFrame) -> list[bool]:
-    """Which columns hold numbers, or texts that begin with one."""
-    return [all(not isinstance(v, str) or v.lstrip("<\u00a0")[:1].isdigit() for v in frame[c]) for c in frame]
+    """Return which columns hold numbers, or quantities in words: "5 ms", "6 % [5 %, 7 %]"."""
+    return [all(not isinstance(v, str) or _QUANTITY.fullmatch(v) for v in frame[c]) for c in frame]
 
 
 def _name(column) -> str:
-    """A column's heading."""
+    """Return a column's heading."""
     return str(column).replace("_", " ")
 
 
 def caption(folder: Path, name: str, values: dict[str, str]) -> str:
-    """The caption ``name``.rst with its placeholders filled, as HTML.
+    """Return the caption ``name``.rst with its placeholders filled, as HTML.
 
-    Raises InputError if the file is missing or asks for a number there is not.
+    Raises InputError if the file is missing or asks for a number that does not exist.
     """
     from docutils.core import publish_parts
 
@@ -98,6 +115,6 @@ def caption(folder: Path, name: str, values: dict[str, str]) -> str:
     try:
         source = path.read_text(encoding="utf-8").format(**values)
     except KeyError as unknown:
-        raise InputError(f"{path}: there is no number called {unknown}: see palpate/report/numbers.py") from None
+        raise InputError(f"{path}: there is no number called {unknown}: see palpate/report/parts") from None
     settings = {"halt_level": 2, "report_level": 2, "file_insertion_enabled": False, "raw_enabled": False}
     return publish_parts(source, writer="html5", settings_overrides=settings)["body"].strip()

@@ -1,88 +1,101 @@
-"""What all sections of the report share: tables, the papers' own numbers, and captions filled with ours."""
+"""Gather what all parts of the report share: tables, published numbers, and captions filled with what was measured."""
 
-from collections.abc import Collection, Iterable
-from itertools import product
+from collections.abc import Collection, Mapping, Sequence
+from copy import copy
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
-
-import pandas as pd
+from types import MappingProxyType, ModuleType
 
 from palpate.errors import InputError
-from palpate.evaluation.table import declared
 from palpate.figures import tables
 from palpate.files import read_yaml
 from palpate.report import markup, pictures
-from palpate.report.numbers import numbers
 
-
-def _tables(study: str) -> list[str]:
-    """The tables that every run of a study makes."""
-    return [name for name, table in declared(study).items() if table.always]
-
-
-TABLES = {
-    "models": ["accuracy_vs_time"],
-    "tradeoff": _tables("tradeoff"),
-    "dynamic": _tables("dynamic"),
-    "ct": _tables("ct"),
-    "scenes": _tables("scenes"),
-    "soft_bodies": _tables("shape_matching"),
-    "collision": _tables("collision"),
-    "springs": _tables("springs"),
-    "enrichment": _tables("enrichment"),
-    "scaling": _tables("scaling"),
-    "hard_cases": _tables("hard_cases"),
-}
-"""The tables that each part of the report shows; parts that are not here look at those of the others."""
-
-PUBLISHED = {
-    "models": "models.yaml",
-    "soft_bodies": "soft_bodies.yaml",
-    "collision": "soft_bodies.yaml",
-    "springs": "springs.yaml",
-    "enrichment": "paper.yaml",
-}
-"""Where a part's own paper has its numbers, or its models their descriptions, beside the captions."""
+Section = tuple[str, str, str]
+"""A section of a part: its identifier on the page, its heading, and its content as HTML."""
 
 
 class Report:
-    """The material of the ``parts`` that are asked for; nothing else in ``results`` is looked at."""
+    """Hold the material of the studies that are asked for; nothing else in ``results`` is read.
+
+    scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
+    last : the parts that belong to no study and come after those of the studies, by name
+    It has ``tables`` by name, ``published`` with the numbers of each study's paper, ``parts`` with the modules of the
+    page in order, and ``numbers`` with what the captions of each part name.
+    """
 
     def __init__(
         self,
-        results: Path,
-        captions: Path,
-        parts: list[str],
-        scenes: list[str],
-        cts: list[str],
-        driven: Collection[str],
+        results: str | Path,
+        captions: str | Path,
+        studies: Sequence[str],
+        scenes: Sequence[str] = (),
+        cts: Sequence[str] = (),
+        driven: Collection[str] = (),
+        last: Mapping[str, ModuleType] = MappingProxyType({}),
     ):
         self.scenes, self.cts, self.driven = scenes, cts, driven
-        self.figures, self._captions = results / "figures", captions
-        self.published = {part: read_yaml(captions / PUBLISHED[part]) for part in parts if part in PUBLISHED}
-        self.tables = tables.read_all(results / "tables", [name for part in parts for name in TABLES.get(part, ())])
-        _check(self.tables, _tables("scenes") if scenes else [], "scene", scenes)
-        _check(self.tables, _tables("ct") if cts else [], "body", cts)
-        self.numbers = numbers(self.tables, self.published, parts, scenes)
+        self.figures, self._captions = Path(results) / "figures", Path(captions)
+        self.part, self.folder = "", self._captions
+        self.studies = {study: part_of(study) for study in studies}
+        self.tables = tables.read_all(Path(results) / "tables", tables_of(self.studies.values()))
+        published = {study: self._captions / study / "published.yaml" for study in studies}
+        self.published = {study: read_yaml(path) for study, path in published.items() if path.is_file()}
+        self.parts = self.studies | dict(last)
+        self.numbers = {name: part.numbers(self.of(name)) for name, part in self.parts.items()}
+
+    def of(self, part: str) -> "Report":
+        """Return the same material as seen by one part: its captions and its numbers come first."""
+        own = copy(self)
+        own.part = part
+        own.folder = self._captions / part if part in self.studies else self._captions
+        return own
 
     def note(self, name: str, **more: str) -> str:
-        """A caption by name; ``more`` holds what differs between its uses."""
-        return markup.caption(self._captions, name, self.numbers | more)
+        """Fill a caption of the part; ``more`` holds what differs between its uses."""
+        return markup.caption(self.folder, name, self.numbers.get(self.part, {}) | more)
 
-    def figure(self, name: str, caption: str | None = None, **more: str) -> str:
-        """A figure under the caption of its own name or of ``caption``."""
-        return pictures.figure(self.figures, name, self.note(caption or name, **more))
+    def figure(self, name: str, caption: str | None = None, small: str | None = None, **more: str) -> str:
+        """Show a figure under the caption of its own name or of ``caption``; on narrow screens the figure ``small``."""
+        return pictures.figure(self.figures, name, self.note(caption or name, **more), small)
 
-    def turnable(self, name: str, title: str, caption: str, **more: str) -> str:
-        """A view that turns, under its title and a caption."""
-        return pictures.turnable(self.figures, name, title, self.note(caption, **more))
+    def picture(self, name: str, title: str, small: str | None = None) -> str:
+        """Show a figure under a short title, where a caption for several figures stands before them."""
+        return pictures.figure(self.figures, name, f"<p>{markup.escaped(title)}</p>", small)
+
+    def turnable(self, name: str, title: str, caption: str = "") -> str:
+        """Show a view that turns, under its title and a caption (HTML)."""
+        return pictures.turnable(self.figures, name, title, caption)
 
     def folded(self, *names: str) -> str:
-        """Whole tables, closed at first."""
-        return "".join(markup.folded(self.tables[name], name) for name in names)
+        """Show whole tables, closed at first, with what they hold."""
+        about = {name: table for part in self.studies.values() for name, table in part.TABLES.items()}
+        return "".join(markup.folded(self.tables[name], name, about[name].description) for name in names)
+
+    def entries(self, name: str):
+        """Read a YAML file that stands beside the part's captions."""
+        return read_yaml(self.folder / f"{name}.yaml")
+
+    def check(self, names: Collection[str], kind: str, wanted: Sequence[str]) -> None:
+        """Raise InputError if one of the tables ``names`` has no rows of a scene or body in ``wanted``."""
+        for name in names:
+            for one in wanted:
+                if one not in set(self.tables[name][kind]):
+                    raise InputError(f"{name}.csv has no rows of the {kind} {one}: delete it and make it again")
 
 
-def _check(found: dict[str, pd.DataFrame], names: Iterable[str], kind: str, wanted: list[str]) -> None:
-    """Raise InputError if a table of the scenes, or of the bodies from CT, lacks one of them."""
-    for name, one in product(names, wanted):
-        if one not in set(found[name][kind]):
-            raise InputError(f"{name}.csv has no rows of the {kind} {one}: delete it and make it again")
+def part_of(study: str) -> ModuleType:
+    """Import the part of the report about a study; InputError if there is none."""
+    place = f"palpate.report.parts.{study}"
+    if not find_spec(place):
+        raise InputError(
+            f"The report has no part about the study {study}; write src/palpate/report/parts/{study}.py with "
+            "TITLE, TABLES, numbers and sections."
+        )
+    return import_module(place)
+
+
+def tables_of(parts: Collection[ModuleType]) -> list[str]:
+    """Name the tables that parts read: those that every run of their studies makes."""
+    return [name for part in parts for name, table in part.TABLES.items() if table.always]

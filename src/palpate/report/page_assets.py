@@ -1,19 +1,19 @@
-"""What every page carries with it: its style sheet and its script."""
+"""Give what every page carries with it: its style sheet and its script."""
 
 from importlib.resources import files
 
-_SCRIPTS = ("unpack", "sort", "surface", "turn", "play")
+_SCRIPTS = ("unpack", "sort", "place", "pane", "surface", "turn", "play")
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 """What a browser lets the page do: nothing over the network."""
 
 
 def style() -> str:
-    """The style sheet: plain, readable, light and dark."""
+    """Return the style sheet: plain, readable, light and dark."""
     return _read("page.css")
 
 
 def script() -> str:
-    """The script, in a scope of its own: tables that sort, and views that turn."""
+    """Return the script, in a scope of its own: sorting, the mark of the place, large figures, views that turn."""
     return '(() => {\n"use strict";\n' + "\n".join(_read(f"{name}.js") for name in _SCRIPTS) + "})();\n"
 
 

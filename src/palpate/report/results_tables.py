@@ -1,16 +1,13 @@
 """Make the tables of docs/results.md from those of a run: few rows, with numbers as text."""
 
-import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_reasons import behind
 from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, TRUTH
-from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.figures import tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds
-from palpate.report.advice_words import interval, limit
+from palpate.report.advice_words import behind, interval, limit
 
 BESIDES = ("integrator", "held")
 """Rows of the table of effects that are no effect of their own, or without which a body is not that scene's."""
@@ -29,10 +26,7 @@ def advice(advice: pd.DataFrame) -> pd.DataFrame:
 
 
 def _next_best(row: pd.Series) -> str:
-    if not row["factor"] > 0:
-        return ""
-    far = behind(row["factor"], *((EQUAL, "wrong") if np.isfinite(row["budget_ms"]) else (CLOSE, "slow")))
-    return f"{label(row['rival'], 'default')}, {far}"
+    return f"{label(row['rival'], 'default')} {behind(row)}" if row["factor"] > 0 else ""
 
 
 def reference(settings: pd.DataFrame) -> pd.DataFrame:

@@ -39,7 +39,7 @@ EFFECTS = {
     "bending": Entry("palpate.effects.bending", settings={}),
     "volume": Entry("palpate.effects.volume", settings={}),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
-    "contact": Entry("palpate.collision.contact.contact_effect", settings={"instruments": []}),
+    "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
     "plasticity": Entry("palpate.effects.plasticity"),
     "rayleigh": Entry("palpate.effects.rayleigh", "damping", {"mass_1_s": 1.0, "stiffness_s": 0.01}),
     "kelvin": Entry("palpate.effects.kelvin", "damping", {"ratio": 0.1}),

@@ -5,8 +5,8 @@ import pandas as pd
 from palpate.figures.shape_matching import body_springs
 
 
-def test_every_case_is_named_with_its_share_of_moved_nodes(soft_body_results):
-    table = soft_body_results["body_springs"]
+def test_every_case_is_named_with_its_share_of_moved_nodes(shape_matching_results):
+    table = shape_matching_results["body_springs"]
     damped = table[table["case"] == "none"].assign(case="dampers_only")
     labels = [t.get_text() for t in body_springs.draw(pd.concat([table, damped])).legends[0].get_texts()]
     assert len(labels) == 3

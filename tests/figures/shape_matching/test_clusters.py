@@ -5,8 +5,8 @@ import numpy as np
 from palpate.figures.shape_matching import clusters
 
 
-def test_the_figure_shows_each_column_and_how_far_it_moves(soft_body_results):
-    table = soft_body_results["clusters"]
+def test_the_figure_shows_each_column_and_how_far_it_moves(shape_matching_results):
+    table = shape_matching_results["clusters"]
     figure = clusters.draw(table)
     columns = table.groupby("clusters")
     assert len(figure.axes) == len(columns) + 2  # the columns, their profiles and a colour bar

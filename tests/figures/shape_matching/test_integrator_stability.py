@@ -5,8 +5,8 @@ from fixtures.drawn import texts
 from palpate.figures.shape_matching import integrator_stability
 
 
-def test_the_step_at_which_it_becomes_unstable_is_named(soft_body_results):
-    table = soft_body_results["integrator_stability"]
+def test_the_step_at_which_it_becomes_unstable_is_named(shape_matching_results):
+    table = shape_matching_results["integrator_stability"]
     written = "\n".join(texts(integrator_stability.draw(table)))
     assert f"from {table['blow_up_measured'].min():.4f} (stated limit 2.0000)" in written
     assert "goal positions, α = 0.5" in written

@@ -1,26 +1,34 @@
 """Sentences about collision follow from their tables."""
 
-from palpate.report.numbers import numbers
+from fixtures.material import material, numbers
 
-PUBLISHED = {"collision": {"source": "thesis"}}
+from palpate.report.parts import collision
+
+PUBLISHED = {"source": "thesis"}
 
 
 def test_sentences_come_from_the_tables(collision_results):
-    found = numbers(collision_results, PUBLISHED, ["collision"], [])
-    found = {name: text.replace("\u00a0", " ") for name, text in found.items()}
-    assert found["collision_missed"] == "0 pairs missed or made up in 1,600 frames"
-    assert found["collision_fastest"] == "two_livers: AABBs, 1.5 ms; folding_sheet: AABBs, 1.5 ms"
+    found = numbers("collision", collision_results, PUBLISHED)
+    assert found["collision_missed"] == "0 pairs missed or reported wrongly in 1,600 frames"
+    assert found["collision_fastest"] == "two livers: AABBs, 1.5 ms; folding sheet: AABBs, 1.5 ms"
     assert found["collision_rivals"] == "coal, OBBs, rebuilt: two livers 8.0"
-    assert found["collision_wrong"] == "coal, OBBs, rebuilt 7 missed and 3 made up"
+    assert found["collision_wrong"] == "coal, OBBs, rebuilt 7 missed and 3 reported wrongly"
     assert found["collision_exponents"] == "build n^1.00 to n^1.00, refit n^1.00 to n^1.00, query n^0.50 to n^0.50"
     # 2.5 ms against 1.5 ms
     assert found["collision_plain"] == "composite 4/2 takes 1.67 times as long"
     assert found["collision_verdicts"] == "query time confirmed in 1 of 1 rows"
-    assert "takes 1.5 ms on one core with AABBs (coal, OBBs, rebuilt: 12 ms)." in found["headline_collision"]
+    assert "takes 1.5 ms on one core with AABBs (coal, OBBs, rebuilt: 12 ms)." in found["headline"]
 
 
 def test_without_rivals_nothing_is_said_of_them(collision_results):
     table = collision_results["collision"]
-    found = numbers(collision_results | {"collision": table[~table["rival"]]}, PUBLISHED, ["collision"], [])
-    assert found["headline_collision"].endswith("on one core with AABBs.")
+    found = numbers("collision", collision_results | {"collision": table[~table["rival"]]}, PUBLISHED)
+    assert found["headline"].endswith("on one core with AABBs.")
     assert found["collision_rivals"] == "none is installed"
+
+
+def test_structures_with_wrong_pairs_have_failed(collision_results):
+    report = material("collision", collision_results)
+    assert list(collision.failures(report)) == [
+        ("coal, OBBs, rebuilt", "two livers", "7 crossing pairs missed, 3 reported wrongly")
+    ]

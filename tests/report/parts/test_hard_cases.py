@@ -1,14 +1,27 @@
 """Sentences about hard cases count the outcomes of their table."""
 
-from palpate.report.parts import hard_cases_numbers
+from fixtures.material import material, numbers
+
+from palpate.report.parts import hard_cases
 
 
 def test_sentences_count_outcomes(hard_cases_table):
-    found = hard_cases_numbers.numbers({"hard_cases": hard_cases_table})
-    assert found["headline_hard_cases"] == (
-        "4 hard cases, 5 runs: 2 wrong or not a number; 2 went otherwise than declared beforehand."
+    found = numbers("hard_cases", {"hard_cases": hard_cases_table})
+    assert found["headline"] == (
+        "4 hard cases in 5 runs: 2 gave a wrong answer, and 2 ended otherwise than declared beforehand."
     )
-    assert found["hard_cases_outcomes"] == "2 stable, 1 refused, 1 nan, 1 wrong"
-    assert found["hard_cases_locking"].replace("\u00a0", " ") == "40 % level 0, 4 % level 2 softer"
-    untried = hard_cases_numbers.numbers({"hard_cases": hard_cases_table[hard_cases_table["family"] == "enrichment"]})
-    assert untried["hard_cases_locking"] == "not run"
+    assert found["hard_cases_outcomes"] == "2 stable, 1 refused, 1 not a number, 1 wrong"
+    assert found["hard_cases_locking"] == "40 % (level 0), 4 % (level 2 softer)"
+    untried = hard_cases_table[hard_cases_table["family"] == "enrichment"]
+    assert numbers("hard_cases", {"hard_cases": untried})["hard_cases_locking"] == "not run"
+
+
+def test_what_ended_as_declared_is_no_failure(hard_cases_table):
+    failed = list(hard_cases.failures(material("hard_cases", {"hard_cases": hard_cases_table})))
+    assert failed == [
+        ("fem", "drop", "not a number; declared: stable"),
+        ("detail correction", "one sample", "wrong; declared: stable"),
+    ]
+    declared = hard_cases_table.assign(passed=True)
+    assert list(hard_cases.failures(material("hard_cases", {"hard_cases": declared}))) == []
+    assert "every one ended as declared" in numbers("hard_cases", {"hard_cases": declared})["headline"]

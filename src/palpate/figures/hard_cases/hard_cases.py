@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 
 from palpate.errors import InputError
 from palpate.figures import style
+from palpate.figures.model_looks import look
 
 TABLES = ("hard_cases",)
 LOOKS = {
@@ -20,7 +21,7 @@ COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",)))
 """Families by matrix, and matrices from left to right and from top to bottom."""
 TITLES = {"fem": "elasticity", "dynamics": "dynamics", "enrichment": "enrichment", "contact": "contact"}
 CELL = 0.165  # [inch]
-LEFT, TOP, BELOW = 2.2, 1.55, 0.75  # [inch] for names of cases, of models, and the legend
+LEFT, LETTER, BELOW = 2.2, 0.056, 0.75  # [inch] for names of cases, a letter of a model's name, and the legend
 
 
 @style.styled
@@ -35,19 +36,24 @@ def draw(hard_cases) -> Figure:
     parts = [[table[table["family"].isin(families)] for families in column] for column in COLUMNS]
     parts = [[part for part in column if len(part)] for column in parts]
     wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]
-    tall = [sum(TOP + CELL * part["case"].nunique() for part in column) for column in parts]
+    tall = [sum(_above(part) + CELL * part["case"].nunique() for part in column) for column in parts]
     width, height = sum(LEFT + CELL * count + 0.2 for count in wide if count), max(tall) + BELOW
     figure, left = Figure(figsize=(max(width, 6.5), height)), 0.0
     for column, count in zip(parts, wide, strict=True):
         top = height
         for part in column:
             rows, columns = CELL * part["case"].nunique(), CELL * part["model"].nunique()
-            top -= TOP + rows
+            top -= _above(part) + rows
             place = ((left + LEFT) / max(width, 6.5), top / height, columns / max(width, 6.5), rows / height)
             _matrix(figure.add_axes(place), part)
         left += LEFT + CELL * count + 0.2 if count else 0.0
     figure.legend(handles=_handles(), loc="lower left", ncols=3, bbox_to_anchor=(0.01, 0.0))
     return figure
+
+
+def _above(part) -> float:
+    """Return the height [inch] that the names of the models need above their matrix."""
+    return 0.45 + LETTER * max((len(look(model).label) for model in part["model"]), default=0)
 
 
 def _handles() -> list[Line2D]:
@@ -82,7 +88,7 @@ def _matrix(axis, table) -> None:
             fontweight="bold", rotation=90, annotation_clip=False, rotation_mode="default",
         )  # fmt: skip
     axis.set(xlim=(0, len(models)), ylim=(len(cases), 0))
-    axis.set_xticks(np.arange(len(models)) + 0.5, [_words(m) for m in models], rotation=90)
+    axis.set_xticks(np.arange(len(models)) + 0.5, [look(m).label for m in models], rotation=90)
     axis.set_yticks(np.arange(len(cases)) + 0.5, [_words(c) for c in cases])
     axis.tick_params(length=0, labelsize=7, labeltop=True, labelbottom=False)
     axis.grid(False)

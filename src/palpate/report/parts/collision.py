@@ -1,20 +1,141 @@
-"""Paper 3, chapter 4, in the report: bounding structures compared, how they grow, and what the paper says."""
+"""Report on paper 3, chapter 4: bounding structures compared, and how they grow."""
 
-from palpate.report import markup
-from palpate.report.material import Report
+from collections.abc import Iterator
 
-TITLE = "Collision"
+import numpy as np
+import pandas as pd
+
+from palpate.evaluation.collision.collision_growth import STAGES, exponents
+from palpate.evaluation.collision.tables import TABLES
+from palpate.figures import tables
+from palpate.figures.collision.collision_looks import look, ranked
+from palpate.figures.number_format import seconds
+from palpate.report.material import Report, Section
+from palpate.report.paper_claims import Claim, tabulated
+from palpate.report.words import spaced
+
+__all__ = ["TABLES", "TITLE", "claims", "failures", "numbers", "sections"]
+
+TITLE = "Paper 3: collision"
 
 
-def sections(report: Report) -> list[tuple[str, str, str]]:
-    """A figure and its table each, and the paper's claims."""
-    claims = markup.table(report.tables["collision_claims"], "Each claim of the paper, and what we measure")
-    return [
-        ("collision_section", "Bounding structures", report.figure("collision") + report.folded("collision")),
-        (
-            "collision_scaling_section",
-            "Up to a million triangles",
-            report.figure("collision_scaling") + report.folded("collision_scaling"),
+def numbers(report: Report) -> dict[str, str]:
+    """Return every placeholder of these captions, as text."""
+    collision, scaling, judged = (report.tables[f"collision{end}"] for end in ("", "_scaling", "_claims"))
+    collision, scaling = ranked(collision), ranked(scaling)
+    own = collision[~collision["rival"].astype(bool)]
+    return {
+        "headline": _headline(collision),
+        "source": report.published["collision"]["source"],
+        "collision_missed": _missed(own),
+        "collision_rivals": _rivals(collision),
+        "collision_fastest": "; ".join(
+            f"{spaced(s)}: {_fastest(tables.where(own, scene=s))}" for s in tables.scenes(own)
         ),
-        ("collision_claims_section", "The paper's composite tree", report.note("collision_claims") + claims),
+        "collision_wrong": _wrong(collision[collision["rival"].astype(bool)]),
+        "collision_exponents": _exponents(scaling),
+        "collision_verdicts": _verdicts(judged),
+        "collision_plain": _plain(own),
+    }
+
+
+def _missed(own: pd.DataFrame) -> str:
+    """Return how many pairs our structures missed or reported wrongly, in how many frames."""
+    wrong = int(own["missed_pairs"].sum() + own["extra_pairs"].sum())
+    return f"{wrong} pairs missed or reported wrongly in {int(own['frames'].sum()):,} frames"
+
+
+def _fastest(own: pd.DataFrame) -> str:
+    """Return the structure of the shortest frame."""
+    best = own.loc[own["frame_ms"].idxmin()]
+    return f"{_label(best)}, {seconds(1e-3 * best['frame_ms'])}"
+
+
+def _rivals(collision: pd.DataFrame) -> str:
+    """Return how many times the fastest structure's frame each rival's takes, in each scene that it can do."""
+    phrases = []
+    for structure, rows in collision[collision["rival"].astype(bool)].groupby("structure", sort=False):
+        ratios = []
+        for row in rows.itertuples():
+            least = tables.where(collision, scene=row.scene, rival=False)["frame_ms"].min()
+            ratios.append(f"{spaced(row.scene)} {row.frame_ms / least:.1f}")
+        phrases.append(f"{look(structure).label}: {', '.join(ratios)}")
+    return "; ".join(phrases) or "none is installed"
+
+
+def _wrong(rivals: pd.DataFrame) -> str:
+    """Return how many pairs the rivals missed or reported wrongly."""
+    sums = rivals.groupby("structure", sort=False)[["missed_pairs", "extra_pairs"]].sum()
+    return "; ".join(
+        f"{look(row.Index).label} {int(row.missed_pairs):,} missed and {int(row.extra_pairs):,} reported wrongly"
+        for row in sums.itertuples()
+    )
+
+
+def _exponents(scaling: pd.DataFrame) -> str:
+    """Return the range of each stage's exponents over our structures."""
+    fits = exponents(scaling[~scaling["rival"].astype(bool)])
+    ranges = ((stage.removesuffix("_ms"), fits[stage].min(), fits[stage].max()) for stage in STAGES)
+    return ", ".join(f"{stage} n^{low:.2f} to n^{high:.2f}" for stage, low, high in ranges)
+
+
+def _verdicts(judged: pd.DataFrame) -> str:
+    """Return how many comparisons of each claim hold."""
+    kinds = judged["claim"].str.split(" (", regex=False).str[0]
+    counts = (judged["verdict"] == "confirmed").groupby(kinds, sort=False).agg(["sum", "size"])
+    return ", ".join(f"{kind} confirmed in {row['sum']} of {row['size']} rows" for kind, row in counts.iterrows())
+
+
+def _plain(own: pd.DataFrame) -> str:
+    """Compare the fastest composite tree's frames with AABB trees', over all scenes (geometric mean)."""
+    logs = np.log(own["frame_ms"]).groupby([own["structure"], own["depths"]]).mean()
+    best = logs.loc["composite"].idxmin()
+    return (
+        f"{look('composite', best).label} takes {np.exp(logs['composite', best] - logs['aabb', '']):.2f} times as long"
+    )
+
+
+def _label(row: pd.Series) -> str:
+    return look(row["structure"], row["depths"]).label
+
+
+def _headline(collision: pd.DataFrame) -> str:
+    """Compare the frame of two livers, of our structures and of the rivals'."""
+    rows = tables.where(collision, scene="two_livers")
+    best = tables.where(rows, rival=False)
+    best = best.loc[best["frame_ms"].idxmin()]
+    sentence = (
+        f"Two livers of together {int(best['triangles']):,} triangles deform and meet. A frame, in which the tree is "
+        f"refitted and all crossing pairs are found exactly, takes {seconds(1e-3 * best['frame_ms'])} on one core with "
+        f"{_label(best)}"
+    )
+    others = [
+        f"{look(row.structure).label}: {seconds(1e-3 * row.frame_ms)}"
+        for row in rows[rows["rival"].astype(bool)].itertuples()
+    ]
+    return sentence + (f" ({'; '.join(others)})." if others else ".")
+
+
+def claims(report: Report) -> Iterator[Claim]:
+    """Yield the claims over all scenes; where there are none, those of each scene."""
+    judged = report.tables["collision_claims"]
+    over = judged[judged["claim"].str.endswith("all scenes)")]
+    return tabulated("paper 3, chapter 4", over if len(over) else judged)
+
+
+def failures(report: Report) -> Iterator[tuple[str, str, str]]:
+    """Yield the structures that missed crossing pairs or reported wrong ones: what, where, how."""
+    table = report.tables["collision"]
+    for row in ranked(table[table["missed_pairs"] + table["extra_pairs"] > 0]).itertuples():
+        how = f"{int(row.missed_pairs):,} crossing pairs missed, {int(row.extra_pairs):,} reported wrongly"
+        yield look(row.structure, row.depths).label, spaced(row.scene), how
+
+
+def sections(report: Report) -> list[Section]:
+    """Return a figure and its table each."""
+    compared = report.figure("collision") + report.folded("collision", "collision_claims")
+    grown = report.figure("collision_scaling") + report.folded("collision_scaling")
+    return [
+        ("collision_section", "Bounding structures", compared),
+        ("collision_scaling_section", "Up to a million triangles", grown),
     ]

@@ -1,25 +1,85 @@
-"""Bodies from CT in the report: segmentation, volume rendering, mesh, and the masses of its nodes."""
+"""Report on bodies from CT: segmentation, volume rendering, mesh, and the masses of its nodes."""
 
+import pandas as pd
+
+from palpate.evaluation.ct.tables import TABLES
 from palpate.figures import tables
+from palpate.figures.number_format import each, percent
 from palpate.report import markup
-from palpate.report.material import Report
+from palpate.report.material import Report, Section
+from palpate.report.words import capital, spaced
+
+__all__ = ["TABLES", "TITLE", "numbers", "sections"]
 
 TITLE = "From CT to body"
+ENOUGH = 6000
+"""The elements from which on paper 2 calls masses good."""
 
 
-def sections(report: Report) -> list[tuple[str, str, str]]:
-    """One section a body, then the masses of all of them."""
+def numbers(report: Report) -> dict[str, str]:
+    """Return every placeholder of these captions, as text; a phrase for each body where there are several."""
+    report.check(TABLES, "body", report.cts)
+    masses, quality = report.tables["node_mass"], report.tables["mesh_quality"]
+    cts = tables.bodies(masses)
+
+    def phrases(phrase, table):
+        return each(cts, lambda body: phrase(tables.where(table, body=body)))
+
+    def headline(body):
+        return (
+            f"{spaced(body)}, {_made(tables.where(quality, body=body))}, {_deviation(tables.where(masses, body=body))}"
+        )
+
+    return {
+        "headline": f"Bodies made from a CT: {'; '.join(map(headline, cts))}.",
+        "total_masses": phrases(_total, masses),
+        "mass_deviations": phrases(_deviation, masses),
+        "raw_deviations": phrases(_raw, masses),
+        "mean_densities": phrases(_density, masses),
+        "least_angles": phrases(_made, quality),
+    }
+
+
+def _made(quality: pd.DataFrame) -> str:
+    """Return the volume of the coarse mesh, and the smallest dihedral angle of all levels."""
+    coarse = quality.sort_values("level").iloc[0]
+    return f"{1e6 * coarse['volume_m3']:.1f} mL, smallest dihedral angle {quality['min_dihedral_deg'].min():.1f}°"
+
+
+def _total(masses: pd.DataFrame) -> str:
+    return f"{masses['total_mass_kg'].min():.4g} to {masses['total_mass_kg'].max():.4g} kg"
+
+
+def _deviation(masses: pd.DataFrame) -> str:
+    """Return the largest deviation from the voxels, of all meshes and of those with enough elements."""
+    far, enough = masses["deviation_from_voxels"].abs(), masses["elements"] >= ENOUGH
+    phrase = f"masses within {percent(far.max())} of the voxels'"
+    return phrase + (f", and within {percent(far[enough].max())} from {ENOUGH} elements on" if enough.any() else "")
+
+
+def _raw(masses: pd.DataFrame) -> str:
+    """Return the same for voxels as they are, at the coarsest and the finest mesh."""
+    ends = masses.sort_values("elements")["raw_deviation"].iloc[[0, -1]]
+    return " to ".join(f"{100 * share:+.2g}\u00a0%" for share in ends)
+
+
+def _density(masses: pd.DataFrame) -> str:
+    return f"{masses['mean_density_kg_m3'].min():.0f} to {masses['mean_density_kg_m3'].max():.0f} kg/m³"
+
+
+def sections(report: Report) -> list[Section]:
+    """Return a section for each body, then the masses of all of them."""
     return [
-        *((f"ct_{body}", body.replace("_", " "), _body(report, body)) for body in report.cts),
+        *((f"ct_{body}", capital(spaced(body)), _body(report, body)) for body in report.cts),
         ("node_masses", "Masses from CT", report.figure("node_mass") + report.folded("node_mass")),
     ]
 
 
 def _body(report: Report, body: str) -> str:
-    """Slices, volume rendering and surfaces, and how well shaped the meshes are."""
+    """Show slices, the volume and the surfaces of a body, and the quality of its meshes."""
     quality = tables.where(report.tables["mesh_quality"], body=body)
     return (
-        report.figure(f"ct_slices_{body}", "ct_slices", body=body)
-        + report.figure(f"ct_volume_{body}", "ct_volume", body=body)
-        + markup.table(quality.drop(columns="body"), f"{body}: quality of its meshes")
+        report.figure(f"ct_slices_{body}", "ct_slices", body=spaced(body))
+        + report.figure(f"ct_volume_{body}", "ct_volume", body=spaced(body))
+        + markup.table(quality.drop(columns="body"), f"{capital(spaced(body))}: quality of its meshes")
     )

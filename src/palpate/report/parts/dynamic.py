@@ -1,17 +1,58 @@
-"""Models in motion, in the report: how wrong each is over a whole scene, what a second of it costs, and advice."""
+"""Compare models in motion: the error of each over a whole scene, what a second of it costs, and what to take."""
 
+from collections.abc import Iterator
+
+import pandas as pd
+
+from palpate.evaluation.dynamic.tables import TABLES
 from palpate.figures import tables
-from palpate.report.material import Report
-from palpate.report.parts.tradeoff import items
+from palpate.figures.model_looks import label, look
+from palpate.figures.number_format import percent
+from palpate.report import markup
+from palpate.report.material import Report, Section
+from palpate.report.parts.tradeoff import items, overview
+from palpate.report.words import spaced
+
+__all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
 
 TITLE = "Models in motion"
 
 
-def sections(report: Report) -> list[tuple[str, str, str]]:
-    """The figure and its table, then the advice for each scene, if any was worked out."""
-    found = report.tables["dynamic_accuracy"]
+def numbers(report: Report) -> dict[str, str]:
+    """Return every placeholder of these captions, as text."""
+    table = report.tables["dynamic_accuracy"]
+    best = [_most_accurate(scene, tables.where(table, scene=scene)) for scene in tables.scenes(table)]
+    return {"headline": f"The most accurate models that run in real time: {'; '.join(best)}."}
+
+
+def _most_accurate(scene: str, rows: pd.DataFrame) -> str:
+    """Name the model with the least error of those that need less than a second for a second of motion."""
+    fast = rows[(rows["failures"] == 0) & (rows["real_time_factor"] < 1)]
+    if fast.empty:
+        return f"{spaced(scene)}: none"
+    best = fast.loc[fast["rmse_of_peak"].idxmin()]
+    return f"{spaced(scene)}: {look(best['model']).label} (error {percent(best['rmse_of_peak'])})"
+
+
+def sections(report: Report) -> list[Section]:
+    """Return the figure and its table, then the advice, if any was worked out."""
+    found, advice = report.tables["dynamic_accuracy"], report.tables.get("advice")
     shown = report.figure("dynamic_accuracy") + report.folded("dynamic_accuracy")
-    advice = report.tables.get("advice")
-    told = [] if advice is None else [(s, tables.where(advice, scene=s)) for s in tables.scenes(found)]
-    advised = [(f"dynamic_{scene}", f"{scene.replace('_', ' ')}: what to take", items(rows)) for scene, rows in told]
-    return [("dynamic_section", "Error over a scene against its cost", shown), *advised]
+    result = [("dynamic_section", "Error over a scene against its cost", shown)]
+    if advice is not None:
+        names = {scene: spaced(scene) for scene in tables.scenes(found)}
+        moving = advice[advice["scene"].isin(names)]
+        words = "".join(
+            f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items()
+        )
+        result.append(
+            ("dynamic_advice", "What to take", overview(moving, names) + markup.fold("The same in words", words))
+        )
+    return result
+
+
+def failures(report: Report) -> Iterator[tuple[str, str, str]]:
+    """Yield the settings that did not get through a scene: what, where, how."""
+    table = report.tables["dynamic_accuracy"]
+    for row in table[table["failures"] > 0].itertuples():
+        yield label(row.model, row.setting), spaced(row.scene), "did not reach the end"

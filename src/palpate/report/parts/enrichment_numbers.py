@@ -1,4 +1,4 @@
-"""The numbers that the captions and the headline of paper 1 name, worked out from its tables."""
+"""Work out the numbers that the captions and the headline about paper 1 name, from its tables."""
 
 import numpy as np
 import pandas as pd
@@ -6,13 +6,16 @@ import pandas as pd
 from palpate.figures import style, tables
 from palpate.figures.number_format import each, percent, seconds
 from palpate.figures.pareto import front
+from palpate.report.material import Report
+from palpate.report.words import named
+
+METHOD = "detail_correction"
+"""The method that is compared with those of the paper."""
 
 
-def numbers(all_tables: dict[str, pd.DataFrame], paper: dict) -> dict[str, str]:
-    """Every placeholder of paper 1's captions, as text; a phrase a body where there are several.
-
-    paper : workflow/report/enrichment/published.yaml, its own numbers
-    """
+def numbers(report: Report) -> dict[str, str]:
+    """Return every placeholder of paper 1's captions, as text; a phrase for each body where there are several."""
+    all_tables, paper = report.tables, report.published["enrichment"]
     accuracy, timing = all_tables["enrichment_accuracy"], all_tables["enrichment_timing"]
     names = tables.bodies(accuracy)
     first = accuracy["regime"].iloc[0]
@@ -21,72 +24,70 @@ def numbers(all_tables: dict[str, pd.DataFrame], paper: dict) -> dict[str, str]:
     return {
         "source": paper["source"],
         "regime_first": first,
-        "headline_enrichment": _headline(names, hard, all_tables["online_cost"], first),
+        "headline": _headline(names, hard, all_tables["online_cost"], first),
         "mesh_counts": _mesh_counts(all_tables["mesh_sizes"]),
         "samples": each(names, lambda b: _samples(tables.where(all_tables["splits"], body=b, regime=first))),
         "features_paper": "; ".join(f"{body}: {words}" for body, words in paper["features"].items()),
         "features": each(names, lambda b: _versus(easy, b, [style.PAPERS, style.BASELINE])),
-        "baseline": each(names, lambda b: _versus(easy, b, ["interpolation", "ours"])),
-        "live": each(names, lambda b: _versus(hard, b, ["ours", "interpolation", style.PAPERS])),
+        "baseline": each(names, lambda b: _versus(easy, b, ["interpolation", METHOD])),
+        "live": each(names, lambda b: _versus(hard, b, [METHOD, "interpolation", style.PAPERS])),
         "sigma": each(names, lambda b: _sigma(tables.where(all_tables["sigma_sweep"], body=b, regime=first), paper)),
         "sigma_paper": f"{paper['sigma']['value']:g}",
         "speedup": each(names, lambda b: _speedup(timing, b, paper)),
         "fem": each(names, lambda b: _fem(tables.where(all_tables["fem_cost"], body=b))),
         "orders": "; ".join(_order(row) for row in all_tables["complexity"].to_dict("records")),
         "wins": _wins(accuracy, all_tables["online_cost"]),
-        "claims": _claims(all_tables["claims"]),
     }
 
 
 def _errors(table, body) -> pd.Series:
-    """RMSE / peak by method."""
+    """Return RMSE / peak by method."""
     return tables.where(table, body=body).set_index("method")["rmse_of_peak"]
 
 
 def _label(method: str) -> str:
-    """A method's name inside a sentence."""
+    """Return a method's name inside a sentence."""
     return style.short(method).replace("\n", " ")
 
 
 def _versus(table, body, methods) -> str:
-    """The error of each of ``methods`` on one body."""
+    """Return the error of each of ``methods`` on one body."""
     errors = _errors(table, body)
     return ", ".join(f"{_label(m)} {percent(errors[m])}" for m in methods)
 
 
 def _headline(names, hard, cost, regime) -> str:
-    """What was found, in one sentence."""
+    """Return the finding in one sentence."""
     parts = []
     for body in names:
         errors = _errors(hard, body)
-        row = tables.where(cost, body=body, protocol="live", method="ours")["online_median_s"]
+        row = tables.where(cost, body=body, protocol="live", method=METHOD)["online_median_s"]
         parts.append(
-            f"on the {body} it is wrong by {percent(errors['ours'])} of the peak displacement in "
-            f"{seconds(row.iloc[0])} (linear interpolation: {percent(errors['interpolation'])}, "
-            f"the paper: {percent(errors[style.PAPERS])})"
+            f"{body} {percent(errors[METHOD])} in {seconds(row.iloc[0])} (linear interpolation: "
+            f"{percent(errors['interpolation'])}, the paper's method: {percent(errors[style.PAPERS])})"
         )
     return (
-        f"Our corotated two-level correction, with the coarse body really simulated and pressed where no "
-        f"sample pressed ({regime} loads): {'; '.join(parts)}."
+        f"Error of {named(METHOD)} at contacts without training samples, with a coarse mesh that is really "
+        f"simulated ({regime} loads): {'; '.join(parts)}."
     )
 
 
 def _mesh_counts(sizes) -> str:
-    """How many of the paper's surface counts ours equal."""
+    """Count the surfaces that equal the paper's."""
     rows = sizes.dropna(subset=["paper_nodes"])
     if rows.empty:
         return "the paper has none of these bodies"
     equal = (rows["surface_nodes"] == rows["paper_nodes"]) & (rows["surface_triangles"] == rows["paper_triangles"])
-    return f"{equal.sum()} of the {len(rows)} surfaces that it counts have exactly its nodes and triangles"
+    return f"{equal.sum()} of {len(rows)} surfaces have exactly the paper's numbers of nodes and triangles"
 
 
 def _samples(rows) -> str:
-    """How many samples train and test in each split."""
+    """Return how many samples train and test in each split."""
     return ", ".join(f"{r.train} to train and {r.test} to test ({r.split} held out)" for r in rows.itertuples())
 
 
 def _sigma(sweep, paper) -> str:
-    """The paper's method's best σ on the test samples, in metres and, where they are known, in mesh units."""
+    """Return the best σ of the paper's method on the test samples, in metres and, where known, in mesh units."""
     features, _, weights = style.PAPERS.partition("_")
     curve = tables.where(sweep, protocol="paper", split="samples", features=features, weights=weights)
     best = curve.loc[curve["rmse_of_peak"].idxmin()]
@@ -96,11 +97,11 @@ def _sigma(sweep, paper) -> str:
 
 
 def _speedup(timing, body, paper) -> str:
-    """How much faster contact-ordered is than unordered, and than fine FEM, here and in the paper."""
+    """Return how much faster contact-ordered is than unordered, and than fine FEM, here and in the paper."""
 
     def ratios(mean):
-        ours = mean["contact_ordered"]
-        return f"{mean['unordered'] / ours:.2g}× and {mean['fine_fem'] / ours:,.0f}×"
+        ordered = mean["contact_ordered"]
+        return f"{mean['unordered'] / ordered:.2g}× and {mean['fine_fem'] / ordered:,.0f}×"
 
     here = tables.where(timing, body=body).set_index("method")["mean_s"]
     rows = paper["timing"].get(body)
@@ -109,7 +110,7 @@ def _speedup(timing, body, paper) -> str:
 
 
 def _fem(rows) -> str:
-    """Median and longest time of a fine simulation in each regime."""
+    """Return the median and the longest time of a fine simulation in each regime."""
     return ", ".join(
         f"{regime} loads {seconds(part.median())}, at most {seconds(part.max())}"
         for regime, part in rows.groupby("regime", sort=False)["seconds"]
@@ -117,25 +118,20 @@ def _fem(rows) -> str:
 
 
 def _order(row) -> str:
-    """One step's measured and claimed order."""
+    """Return the measured and the claimed order of one operation."""
     name = style.OPERATIONS.get(row["operation"], row["operation"])
     measured = f"r^{row['exponent_r']:.2f} k^{row['exponent_k']:.2f}"
     return f"{name} grows as {measured} (the paper: {row['paper_order'].replace('^2', '²')})"
 
 
 def _wins(accuracy, cost) -> str:
-    """In how many comparisons ours is more accurate than every rival, and in how many on the Pareto front."""
+    """Count the comparisons in which METHOD is more accurate than every rival, or on the Pareto front."""
     best, on_front, count = 0, 0, 0
     joined = accuracy.merge(cost, on=["body", "protocol", "method"], how="left")
     for _, rows in joined.groupby(["body", "regime", "protocol", "split"], sort=False):
         rows = rows.reset_index(drop=True)
         count += 1
-        rivals = ~rows["method"].str.startswith("ours")
-        best += rows["rmse_of_peak"][rows["method"] == "ours"].min() < rows["rmse_of_peak"][rivals].min()
-        on_front += "ours" in set(rows["method"][front(rows["online_median_s"], rows["rmse_of_peak"])])
+        rivals = ~rows["method"].str.startswith(METHOD)
+        best += rows["rmse_of_peak"][rows["method"] == METHOD].min() < rows["rmse_of_peak"][rivals].min()
+        on_front += METHOD in set(rows["method"][front(rows["online_median_s"], rows["rmse_of_peak"])])
     return f"most accurate in {best} and on the Pareto front in {on_front} of {count} comparisons"
-
-
-def _claims(claims) -> str:
-    """How many claims got which verdict."""
-    return ", ".join(f"{n} {verdict}" for verdict, n in claims["verdict"].value_counts().items())

@@ -1,17 +1,31 @@
-"""What is not in the report, and what failed."""
+"""List what is not in the report, and what failed in any part that offers ``failures``."""
+
+import pandas as pd
 
 from palpate.report import markup
-from palpate.report.failures import failures
-from palpate.report.material import Report
+from palpate.report.material import Report, Section
 
-TITLE = "Omissions and failures"
+TITLE = "Limits and failures"
+TABLES: dict = {}
+COLUMNS = ("comparison", "what", "where", "how it failed")
 
 
-def sections(report: Report) -> list[tuple[str, str, str]]:
-    """The written list, and every failure."""
-    found = failures(report.tables)
-    told = markup.table(found, "Everything that failed") if len(found) else "<p>Nothing failed.</p>"
-    return [
-        ("omissions_section", "What is left out", report.note("omissions")),
-        ("failures_section", "What failed", told),
-    ]
+def found(report: Report) -> pd.DataFrame:
+    """Return everything that failed; rows of COLUMNS."""
+    parts = [(name, part) for name, part in report.studies.items() if hasattr(part, "failures")]
+    rows = [(part.TITLE, *row) for name, part in parts for row in part.failures(report.of(name))]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def numbers(report: Report) -> dict[str, str]:
+    """Return the placeholders of this part, as text."""
+    counts = found(report)["comparison"].value_counts(sort=False)
+    phrases = ", ".join(f"{count} in “{name}”" for name, count in counts.items())
+    return {"headline": f"Every failure is listed: {phrases}." if phrases else "Nothing failed."}
+
+
+def sections(report: Report) -> list[Section]:
+    """Return the list of every failure."""
+    failed = found(report)
+    shown = markup.table(failed, "Every failure") if len(failed) else "<p>Nothing failed.</p>"
+    return [("failures_section", "What failed", shown)]

@@ -1,0 +1,30 @@
+"""Everything that failed is listed, with where and how."""
+
+from types import SimpleNamespace
+
+from fixtures.material import material
+
+from palpate.report.parts import enrichment, omissions
+
+
+def test_methods_without_an_answer(results):
+    report = material("enrichment", {"enrichment_accuracy": results["enrichment_accuracy"]})
+    found = omissions.found(report)
+    assert set(found["what"]) == {"POD + RBF"} and len(found) == 8
+    assert found["where"].iloc[0] == "own, small loads, paper protocol, samples held out"
+    assert set(found["comparison"]) == {enrichment.TITLE}
+    assert omissions.numbers(report) == {"headline": f"Every failure is listed: 8 in “{enrichment.TITLE}”."}
+
+
+def test_nothing_failed(results):
+    report = material("enrichment", {"enrichment_accuracy": results["enrichment_accuracy"].fillna(0.1)})
+    assert omissions.found(report).empty
+    assert omissions.numbers(report) == {"headline": "Nothing failed."}
+    ((_, _, text),) = omissions.sections(report)
+    assert text == "<p>Nothing failed.</p>"
+
+
+def test_a_part_without_failures_is_passed_over():
+    report = material("enrichment", {})
+    report.studies = {"toy": SimpleNamespace(TITLE="Toy")}
+    assert omissions.found(report).empty

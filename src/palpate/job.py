@@ -11,9 +11,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FAILED = "error: "
 """How the one sentence of a failed job begins in its log."""
@@ -55,7 +59,7 @@ def _warnings_to(say: Callable[[str], None]) -> Iterator[None]:
     with warnings.catch_warnings():
         others = warnings.showwarning
 
-        def show(message, category, *where, **more) -> None:
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
             if category is UserWarning:
                 say(f"warning: {message}")
             else:
@@ -93,7 +97,7 @@ def kernel_cache() -> Path:
     return package / "__pycache__" / f"kernels-{digest[:12]}"
 
 
-def write_table(table, path: str) -> None:
+def write_table(table: "pd.DataFrame", path: str) -> None:
     """Write a data frame as CSV, whole or not at all."""
     with write_whole(path) as temporary:
         table.to_csv(temporary, index=False)

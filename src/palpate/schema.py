@@ -3,9 +3,13 @@
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError, suggest
 from palpate.files import read_yaml
+
+if TYPE_CHECKING:
+    from jsonschema import ValidationError
 
 
 def read_schema(path: Path) -> dict:
@@ -69,7 +73,7 @@ def _resolve(schema: dict, root: dict, value: object) -> dict:
     return flat
 
 
-def _fill(value: object, schema: dict, root: dict) -> object:
+def _fill(value: Any, schema: dict, root: dict) -> Any:
     schema = _resolve(schema, root, value)
     if isinstance(value, list):
         return [_fill(item, schema.get("items", {}), root) for item in value]
@@ -81,7 +85,7 @@ def _fill(value: object, schema: dict, root: dict) -> object:
     return {key: _fill(inner, properties.get(key, others), root) for key, inner in filled.items()}
 
 
-def _explain(error, root: dict) -> str:
+def _explain(error: "ValidationError", root: dict) -> str:
     """Return one sentence for a jsonschema error: the key, the fault, the remedy."""
     key = error.json_path.removeprefix("$").removeprefix(".") or "the file"
     rule, wanted, found = error.validator, error.validator_value, error.instance

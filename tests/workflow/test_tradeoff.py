@@ -36,7 +36,7 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"models": ["fem_fine", "our"]}, "tradeoff names our, which is unknown; did you mean ours?"),
+        ({"models": ["fem_fine", "fem_corse"]}, "tradeoff names fem_corse, which is unknown; did you mean fem_coarse?"),
         ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_fine"),
         (
             {"own_models": {"detail_correction": "mine.py"}},

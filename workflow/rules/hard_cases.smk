@@ -13,7 +13,7 @@ rule try_hard_cases:
     wildcard_constraints:
         family="|".join(config["hard_cases"]["families"]),
     params:
-        code=code_of("try_hard_cases", "palpate.effects", "palpate.solvers", "palpate.collision.contact"),
+        code=code_of("try_hard_cases", "palpate.effects", "palpate.solvers", "palpate.collision"),
     message:
         "try hard cases of {wildcards.family}"
     script:

@@ -1,7 +1,7 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
 from palpate.scenes import effect_registry
-from palpate.scenes.instruments import bodies_in, has_contact, has_moving_instrument
+from palpate.scenes.contact_settings import bodies_in, has_contact, has_moving_instrument
 
 SCENES = list(config["scenes"])
 # scenes in which contact acts, and those of them in which an instrument is moved

@@ -45,11 +45,7 @@ rule measure_models:
     threads: HALF
     params:
         models=lambda wildcards: FAMILIES[wildcards.family],
-        settings=lambda wildcards: {
-            family: lists
-            for family, lists in config["tradeoff"]["settings"].items()
-            if family == wildcards.family
-        },
+        settings=lambda wildcards: config["tradeoff"]["settings"].get(wildcards.family, {}),
         regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],

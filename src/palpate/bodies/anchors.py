@@ -1,12 +1,17 @@
 """Rules that choose the held nodes of a body: by number, near an extreme plane, or inside a sphere."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.mesh import Mesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
+
+Rule = Callable[[str, Any, Mesh], np.ndarray]
 
 
 def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
@@ -18,7 +23,7 @@ def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
     Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
     """
-    rules = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
+    rules: dict[str, Rule] = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
     if len(rule) != 1 or not set(rule) <= set(rules):
         raise InputError(f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane and sphere.")
     ((kind, value),) = rule.items()
@@ -51,7 +56,7 @@ def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
     return np.flatnonzero(distance <= sphere["radius_m"])
 
 
-def _check_pieces(body: str, held: np.ndarray, mesh: TetMesh) -> None:
+def _check_pieces(body: str, held: np.ndarray, mesh: Mesh) -> None:
     """Raise InputError unless each piece is held at three points that are not on a line, so that it cannot turn."""
     n = len(mesh.nodes)
     graph = sparse.coo_array((np.ones(len(mesh.edges)), mesh.edges.T), shape=(n, n))

@@ -1,5 +1,6 @@
 """A body: nested meshes with material, density and anchors."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 
@@ -41,7 +42,7 @@ class Body:
     """
 
     name: str
-    levels: list[TetMesh] | list[Sheet]
+    levels: Sequence[TetMesh | Sheet]
     prolongations: list[sparse.csr_array]
     anchors: list[np.ndarray]
     material: Material
@@ -62,14 +63,21 @@ class Body:
 
 
 def nest(
-    name: str, coarse: TetMesh | Sheet, refinements: int, anchors: np.ndarray, material: Material, snap=None
+    name: str,
+    coarse: TetMesh | Sheet,
+    refinements: int,
+    anchors: np.ndarray,
+    material: Material,
+    snap: Callable[[TetMesh, int], TetMesh] | None = None,
 ) -> Body:
     """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
 
     ``snap``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements are
     still interpolated linearly; only the rest positions then are not.
     """
-    levels, prolongations, held = [coarse], [], [np.unique(anchors)]
+    levels: list[TetMesh | Sheet] = [coarse]
+    prolongations: list[sparse.csr_array] = []
+    held = [np.unique(anchors)]
     for _ in range(refinements):
         finer, prolongation = refine(levels[-1])
         if snap is not None:

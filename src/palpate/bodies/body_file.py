@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -12,6 +13,9 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 from palpate.files import write_whole
+
+if TYPE_CHECKING:
+    import h5py
 
 VERSION = 2
 """Number of the layout below; increase it with every change of the layout."""
@@ -49,11 +53,12 @@ def load(path: str | Path) -> Body:
         raise InputError(f"{path}: not a complete body file ({error}); delete it and run make again.") from error
 
 
-def _read(path: Path, file) -> Body:
+def _read(path: Path, file: "h5py.File") -> Body:
     attributes = file.attrs
     if attributes.get("kind") != "body" or attributes.get("version") != VERSION:
         raise InputError(f"{path}: version is not {VERSION} of a body file; delete it and run make again.")
-    levels, held = [], []
+    levels: list[TetMesh | Sheet] = []
+    held: list[np.ndarray] = []
     for i in range(attributes["levels"]):
         group = file[f"level_{i}"]
         nodes = _get(path, group["nodes"], 3, "f")
@@ -71,11 +76,11 @@ def _read(path: Path, file) -> Body:
     return Body(str(attributes["name"]), levels, prolongations, held, material)
 
 
-def _put(file, name: str, array: np.ndarray) -> None:
+def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:
     file.create_dataset(name, data=array, compression="gzip", fletcher32=True)
 
 
-def _get(path: Path, dataset, columns: int | None, kind: str) -> np.ndarray:
+def _get(path: Path, dataset: "h5py.Dataset", columns: int | None, kind: str) -> np.ndarray:
     array = dataset[()]
     fits = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
     if not fits or array.dtype.kind != kind or (kind == "f" and not np.isfinite(array).all()):

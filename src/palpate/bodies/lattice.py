@@ -14,13 +14,12 @@ def cut_lattice(divisions: list[int]) -> tuple[np.ndarray, np.ndarray]:
     cells, a body twists when it is bent; mirrored cells lean to both sides equally, and the mesh is its own
     mirror image along each axis that has an even number of cells. Orientation of the simplices is mixed.
     """
-    divisions = np.array(divisions)
-    d = len(divisions)
+    d, counts = len(divisions), np.array(divisions)
     points = np.stack(np.meshgrid(*(np.arange(c + 1) for c in divisions), indexing="ij"), axis=-1).reshape(-1, d)
-    cells = points[(points < divisions).all(axis=1)]
+    cells = points[(points < counts).all(axis=1)]
     even, step = cells + cells % 2, 1 - 2 * (cells % 2)
     axes = np.eye(d, dtype=np.int64)
     paths = np.array([np.cumsum([0 * axes[0], *axes[list(order)]], axis=0) for order in permutations(range(d))])
     corners = even[:, None, None] + step[:, None, None] * paths
-    strides = np.append(np.cumprod((divisions + 1)[:0:-1])[::-1], 1)
+    strides = np.append(np.cumprod((counts + 1)[:0:-1])[::-1], 1)
     return points, (corners @ strides).reshape(-1, d + 1)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,20 @@ EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 
 class Mesh:
     """Properties that tetrahedral meshes and sheets share: all that follows from ``nodes`` and ``triangles``."""
+
+    if TYPE_CHECKING:  # only for the type check: each kind of mesh stores or computes these
+
+        @property
+        def nodes(self) -> np.ndarray: ...
+
+        @property
+        def triangles(self) -> np.ndarray: ...
+
+        @property
+        def tetrahedra(self) -> np.ndarray: ...
+
+        @property
+        def edges(self) -> np.ndarray: ...
 
     @cached_property
     def surface(self) -> np.ndarray:

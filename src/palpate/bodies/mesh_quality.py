@@ -45,7 +45,7 @@ def mesh_quality(body: Body) -> pd.DataFrame:
 
     A sheet, which has no tetrahedra, has no row.
     """
-    meshes = [mesh for mesh in body.levels if len(mesh.tetrahedra)]
+    meshes = [mesh for mesh in body.levels if isinstance(mesh, TetMesh)]
     rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(meshes)]
     return pd.DataFrame(rows)
 

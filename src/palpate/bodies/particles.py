@@ -7,6 +7,7 @@ import numpy as np
 
 from palpate.bodies.body import Body, Material
 from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 
 
@@ -41,10 +42,10 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
             "choose one of them."
         )
     mesh, held = body.levels[level], body.anchors[level]
-    thickness = getattr(mesh, "thickness_m", 0.0)
-    if thickness:
-        masses = body.material.density_kg_m3 * thickness * mesh.areas
-        return Particles(body.name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, body.material, thickness)
+    if isinstance(mesh, Sheet):
+        masses = body.material.density_kg_m3 * mesh.thickness_m * mesh.areas
+        cells = mesh.triangles, mesh.tetrahedra
+        return Particles(body.name, mesh.nodes, masses, held, *cells, body.material, mesh.thickness_m)
     whole = solid_particles(mesh, held, body.material, body.name)
     if not surface:
         return whole
@@ -61,7 +62,7 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     )
 
 
-def merge_particles(parts: list[Particles], shifts: list[Sequence[float]], place: str) -> Particles:
+def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], place: str) -> Particles:
     """Merge several bodies into one set of particles, each moved by its shift (3,) [m].
 
     Densities may differ. Raises InputError, naming ``place``, unless all have the same stiffness, and all are sheets

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.mesh import EDGES, TetMesh
+from palpate.bodies.mesh import EDGES, Mesh, TetMesh
 
 # The four corner elements, and for each inner diagonal the four that share it. Numbers 0–3 are corners,
 # 4–9 the midpoints of EDGES. All are positively oriented if the parent is.
@@ -12,7 +12,7 @@ _DIAGONALS = [(4, 9), (5, 8), (6, 7)]
 _AROUND = [[5, 7, 8, 6], [4, 6, 9, 7], [4, 5, 9, 8]]
 
 
-def refine(mesh: TetMesh) -> tuple[TetMesh, sparse.csr_array]:
+def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     """Split each tetrahedron into eight (Bey 1995), cutting the octahedron along its shortest diagonal.
 
     Returns the finer mesh, whose first nodes are those of ``mesh`` and whose others are edge midpoints in

@@ -81,7 +81,8 @@ class Track:
 
     def __init__(self, fitness: Callable[[np.ndarray], np.ndarray]):
         self._fitness, self._start, self._count = fitness, perf_counter(), 0
-        self.best, self.young, self.history = -np.inf, np.empty(0), []
+        self.best, self.young = -np.inf, np.empty(0)
+        self.history: list[list[float]] = []
 
     def __call__(self, young: np.ndarray) -> np.ndarray:
         found = self._fitness(young)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,7 @@ class Genetic:
             child[chosen] = random.normal(child[chosen], sigma)
         return np.clip(child, limits.low_pa, limits.high_pa)
 
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, Any]:
         """Return everything that the next generations depend on."""
         names = ("individuals", "fitness", "generation", "history")
         return {name: np.array(getattr(self, name)) for name in names} | {"random": self._random.bit_generator.state}

@@ -52,9 +52,12 @@ def descend_with_volume(
     return _search(presses, start_pa, limits, evaluations, most_n_m)
 
 
-def _search(presses, start_pa, limits, evaluations, most_n_m) -> tuple[Fit, float]:
+def _search(
+    presses: list[Fitness], start_pa: np.ndarray, limits: Range, evaluations: int, most_n_m: float | None
+) -> tuple[Fit, float]:
     """Minimise over log E of each node and, with ``most_n_m``, the volume force's stiffness relative to it."""
-    n, begin, history, given = len(start_pa), perf_counter(), [], presses[0].settings.volume_n_m
+    n, begin, given = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
+    history: list[list[float]] = []
     best = (-np.inf, start_pa, given)
 
     def cost(unknowns):

@@ -64,7 +64,7 @@ def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
     worst = dihedral_angles(TetMesh(points, tetrahedra)).min(axis=1)
     ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    best, chosen = -np.inf, None
+    best, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
     for edge in np.flatnonzero(count == 3):
         old = np.flatnonzero(number.ravel() == edge) // len(EDGES)
         ring = np.setdiff1d(tetrahedra[old], edges[edge])

@@ -30,7 +30,8 @@ def descend_smoothly(fitness: Fitness, start_pa: np.ndarray, limits: Range, eval
     Trap: with the norms of eq. 9 in place of squares, moduli must differ more until the press is within 5 %, and the
     other presses of paper 2's cube have errors of 17 and not 14 % of the peak.
     """
-    begin, history, logs = perf_counter(), [], np.log(np.clip(start_pa, limits.low_pa, limits.high_pa))
+    begin, logs = perf_counter(), np.log(np.clip(start_pa, limits.low_pa, limits.high_pa))
+    history: list[list[float]] = []
 
     def cost(logs, strength):
         young = np.exp(logs)

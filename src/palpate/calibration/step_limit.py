@@ -6,6 +6,7 @@ from palpate.bodies.particles import Particles
 from palpate.calibration.fitness import Range
 from palpate.calibration.spring_model import SpringModel
 from palpate.calibration.spring_motion import Settings, stiffnesses
+from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
 from palpate.effects.springs import Springs
@@ -19,7 +20,7 @@ def step_limit(particles: Particles, model: SpringModel, settings: Settings, you
     """Compute the longest step [s] that is stable about rest when all moduli are ``young_pa`` [Pa]."""
     stiffness = stiffnesses(model, np.full(len(model.masses), float(young_pa)))
     springs = Springs(model.pairs, stiffness, model.rest_m)
-    effects = {"springs": springs, "kelvin": Kelvin(springs, model.masses, settings.damping_ratio)}
+    effects: dict[str, Effect] = {"springs": springs, "kelvin": Kelvin(springs, model.masses, settings.damping_ratio)}
     if settings.volume_n_m > 0.0:
         effects["volume"] = Volume(particles, settings.volume_n_m)
     if len(model.held):

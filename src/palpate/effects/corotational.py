@@ -8,7 +8,7 @@ from scipy import sparse
 from skfem import Basis, ElementTetP1, MeshTet
 
 from palpate.bodies.body import Material
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
@@ -38,7 +38,7 @@ class Corotational(Energy, Stiffness):
     exist. So the fold is smoothed for s₂ + s₃ < FOLD; elsewhere Ψ is unchanged.
     """
 
-    def __init__(self, mesh: TetMesh | Particles, material: Material, pattern: BlockPattern | None = None):
+    def __init__(self, mesh: Mesh, material: Material, pattern: BlockPattern | None = None):
         self.tetrahedra = self.couples = np.ascontiguousarray(mesh.tetrahedra)
         self.gradients, self.volumes = shape_gradients(mesh)
         self.moduli = (material.shear_pa, material.lame_pa)
@@ -83,7 +83,7 @@ class Corotational(Energy, Stiffness):
         _add_stiffness(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, definite, slots, values)
 
 
-def shape_gradients(mesh: TetMesh | Particles) -> tuple[np.ndarray, np.ndarray]:
+def shape_gradients(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """Compute gradients of the linear shape functions (n_elements, 4, 3) [1/m] and volumes (n_elements,) [m³]."""
     points, cells = np.ascontiguousarray(mesh.nodes.T), np.ascontiguousarray(mesh.tetrahedra.T)
     basis = Basis(MeshTet(points, cells, sort_t=False), ElementTetP1(), intorder=1)

@@ -23,7 +23,7 @@ class Known:
         self.squared = squared_distances(self.described, self.described)
         self.scale = median_distance(self.squared)
         grid = options.sigma_relative
-        self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], grid["count"])
+        self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
 
     def choose_sigma(self, kind: str) -> float:
         """Return the σ [m] of the grid with the smallest cross-validated error for one kind of weights."""

@@ -65,7 +65,8 @@ class DetailCorrection:
         self._neighbours = {
             int(c): coarse.edges[(coarse.edges == c).any(axis=1)].sum(axis=1) - c for c in compliance.contacts
         }
-        self.beta, self._residual, self._scales = np.zeros(2), None, (-np.inf, np.inf)
+        self.beta, self._scales = np.zeros(2), (-np.inf, np.inf)
+        self._residual: KernelRidge | None = None
 
     def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
         """Fit the scale and then the residual to the training samples; only with ``turned``."""
@@ -79,7 +80,8 @@ class DetailCorrection:
         self._scales = min(scales), max(scales)
         left = missing - np.array([self._scale(q) * q.detail for q in queries])
         error = np.mean(np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks)
-        unturned = np.array([_turn(q.turned.transpose(0, 2, 1), e) for q, e in zip(queries, left, strict=True)])
+        turns = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
+        unturned = np.array([_turn(r, e) for r, e in zip(turns, left, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
         residual = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
         if residual.score < IMPROVEMENT * error:
@@ -90,7 +92,7 @@ class DetailCorrection:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
         query = self._query(coarse, contact, force)
         fine = query.interpolated + self._scale(query) * query.detail
-        if self._residual:
+        if self._residual is not None and query.turned is not None:
             fine += _turn(query.turned, self._residual.predict(coarse[self._surface].ravel()))
         return fine
 

@@ -14,7 +14,7 @@ class LinearFem:
     def __init__(self, compliance: Compliance):
         self._compliance = compliance
 
-    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+    def predict(self, coarse: np.ndarray | None, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
         return np.tensordot(force, self._compliance.fine[self._compliance.row(contact)], 1)
 

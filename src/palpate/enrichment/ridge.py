@@ -83,7 +83,7 @@ class KernelRidge:
         self._described = described
         squared, products = squared_distances(described, described), described @ described.T
         grid = options.sigma_relative
-        sigmas = median_distance(squared) * np.geomspace(grid["min"], grid["max"], grid["count"])
+        sigmas = median_distance(squared) * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
         tried = [_choose(training, products * gaussian(squared, sigma), targets) for sigma in sigmas]
         best = min(range(len(tried)), key=lambda i: tried[i][0])
         self.sigma_m, self.score = float(sigmas[best]), tried[best][0]

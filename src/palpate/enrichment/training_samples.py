@@ -51,7 +51,7 @@ class Training:
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
-        total = 0.0
+        total = np.zeros(())
         for part in range(self.fold.max() + 1):
             known, asked = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
             squared = blend_errors(

@@ -4,8 +4,9 @@ import os
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -43,7 +44,7 @@ def time_calls(
     calls: Sequence[Call],
     repeats: int,
     budget_s: float = np.inf,
-    receive: Callable[[int, object], None] = lambda i, answer: None,
+    receive: Callable[[int, Any], None] = lambda i, answer: None,
 ) -> Timed:
     """Make every one of ``calls`` once, and again in turn until ``repeats`` calls are timed or ``budget_s`` is over.
 
@@ -64,7 +65,7 @@ def time_calls(
             made += 1
             if timed.failures[i]:
                 continue
-            seconds, failure = _once(calls[i], lambda answer, i=i: receive(i, answer))
+            seconds, failure = _once(calls[i], partial(receive, i))
             if failure:
                 timed.failures[i] = failure
                 timed.seconds[i].clear()
@@ -73,7 +74,7 @@ def time_calls(
     return timed
 
 
-def _once(call: Call, receive: Callable[[object], None]) -> tuple[float, str]:
+def _once(call: Call, receive: Callable[[Any], None]) -> tuple[float, str]:
     """Return the seconds of one call, and why it failed."""
     start = time.perf_counter()
     try:
@@ -112,7 +113,7 @@ def timing_rows(
     rows = []
     for method, deformations in calls.items():
         seconds = [measure([call], repeats).median_s for call in deformations]
-        row = {"body": body, "method": method}
+        row: dict[str, Any] = {"body": body, "method": method}
         row |= {f"d{i}_s": value for i, value in enumerate(seconds, start=1)}
         row |= {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)}
         rows.append(row)

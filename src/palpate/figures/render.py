@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -84,7 +85,7 @@ class Stage:
         verbosity = vtkLogger.GetCurrentVerbosityCutoff()
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
         self._pyvista = pyvista
-        self._plotter = pyvista.Plotter(off_screen=True, window_size=(width, height))
+        self._plotter: Any = pyvista.Plotter(off_screen=True, window_size=[width, height])
         self._plotter.enable_anti_aliasing("ssaa")
         self._plotter.show(auto_close=False)
         vtkLogger.SetStderrVerbosity(verbosity)

@@ -51,7 +51,9 @@ def legend(label: str, norm: Normalize, colours: str) -> dict:
     palette = matplotlib.colormaps[colours](np.linspace(0, 1, _SHADES))[:, :3]
     palette = np.vstack([palette, [0xB3 / 255, 0xBF / 255, 0xCA / 255], [0.2, 0.2, 0.2]])
     locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(4)
-    places = [value for value in locator.tick_values(norm.vmin, norm.vmax) if norm.vmin <= value <= norm.vmax]
+    low, high = norm.vmin, norm.vmax
+    assert low is not None and high is not None  # a norm with limits
+    places = [value for value in locator.tick_values(low, high) if low <= value <= high]
     ticks = [[round(float(norm(value)), 4), f"{value:g}"] for value in places]
     return {"label": label, "palette": _text(np.round(255 * palette).astype(np.uint8).tobytes()), "ticks": ticks}
 

@@ -2,6 +2,7 @@
 
 from functools import partial
 from types import FunctionType, MethodType, ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,8 @@ def held_mb(held: object) -> float:
     Follows attributes, containers, partial calls and what functions closed over. Sparse LU factors count
     12 bytes a stored number. Small objects and code do not count.
     """
-    total, waiting = 0, [held]
+    total = 0
+    waiting: list[Any] = [held]
     seen: dict[int, object] = {}  # the objects too, so that no number of one is given to another
     while waiting:
         thing = waiting.pop()

@@ -12,7 +12,8 @@ from palpate.errors import InputError, NotConverged
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
-Setting = dict[str, int | float | str | bool]
+Setting = dict[str, Any]
+"""A model's setting: name → int, float, str or bool."""
 
 
 @dataclass(frozen=True, eq=False)

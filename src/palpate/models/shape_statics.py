@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import goal_shapes
 from palpate.errors import InputError, NotConverged
@@ -25,7 +25,7 @@ EDGE, SPAN, OVERLAP = 0.25, 2.5, 0.5
 which neighbours share too few particles to hold together; and what part neighbours share."""
 
 
-def cubes(mesh: TetMesh) -> dict:
+def cubes(mesh: Mesh) -> dict:
     """Return clusters that suit a mesh, as ``make_clusters`` takes them."""
     ends = mesh.nodes[mesh.edges]
     mean = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())

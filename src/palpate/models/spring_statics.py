@@ -76,7 +76,7 @@ class Network:
     def settle(self, start: np.ndarray) -> np.ndarray:
         """Return positions (n, 3) [m] at rest under the load; NotConverged if none are found."""
         x = self.approach(MOST, start)
-        left = float(np.linalg.norm(self.force(x)) / max(np.linalg.norm(self._load), 1e-300))
+        left = float(np.linalg.norm(self.force(x)) / max(float(np.linalg.norm(self._load)), 1e-300))
         if not left <= REACHED:
             raise NotConverged(f"{self.particles.name}: springs still move after {MOST} iterations", [left])
         return x

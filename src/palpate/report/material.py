@@ -37,6 +37,7 @@ class Report:
     ):
         self.scenes, self.cts, self.driven = scenes, cts, driven
         self.figures, self._captions = Path(results) / "figures", Path(captions)
+        self.part, self.folder = "", self._captions
         self.studies = {study: part_of(study) for study in studies}
         self.tables = tables.read_all(Path(results) / "tables", tables_of(self.studies.values()))
         published = {study: self._captions / study / "published.yaml" for study in studies}

@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -12,6 +13,9 @@ from palpate.bodies.body import Material
 from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.samples.database_fields import FIELDS, check, refuse
+
+if TYPE_CHECKING:
+    import h5py
 
 FORMAT = 2
 _PARTS = ("data", "indices", "indptr")
@@ -103,7 +107,7 @@ def read(path: Path | str) -> Database:
     return Database(**values, material=material, config_digest=digest)
 
 
-def _store(group, name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
+def _store(group: "h5py.Group", name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
     if sparse.issparse(value):
         inner = group.create_group(name)
         inner.attrs.update({"shape": value.shape, "unit": unit})
@@ -113,13 +117,13 @@ def _store(group, name: str, value: np.ndarray | sparse.csr_array, unit: str) ->
         group.create_dataset(name, data=value, compression="gzip", fletcher32=True).attrs["unit"] = unit
 
 
-def _attribute(path: Path | str, file, name: str):
+def _attribute(path: Path | str, file: "h5py.File", name: str) -> Any:
     if name not in file.attrs:
         refuse(str(path), name, "is missing")
     return file.attrs[name]
 
 
-def _load(path: Path | str, file, name: str) -> np.ndarray | sparse.csr_array:
+def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse.csr_array:
     field = FIELDS[name]
     place = file.get(f"{field.group}/{name}")
     if place is None:

@@ -43,7 +43,7 @@ def choose_loads(
         )
     contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
     solver = Equilibrium(body, 0)
-    rows = []
+    rows: list[list[float]] = []
     for contact in contacts:
         direction = -body.fine.normals[contact]
         row = compliance.row(contact)

@@ -9,6 +9,9 @@ import numpy as np
 MEMORY = 8
 """Steps that the inverse Hessian is improved by (Liu, Bouaziz and Kavan 2017 keep 5)."""
 
+Memory = deque[tuple[np.ndarray, np.ndarray, float]]
+"""Steps (n, 3) [m], how they changed the force (n, 3) [N], and the inverse of their product [1/J]."""
+
 
 class Smooth(Protocol):
     """An energy to minimise; positions are (n, 3) [m]."""
@@ -29,7 +32,8 @@ def descend(
     After Liu, Bouaziz and Kavan (2017), but with the true Hessian at rest, so that one iteration answers small loads.
     No step raises the energy; where none lowers it the memory is forgotten, and if that does not help it is the end.
     """
-    energy, force, memory = problem.energy(x), problem.force(x), deque(maxlen=MEMORY)
+    energy, force = problem.energy(x), problem.force(x)
+    memory: Memory = deque(maxlen=MEMORY)
     for _ in range(iterations):
         if np.linalg.norm(force) <= enough:
             break
@@ -48,7 +52,7 @@ def descend(
     return x
 
 
-def _direction(solve, force, memory) -> np.ndarray:
+def _direction(solve: Callable[[np.ndarray], np.ndarray], force: np.ndarray, memory: Memory) -> np.ndarray:
     """Compute the direction by the two loops of L-BFGS."""
     ahead, parts = force.copy(), []
     for step, bend, inverse in reversed(memory):
@@ -60,7 +64,9 @@ def _direction(solve, force, memory) -> np.ndarray:
     return ahead
 
 
-def _search(problem, x, energy, force, ahead) -> tuple[np.ndarray, float] | None:
+def _search(
+    problem: Smooth, x: np.ndarray, energy: float, force: np.ndarray, ahead: np.ndarray
+) -> tuple[np.ndarray, float] | None:
     """Find the first of the steps 1, ½, ¼ … that lowers the energy enough (Armijo), and the energy there."""
     slope = float(np.vdot(force, ahead))
     if not 0.0 < slope < np.inf:

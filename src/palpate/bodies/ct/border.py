@@ -1,10 +1,14 @@
 """Border of an organ in a CT at the grey value midway between the organ and its neighbourhood."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import ndimage
 
 
-def move_to_half_level(organ: np.ndarray, smooth: np.ndarray, spacing: np.ndarray, threshold_hu) -> np.ndarray:
+def move_to_half_level(
+    organ: np.ndarray, smooth: np.ndarray, spacing: np.ndarray, threshold_hu: Sequence[float]
+) -> np.ndarray:
     """Move the border of ``organ`` to where ``smooth`` is midway between inside and outside, both (nz, ny, nx).
 
     smooth : [HU], the CT blurred by a voxel of the finest spacing; spacing : (3,) [m] along z, y and x

@@ -13,7 +13,7 @@ _LINES = [
 ]
 
 
-def density(hu: np.ndarray) -> np.ndarray:
+def density(hu: np.ndarray | float) -> np.ndarray:
     """Compute the density [kg/m³] at CT numbers [HU], any shape; below -1000 HU it is that of air.
 
     W. Schneider, Bortfeld, Schlegel, "Correlation between CT numbers and tissue parameters needed for Monte Carlo

@@ -2,10 +2,14 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    import SimpleITK
 
 # tolerance of positions, relative to the slice distance: headers are rounded to about 1e-3 mm
 UNEVEN = 0.02
@@ -24,7 +28,7 @@ class Slice:
     grid: tuple
 
 
-def read_folder(folder: Path):
+def read_folder(folder: Path) -> "SimpleITK.Image":
     """Read the series as a SimpleITK image with rescaled values; raise InputError unless it is one complete CT series.
 
     Traps: file names and instance numbers need not follow the patient, and the tags of slice thickness and of

@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.bodies.ct import nifti
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    import SimpleITK
 
 AIR_HU = -1024
 FORMATS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mhd", ".mha")
@@ -93,7 +97,7 @@ def read_mask(path: str | Path, image: Image) -> np.ndarray:
     return mask != 0
 
 
-def _read_file(path: Path):
+def _read_file(path: Path) -> "SimpleITK.Image":
     import SimpleITK
 
     if not path.is_file():
@@ -111,13 +115,13 @@ def _read_file(path: Path):
     return image
 
 
-def _oriented(image):
+def _oriented(image: "SimpleITK.Image") -> "SimpleITK.Image":
     import SimpleITK
 
     return SimpleITK.DICOMOrient(image, "LPS")
 
 
-def _array(image) -> np.ndarray:
+def _array(image: "SimpleITK.Image") -> np.ndarray:
     """Convert the voxels to (nz, ny, nx), as int16 where that is lossless and else as float32."""
     import SimpleITK
 
@@ -126,16 +130,16 @@ def _array(image) -> np.ndarray:
     return values.astype(np.int16 if whole else np.float32)
 
 
-def _grid(image) -> tuple[np.ndarray, np.ndarray]:
+def _grid(image: "SimpleITK.Image") -> tuple[np.ndarray, np.ndarray]:
     """Return the origin in the frame of the grid's own axes and the spacing, both (3,) [m]."""
     return _axes(image).T @ np.array(image.GetOrigin()) / 1e3, np.array(image.GetSpacing()) / 1e3
 
 
-def _axes(image) -> np.ndarray:
+def _axes(image: "SimpleITK.Image") -> np.ndarray:
     return np.array(image.GetDirection()).reshape(3, 3)
 
 
-def _describe_grid(voxels, origin, spacing) -> str:
+def _describe_grid(voxels: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> str:
     numbers = [*voxels.shape[::-1], *(1e3 * spacing), *(1e3 * origin)]
     return "{}×{}×{} voxels of {:.4g}×{:.4g}×{:.4g} mm from {:.4g}, {:.4g}, {:.4g} mm".format(*numbers)
 

@@ -75,7 +75,9 @@ def _blur(mask: np.ndarray, image: Image, blur_m: float) -> tuple[np.ndarray, np
     return blurred, image.to_world(low - margin), image.spacing_m
 
 
-def _find_level(blurred: np.ndarray, origin, spacing, volume_m3: float) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
+def _find_level(
+    blurred: np.ndarray, origin: np.ndarray, spacing: np.ndarray, volume_m3: float
+) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
     """Find the level whose isosurface has the given volume, so that blurring keeps the volume; return both.
 
     Secant method, as the volume is almost linear in the level. Where pieces detach it is not, and the surface
@@ -94,7 +96,9 @@ def _find_level(blurred: np.ndarray, origin, spacing, volume_m3: float) -> tuple
     return found
 
 
-def _contour(blurred: np.ndarray, level: float, origin, spacing) -> tuple[np.ndarray, np.ndarray]:
+def _contour(
+    blurred: np.ndarray, level: float, origin: np.ndarray, spacing: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Extract the largest piece of an isosurface by flying edges (Schroeder, Maynard, Geveci 2015).
 
     Empty if nothing is above the level, as where one slice was blurred away.
@@ -105,8 +109,8 @@ def _contour(blurred: np.ndarray, level: float, origin, spacing) -> tuple[np.nda
 
     grid, edges = vtkImageData(), vtkFlyingEdges3D()
     grid.SetDimensions(blurred.shape[::-1])
-    grid.SetSpacing(spacing)
-    grid.SetOrigin(origin)
+    grid.SetSpacing(*spacing.tolist())
+    grid.SetOrigin(*origin.tolist())
     grid.GetPointData().SetScalars(numpy_to_vtk(blurred.ravel(), deep=True))
     edges.SetInputData(grid)
     edges.SetValue(0, level)

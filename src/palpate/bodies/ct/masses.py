@@ -55,7 +55,7 @@ def node_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
     return lump_masses(mesh, element_masses(mesh, densities))
 
 
-def _crop_to_organ(points, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
+def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
     """Crop the image and the mask to the organ."""
     from scipy import ndimage
 

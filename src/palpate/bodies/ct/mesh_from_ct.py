@@ -30,7 +30,7 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
     if entry.get("crop_m"):
         box = _crop_box(image, np.array(entry["crop_m"], dtype=float))
         mask = mask[box] if mask is not None else None
-        start = [side.start for side in box]
+        start = np.array([side.start for side in box])
         image = replace(image, hu=image.hu[box], origin_m=image.to_world(start))
     mask = _largest_piece(mask, image, entry["mask"]) if mask is not None else segment(image, entry)
     if not mask.any():
@@ -70,7 +70,7 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
     return filled, snapper(*dense_surface(mask, image)) if entry.get("snap") else None
 
 
-def _largest_piece(mask: np.ndarray, image: Image, source) -> np.ndarray:
+def _largest_piece(mask: np.ndarray, image: Image, source: str) -> np.ndarray:
     """Keep the largest piece of a given mask, cavities filled; warn if there were others."""
     kept = largest_filled(mask)
     rest, most = (1e6 * part.sum() * image.voxel_m3 for part in (mask & ~kept, kept))

@@ -1,5 +1,7 @@
 """Synthetic abdomen whose liver is known exactly, for users without a CT."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palpate.bodies.ct.density import density
@@ -26,7 +28,7 @@ _SHAPES = {
 }
 
 
-def abdomen(seed: int = SEED, spacing_m=SPACING_M) -> tuple[Image, dict]:
+def abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
     """Build a CT of ellipsoids with noise and partial volume, and the ground truth of its liver.
 
     spacing_m : (3,) [m] along x, y and z
@@ -37,8 +39,8 @@ def abdomen(seed: int = SEED, spacing_m=SPACING_M) -> tuple[Image, dict]:
     counts = np.floor(2 * HALF_M / spacing).astype(int)
     origin = -(counts - 1) / 2 * spacing
     hu = np.full(counts[::-1], AIR_HU, dtype=np.float32)
-    for value, *place in _SHAPES.values():
-        fraction = voxel_fractions(origin, spacing, counts, *place)
+    for value, centre, axes, turn in _SHAPES.values():
+        fraction = voxel_fractions(origin, spacing, counts, centre, axes, turn)
         hu += fraction * (value - hu)
     # the liver is drawn last, so these are its fractions
     liver = fraction >= 0.5
@@ -49,7 +51,14 @@ def abdomen(seed: int = SEED, spacing_m=SPACING_M) -> tuple[Image, dict]:
     return Image(hu, origin, spacing, "the synthetic abdomen"), truth
 
 
-def voxel_fractions(origin, spacing, counts, centre, axes, turn) -> np.ndarray:
+def voxel_fractions(
+    origin: np.ndarray,
+    spacing: np.ndarray,
+    counts: np.ndarray,
+    centre: Sequence[float],
+    axes: Sequence[float],
+    turn: float,
+) -> np.ndarray:
     """Compute the fraction of each voxel inside an ellipsoid, (nz, ny, nx), 0 to 1."""
     x, y, z = (o + s * np.arange(n) - c for o, s, n, c in zip(origin, spacing, counts, centre, strict=True))
     middle = _ellipsoid_radius(x, y[:, None], z[:, None, None], axes, turn)
@@ -67,7 +76,7 @@ def voxel_fractions(origin, spacing, counts, centre, axes, turn) -> np.ndarray:
     return fraction
 
 
-def _ellipsoid_radius(x, y, z, axes, turn) -> np.ndarray:
+def _ellipsoid_radius(x: np.ndarray, y: np.ndarray, z: np.ndarray, axes: Sequence[float], turn: float) -> np.ndarray:
     """Compute the distance from the centre in units of the half axes: 1 on the ellipsoid."""
     along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
     return np.sqrt((along / axes[0]) ** 2 + (y / axes[1]) ** 2 + (up / axes[2]) ** 2)

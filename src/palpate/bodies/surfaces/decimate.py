@@ -10,11 +10,15 @@ from palpate.bodies.surfaces.even_triangulation import flip
 ROUNDS = 20
 # fraction of the way to the mean of its neighbours that a vertex moves in a round
 RELAXATION = 0.6
+Fans = list[set[tuple[int, ...]]]
+"""The triangles around each vertex."""
 # the least cosine between a triangle's normals before and after a collapse
 LEAST_COSINE = 0.3
 
 
-def remesh(start: np.ndarray, corners: np.ndarray, points: np.ndarray, triangles: np.ndarray, count: int):
+def remesh(
+    start: np.ndarray, corners: np.ndarray, points: np.ndarray, triangles: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Collapse short edges until ``count`` vertices are left, then space them evenly on the surface.
 
     start, corners : the surface to begin with, (k, 3) [m] and (l, 3): a closed manifold of one piece, wound outward
@@ -33,7 +37,9 @@ def remesh(start: np.ndarray, corners: np.ndarray, points: np.ndarray, triangles
     return points, flip(points, triangles)
 
 
-def project(points, facing, dense, normals, tree) -> np.ndarray:
+def project(
+    points: np.ndarray, facing: np.ndarray, dense: np.ndarray, normals: np.ndarray, tree: cKDTree
+) -> np.ndarray:
     """Project points, (n, 3), to the nearest place of the dense surface that faces the same way.
 
     The dense surface is taken as flat around each of its vertices: a point moves along the normal of the nearest one.
@@ -61,7 +67,7 @@ def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def collapse(points: np.ndarray, triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Collapse the shortest edge to its midpoint, repeatedly, where neither topology nor orientation changes."""
     points = points.copy()
-    fans = [set() for _ in points]
+    fans: Fans = [set() for _ in points]
     for triangle in map(tuple, triangles.tolist()):
         for corner in triangle:
             fans[corner].add(triangle)
@@ -86,16 +92,16 @@ def collapse(points: np.ndarray, triangles: np.ndarray, count: int) -> tuple[np.
     return points[used], number[np.array(sorted(set().union(*fans)))]
 
 
-def _queue_entry(points, a: int, b: int) -> tuple[float, int, int]:
+def _queue_entry(points: np.ndarray, a: int, b: int) -> tuple[float, int, int]:
     x, y, z = points[a] - points[b]
     return x * x + y * y + z * z, a, b
 
 
-def _one_ring(fans, a: int) -> set[int]:
+def _one_ring(fans: Fans, a: int) -> set[int]:
     return {corner for triangle in fans[a] for corner in triangle} - {a}
 
 
-def _keeps_topology(fans, a: int, b: int) -> bool:
+def _keeps_topology(fans: Fans, a: int, b: int) -> bool:
     """Test the link condition: an edge's ends share only two neighbours, the third corners of its two triangles.
 
     These lose a triangle each, and must keep four: a vertex of three is a spike.
@@ -104,7 +110,7 @@ def _keeps_topology(fans, a: int, b: int) -> bool:
     return len(fans[a] & fans[b]) == 2 and len(shared) == 2 and min(len(fans[c]) for c in shared) > 4
 
 
-def _keeps_facing(points, fans, a: int, b: int) -> bool:
+def _keeps_facing(points: np.ndarray, fans: Fans, a: int, b: int) -> bool:
     middle = (points[a] + points[b]) / 2
     around = np.array(list(fans[a] ^ fans[b]))
     old = points[around]
@@ -115,7 +121,7 @@ def _keeps_facing(points, fans, a: int, b: int) -> bool:
     return bool((np.einsum("ij,ij->i", before, after) >= LEAST_COSINE * sizes).all())
 
 
-def _merge_vertices(fans, a: int, b: int) -> None:
+def _merge_vertices(fans: Fans, a: int, b: int) -> None:
     """Replace vertex ``b`` by ``a``; their two common triangles disappear."""
     for triangle in fans[a] & fans[b]:
         for corner in triangle:

@@ -1,5 +1,7 @@
 """Coarse, well-shaped triangulation of a smooth closed surface with a given number of vertices."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
@@ -26,7 +28,9 @@ def triangulate(sphere: np.ndarray) -> np.ndarray:
     return triangles
 
 
-def triangulate_evenly(points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count: int):
+def triangulate_evenly(
+    points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Choose ``count`` of the points of a dense surface, evenly by area, and triangulate them.
 
     points, triangles : the dense surface, (n, 3) [m] and (m, 3), wound outward
@@ -76,7 +80,7 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.array(triangles)
 
 
-def _vertex_areas(points, triangles):
+def _vertex_areas(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Compute a third of the area of each vertex's triangles, (n,), and its outward unit normal, (n, 3)."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     vectors = np.cross(b - a, c - a) / 6
@@ -85,7 +89,7 @@ def _vertex_areas(points, triangles):
     return lengths, sums / lengths[:, None]
 
 
-def _farthest_points(features, count):
+def _farthest_points(features: np.ndarray, count: int) -> list[int]:
     """Choose points starting at the first, each the farthest from all chosen before."""
     chosen = [0]
     distance = np.full(len(features), np.inf)
@@ -95,14 +99,14 @@ def _farthest_points(features, count):
     return chosen
 
 
-def _smallest_angle(points, triangles) -> float:
+def _smallest_angle(points: np.ndarray, triangles: Sequence[list[int]]) -> float:
     """Compute the smallest angle of some triangles [rad]."""
     corners = points[np.asarray(triangles)]
     u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     return np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)).min()
 
 
-def _folded(points, triangles) -> bool:
+def _folded(points: np.ndarray, triangles: Sequence[list[int]]) -> bool:
     """Test whether two triangles form a sharp fold (normals more than about 78° apart)."""
     a, b, c = points[np.asarray(triangles)].transpose(1, 0, 2)
     n, m = np.cross(b - a, c - a)

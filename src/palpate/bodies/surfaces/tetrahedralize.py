@@ -1,7 +1,9 @@
 """Tetrahedra inside a closed triangulated surface, by gmsh, which keeps the surface as it is."""
 
 import threading
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -16,7 +18,7 @@ TRIANGLE, TETRAHEDRON = 2, 4
 
 
 @contextmanager
-def gmsh_session():
+def gmsh_session() -> Iterator[Any]:
     """Open the gmsh library in a fresh, quiet, single-threaded state (so that its meshes repeat bit for bit).
 
     Trap: by default gmsh catches Ctrl-C, which only the main thread may do.
@@ -34,7 +36,7 @@ def gmsh_session():
 
 
 def tetrahedralize(
-    points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = None, source="surface"
+    points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = None, source: str = "surface"
 ) -> TetMesh:
     """Tetrahedralise a closed surface; its points come first and its triangles are the mesh's boundary.
 
@@ -65,7 +67,7 @@ def tetrahedralize(
     return mesh
 
 
-def _sort_shells(points, triangles, source: str) -> list[np.ndarray]:
+def _sort_shells(points: np.ndarray, triangles: np.ndarray, source: str) -> list[np.ndarray]:
     """List the outer shell's triangles, then those of each cavity."""
     label = label_shells(triangles, len(points))
     found = [triangles[label == number] for number in np.unique(label)]
@@ -86,7 +88,7 @@ def label_shells(triangles: np.ndarray, n_points: int) -> np.ndarray:
     return connected_components(graph, directed=False)[1][triangles[:, 0]]
 
 
-def gmsh_mesh(gmsh) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+def gmsh_mesh(gmsh: Any) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     """Read the current model's nodes by increasing tag, (n, 3), and elements, {type number: (m, corners)}."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
@@ -98,7 +100,7 @@ def gmsh_mesh(gmsh) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     return coordinates.reshape(-1, 3)[order], elements
 
 
-def _generate(gmsh, points, shells):
+def _generate(gmsh: Any, points: np.ndarray, shells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     loops = []
     for shell in shells:
         surface = gmsh.model.addDiscreteEntity(2)

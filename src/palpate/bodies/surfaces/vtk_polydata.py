@@ -79,7 +79,7 @@ class _Cursor:
             values = np.frombuffer(self.data, dtype, count, self.position)
             self.position += count * dtype.itemsize
             return values
-        values = []
-        while len(values) < count:
-            values += self.line().split()
-        return np.array(values, dtype=float)
+        words: list[str] = []
+        while len(words) < count:
+            words += self.line().split()
+        return np.array(words, dtype=float)

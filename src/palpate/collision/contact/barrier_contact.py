@@ -9,12 +9,25 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.collision.contact import barrier
 from palpate.collision.contact.contact_report import contact_table, observe_obstacles
-from palpate.collision.contact.friction import lagged_friction
+from palpate.collision.contact.friction import LaggedFriction, lagged_friction
 from palpate.collision.contact.initial_clearance import check_apart
 from palpate.collision.contact.mass_projection import project
 from palpate.collision.contact.moving_obstacles import displace_nodes
 from palpate.collision.contact.obstacles import Obstacle, make_obstacle
 from palpate.collision.contact.proximity import NearStencils, Proximity
+from palpate.effects.effect import (
+    Contacts,
+    Effect,
+    Energy,
+    HeldNodes,
+    Observation,
+    Projection,
+    Relaxation,
+    StepBegin,
+    StepLimit,
+    Time,
+    Touching,
+)
 from palpate.errors import InputError, NotConverged
 
 GAP = 1e-3
@@ -27,7 +40,7 @@ MAX_TRAVEL = 0.25
 """Longest motion of one search step, in sizes of the largest piece: what is farther away is found later."""
 
 
-def make(particles: Particles, settings: dict, elastic) -> "Contact":
+def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Contact":
     """Make the contact of the particles' pieces with each other and with the entries of ``settings["instruments"]``.
 
     settings : also ``gap_m`` [m], ``friction`` (Coulomb's coefficient), ``slip_m_s`` [m/s], the speed at which friction
@@ -49,7 +62,7 @@ def make(particles: Particles, settings: dict, elastic) -> "Contact":
     return Contact(particles, obstacles, settings)
 
 
-class Contact:
+class Contact(Energy, Time, HeldNodes, StepBegin, StepLimit, Touching, Projection, Relaxation, Observation, Contacts):
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
     E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
@@ -66,13 +79,14 @@ class Contact:
     """
 
     def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
-        self.obstacles = obstacles
+        self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
         sizes = _sizes(particles, bodies)
         self.gap_m = settings.get("gap_m") or GAP * min(sizes)
         self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
         self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
-        self._time, self._lagged, self._checked = 0.0, None, False
+        self._time, self._checked = 0.0, False
+        self._lagged: LaggedFriction | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
         self._points = np.vstack([particles.nodes, *(o.points for o in obstacles)])

@@ -52,7 +52,16 @@ class LaggedFriction:
 
 
 def lagged_friction(
-    kinds, nodes, offsets, scales, mollify, gap, x, friction, slip_m: float, start: np.ndarray
+    kinds: np.ndarray,
+    nodes: np.ndarray,
+    offsets: np.ndarray,
+    scales: np.ndarray,
+    mollify: np.ndarray,
+    gap: float,
+    x: np.ndarray,
+    friction: np.ndarray | float,
+    slip_m: float,
+    start: np.ndarray,
 ) -> LaggedFriction:
     """Set up friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start``.
 

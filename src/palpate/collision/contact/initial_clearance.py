@@ -11,7 +11,14 @@ LEAST_CLEARANCE = 1e-8
 """Clearance, relative to the gap, below which surfaces count as touching: the barrier's forces would be too large."""
 
 
-def check_apart(points, surfaces, names, can_touch, is_floor, near: NearStencils) -> None:
+def check_apart(
+    points: np.ndarray,
+    surfaces: list[np.ndarray],
+    names: list[str],
+    can_touch: np.ndarray,
+    is_floor: np.ndarray,
+    near: NearStencils,
+) -> None:
     """Raise InputError, with their names, if two surfaces that can touch do so, or if one is inside another.
 
     points : (n, 3) [m]; surfaces : triangles (m, 3) of each; can_touch : (p, p) bool, which pairs can touch, on the

@@ -1,13 +1,16 @@
 """End of an explicit step that must not pass through anything: the nearest place in the norm of the masses."""
 
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.factor import Factor
-from palpate.solvers.newton import minimise
+from palpate.solvers.newton import Product, minimise
+
+if TYPE_CHECKING:
+    from palpate.collision.contact.barrier_contact import Contact
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""
@@ -15,7 +18,14 @@ MAX_ITERATIONS = 40
 """Iterations of Newton's method: a path that is stopped by one obstacle after another is better halved."""
 
 
-def project(contact, start, target, free, inertia, last_forces) -> np.ndarray:
+def project(
+    contact: "Contact",
+    start: np.ndarray,
+    target: np.ndarray,
+    free: np.ndarray,
+    inertia: np.ndarray,
+    last_forces: np.ndarray,
+) -> np.ndarray:
     """Find the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), on an intersection-free path from ``start``.
 
     E : the energy of ``contact``; free : (n,) bool, others stay; inertia : (n,) [N/m], mass over squared step;
@@ -35,7 +45,7 @@ def project(contact, start, target, free, inertia, last_forces) -> np.ndarray:
 class _Problem:
     """The minimisation, in the form that Newton's method needs."""
 
-    def __init__(self, contact, target: np.ndarray, free: np.ndarray, inertia: np.ndarray):
+    def __init__(self, contact: "Contact", target: np.ndarray, free: np.ndarray, inertia: np.ndarray):
         self._contact, self._target, self._free, self._inertia = contact, target, free, inertia[:, None]
 
     def energy(self, z: np.ndarray) -> float:
@@ -50,7 +60,7 @@ class _Problem:
     def limit(self, z: np.ndarray, direction: np.ndarray) -> float:
         return self._contact.limit(z, direction)
 
-    def linearise(self, z: np.ndarray, definite: bool) -> tuple[Callable, Callable]:
+    def linearise(self, z: np.ndarray, definite: bool) -> tuple[Product, Product]:
         matrix = self._matrix(z, definite)
         return lambda p: (matrix @ p.ravel()).reshape(p.shape), Factor(matrix).solve
 

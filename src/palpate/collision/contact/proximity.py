@@ -37,12 +37,10 @@ class NearStencils:
     def within(self, distance: float, lost: float) -> "NearStencils":
         """Select those with less clearance than ``distance`` [m], ``lost`` [m] of which may be lost by now."""
         count = int(np.searchsorted(self.known, distance, side="right"))
-        arrays = (self.kinds, self.nodes, self.offsets, self.scales, self.mollify)
-        known = self.known[:count] - lost
-        return NearStencils(*(array[:count] for array in arrays), self.gap, self.pieces[:count], known)
+        return self._select(slice(count), self.known[:count] - lost)
 
     @property
-    def barrier(self) -> tuple:
+    def barrier(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
         """First arguments of the functions of barrier and friction."""
         return self.kinds, self.nodes, self.offsets, self.scales, self.mollify, self.gap
 
@@ -50,8 +48,19 @@ class NearStencils:
         """Sort by clearance at ``points`` (n, 3) [m], the smallest first."""
         clearances = self.clearances(points)
         order = np.argsort(clearances, kind="stable")
-        arrays = (self.kinds, self.nodes, self.offsets, self.scales, self.mollify)
-        return NearStencils(*(array[order] for array in arrays), self.gap, self.pieces[order], clearances[order])
+        return self._select(order, clearances[order])
+
+    def _select(self, rows: np.ndarray | slice, known: np.ndarray) -> "NearStencils":
+        return NearStencils(
+            self.kinds[rows],
+            self.nodes[rows],
+            self.offsets[rows],
+            self.scales[rows],
+            self.mollify[rows],
+            self.gap,
+            self.pieces[rows],
+            known,
+        )
 
     def clearances(self, points: np.ndarray) -> np.ndarray:
         """Compute the distances less the radii, (k,) [m]."""
@@ -75,7 +84,15 @@ class Proximity:
     each point; movable : (n,) bool, points none of which moves are not compared; owners : (n,) their pieces
     """
 
-    def __init__(self, points, surfaces, thicknesses, can_touch, strengths, gap: float):
+    def __init__(
+        self,
+        points: np.ndarray,
+        surfaces: list[np.ndarray],
+        thicknesses: np.ndarray,
+        can_touch: np.ndarray,
+        strengths: np.ndarray,
+        gap: float,
+    ):
         self._surfaces = [Surface(triangles) for triangles in surfaces]
         self._trees = [Tree(points, triangles) for triangles in surfaces]
         self._rest, self._thicknesses, self._can_touch = points.copy(), thicknesses, can_touch
@@ -83,9 +100,10 @@ class Proximity:
         for number, triangles in enumerate(surfaces):
             self.owners[triangles] = number
         self._strengths, self._gap = strengths, gap
-        self._adjacent = {i: adjacent_pairs(surfaces[i]) for i in np.flatnonzero(np.diag(can_touch))}
+        self._adjacent = {int(i): adjacent_pairs(surfaces[i]) for i in np.flatnonzero(np.diag(can_touch))}
         self.movable = np.ones(len(points), dtype=bool)
-        self._near, self._searched_at, self._reach, self._travel = None, points, -1.0, 0.0
+        self._near: NearStencils | None = None
+        self._searched_at, self._reach, self._travel = points, -1.0, 0.0
 
     def find_near(self, points: np.ndarray, travel: float) -> NearStencils:
         """Find the stencils that may touch while ``points`` (n, 3) [m] move by up to ``travel`` [m].
@@ -95,7 +113,7 @@ class Proximity:
         """
         moved = float(np.sqrt(np.square(points - self._searched_at).sum(axis=1).max()))
         self._travel = max(travel, self._travel if travel == 0.0 else 0.0)
-        if moved + travel > self._reach:
+        if self._near is None or moved + travel > self._reach:
             self._reach, self._searched_at, moved = REACH_FACTOR * travel + self._gap, points.copy(), 0.0
             self._near = self._search(points)
         elif moved > 2.0 * (self._gap + self._travel):
@@ -128,8 +146,8 @@ class Proximity:
 
     def _pairs(self) -> list[tuple[int, int]]:
         """List pieces that can touch themselves, and pairs that can touch and whose roots overlap."""
-        overlapping = overlapping_trees(self._trees) if len(self._trees) > 1 else []
-        return [(i, i) for i in self._adjacent] + [(int(i), int(j)) for i, j in overlapping if self._can_touch[i, j]]
+        overlapping = overlapping_trees(self._trees).tolist() if len(self._trees) > 1 else []
+        return [(i, i) for i in self._adjacent] + [(i, j) for i, j in overlapping if self._can_touch[i, j]]
 
     def _stencils_between(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
         if i == j:

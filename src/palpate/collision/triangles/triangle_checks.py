@@ -1,11 +1,12 @@
 """Checks of the coordinates and node numbers that callers pass."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from palpate.errors import InputError
 
 
-def coordinates(values, shape: tuple, name: str) -> np.ndarray:
+def coordinates(values: ArrayLike, shape: tuple, name: str) -> np.ndarray:
     """Return ``values`` as contiguous float64 of the ``shape``, in which None is any length.
 
     Raises InputError, naming ``name``, if they are not numbers or have another shape.
@@ -20,7 +21,7 @@ def coordinates(values, shape: tuple, name: str) -> np.ndarray:
     return np.ascontiguousarray(array, dtype=float)
 
 
-def node_numbers(values, name: str) -> np.ndarray:
+def node_numbers(values: ArrayLike, name: str) -> np.ndarray:
     """Return ``values`` as contiguous int64 (m, 3); an empty list is no triangles.
 
     Raises InputError, naming ``name``, for another shape or type.
@@ -35,7 +36,7 @@ def node_numbers(values, name: str) -> np.ndarray:
     return np.ascontiguousarray(array, dtype=np.int64)
 
 
-def as_array(values) -> np.ndarray:
+def as_array(values: ArrayLike) -> np.ndarray:
     """Convert to an array; rows of different lengths become an array of text."""
     try:
         return np.asarray(values)

@@ -34,7 +34,7 @@ def measure(triangles: list[int], depths: list[list[int]], report: Callable) -> 
     return pd.DataFrame(rows)
 
 
-def _times(make: Callable, triangles: list[np.ndarray], points: list[np.ndarray]) -> dict[str, float]:
+def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> dict[str, float]:
     built, one = timed(make, triangles, points[0])
     taken = []
     # without a refit every frame is a build, which the first call has timed

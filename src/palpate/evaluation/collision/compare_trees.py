@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +28,7 @@ class RefittedTrees:
     def __init__(self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list):
         from palpate.collision.trees.tree import Tree
 
-        more = {"depths": depths} if depths else {}
+        more: dict[str, Any] = {"depths": depths} if depths else {}
         self.trees = [Tree(at, cells, structure=structure, **more) for at, cells in zip(points, triangles, strict=True)]
         self.rebuilds = 0
 
@@ -102,7 +103,8 @@ class _Run:
         self._one.update(start)
         self._one.query()  # compiles before anything is timed
         self._built = [timed(make, triangles, start)[0] for _ in range(BUILDS)]
-        self._frames, self._misjudged = [], []
+        self._frames: list[tuple[float, ...]] = []
+        self._misjudged: list[tuple[int, int]] = []
 
     def frame(self, points: list[np.ndarray], true: np.ndarray) -> None:
         update, _ = timed(self._one.update, points)
@@ -133,7 +135,7 @@ class _Run:
         }
 
 
-def timed(call: Callable, *given) -> tuple[float, object]:
+def timed(call: Callable, *given: Any) -> tuple[float, Any]:
     """Time a call in milliseconds of this thread's processor time, without other processes; return time and result."""
     start = time.thread_time()
     result = call(*given)

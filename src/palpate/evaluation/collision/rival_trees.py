@@ -10,7 +10,10 @@ EVERY = 10**9
 
 def installed() -> tuple[dict[str, type], list[str]]:
     """Return the rivals that can be imported, by the name of their structure, and the packages that cannot."""
-    packages = {"fcl": {"obb_rss_fcl": Fcl}, "coal": {"obb_coal": Coal, "obb_coal_refit": CoalRefit}}
+    packages: dict[str, dict[str, type]] = {
+        "fcl": {"obb_rss_fcl": Fcl},
+        "coal": {"obb_coal": Coal, "obb_coal_refit": CoalRefit},
+    }
     missing = [package for package in packages if find_spec(package) is None]
     found = [kinds for package, kinds in packages.items() if package not in missing]
     return {name: kind for kinds in found for name, kind in kinds.items()}, missing

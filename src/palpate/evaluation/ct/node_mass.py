@@ -1,6 +1,6 @@
 """Masses of an organ's nodes from its CT, over meshes of increasing resolution (paper 2, claims on masses)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,9 @@ from palpate.errors import InputError
 _MORE = (1.0, 1.1, 1.2)  # factors of the surface nodes, tried in turn for thin organs
 
 
-def measure(name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[int], progress=iter) -> pd.DataFrame:
+def measure(
+    name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[int], progress: Callable = iter
+) -> pd.DataFrame:
     """Compute the rows of node_mass.csv, one for each resolution, from coarse to fine.
 
     mask : the organ of the body ``name``, (nz, ny, nx) bool; surface_nodes : the resolutions, wrapped by ``progress``

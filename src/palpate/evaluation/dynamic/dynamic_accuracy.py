@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from palpate.errors import NotConverged
@@ -86,7 +87,7 @@ def _tried(trial: Trial, truth: Reference, number: int) -> dict:
     return row | _errors(truth.tried[number], truth) | costs | {"offline_s": 0.0}
 
 
-def _errors(moved, truth: Reference) -> dict:
+def _errors(moved: np.ndarray, truth: Reference) -> dict:
     return errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
 
 

@@ -1,6 +1,6 @@
 """Fit springs and shape matching to how a scene moves under a share of its loads."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -83,7 +83,14 @@ def error_of(trial: Trial, scene: Scene, young_pa: float, wanted: np.ndarray) ->
     return float(min(rmse, 1.0))
 
 
-def _simplex(misfit, start, sides, bounds, evaluations: int, what: str) -> np.ndarray:
+def _simplex(
+    misfit: Callable[[np.ndarray], float],
+    start: np.ndarray,
+    sides: list[float],
+    bounds: Sequence[tuple[float, float]],
+    evaluations: int,
+    what: str,
+) -> np.ndarray:
     corners = np.vstack([start, start + np.diag(sides)])
     options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     found = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)

@@ -47,13 +47,15 @@ def reference(trial: Trial, change: float, training_share: float, max_halvings: 
     max_halvings : of the step, from one a frame; NotConverged if they are not enough
     Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second.
     """
-    truth, last, steps, tried, costs = _halve(trial, change, max_halvings)
+    truth, last, steps, tried, spent = _halve(trial, change, max_halvings)
     training = _halve(trial.scale_loads(training_share), LOOSER * change, max_halvings)[0]
-    costs = np.array(costs).T
-    return Reference(truth, last, steps[-1], np.array(tried), np.array(steps), *costs, training, training_share)
+    seconds, p95 = np.array(spent).T
+    return Reference(truth, last, steps[-1], np.array(tried), np.array(steps), seconds, p95, training, training_share)
 
 
-def _halve(trial: Trial, change: float, max_halvings: int):
+def _halve(
+    trial: Trial, change: float, max_halvings: int
+) -> tuple[np.ndarray, float, list[float], list[np.ndarray], list[tuple[float, float]]]:
     steps, tried, costs, before, history = [], [], [], None, []
     for halving in range(max_halvings + 1):
         scene = trial.fem(trial.frames * 2**halving)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.particles import particles_of
+from palpate.bodies.particles import Particles, particles_of
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
@@ -70,7 +70,7 @@ class Trial:
         """Return the least number of steps, none longer than ``step_s``, that end where frames do."""
         return self.frames * max(1, int(np.ceil(self.duration_s / (self.frames * step_s) - 1e-9)))
 
-    def _particles(self, level: int, young_pa: float | None):
+    def _particles(self, level: int, young_pa: float | None) -> Particles:
         particles = particles_of(self.body, level, surface=False)
         if young_pa is None:
             return particles

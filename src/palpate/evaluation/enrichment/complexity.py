@@ -9,7 +9,7 @@ the paper, because that is where the inversion it leaves out counts.
 import time
 import timeit
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -96,7 +96,7 @@ def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
     for name, operation in OPERATIONS.items():
         table = measured[measured["operation"] == name]
         r, k = table["r"].to_numpy(float), table["k"].to_numpy(float)
-        row = {"operation": name, "paper_order": operation.paper_order}
+        row: dict[str, Any] = {"operation": name, "paper_order": operation.paper_order}
         row |= {"r_min": int(r.min()), "r_max": int(r.max()), "k_min": int(k.min()), "k_max": int(k.max())}
         expected, _ = fit_exponents(r, k, operation.grows(r, k))
         found, half = fit_exponents(r, k, table["seconds"].to_numpy())

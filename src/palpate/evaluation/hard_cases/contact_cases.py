@@ -1,6 +1,7 @@
 """Hard cases of contact: touches, falls and stacks in which bodies may penetrate each other."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -104,7 +105,7 @@ def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: flo
 
 
 def _played(
-    model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact
+    model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact: Any
 ) -> Motion:
     """Simulate the motion under gravity with contact and keep every step."""
     h = step_s or STEP_S.get(model, SHORT_S)

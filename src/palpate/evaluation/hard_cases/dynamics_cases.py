@@ -1,6 +1,7 @@
 """Hard cases of motion: steps, masses, twists and springs at which integrators may become unstable."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from palpate.evaluation.hard_cases.stage import (
     edge_error,
     play,
 )
+from palpate.scenes.motion import Motion
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 
@@ -79,12 +81,12 @@ def cases() -> list[Case]:
     ]  # fmt: skip
 
 
-def _sag(model: str, h: float, **rest) -> float:
+def _sag(model: str, h: float, **rest: Any) -> float:
     more = {"held": None, "gravity": GRAVITY}
     return _reach(play(model, bar(material=FIRM), h, 100 * h, more, **rest))
 
 
-def _reach(motion) -> float:
+def _reach(motion: Motion) -> float:
     finite(motion.positions)
     far = np.linalg.norm(motion.positions - motion.rest, axis=2).max()
     return float(far / np.ptp(motion.rest, axis=0).max())
@@ -140,7 +142,7 @@ def _wind(model: str) -> float:
     return float(np.linalg.norm(x[:, 1:] - 0.025, axis=1).max()) / 0.05
 
 
-def _stiff(model: str, **rest) -> float:
+def _stiff(model: str, **rest: Any) -> float:
     stiff = Material(1e12, 0.3, 1000.0)
     return _reach(play(model, bar(material=stiff), 1e-2, 1.0, {"held": None, "gravity": GRAVITY}, **rest))
 

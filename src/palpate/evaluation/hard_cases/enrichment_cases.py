@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def _noise() -> np.ndarray:
     return np.random.default_rng(0).uniform(-1.0, 1.0, pressed()[1].coarse_live[0].shape)
 
 
-def _largest(method, coarse: np.ndarray | None = None, newtons: float = 1.0, of: int = TRAIN) -> float:
+def _largest(method: Any, coarse: np.ndarray | None = None, newtons: float = 1.0, of: int = TRAIN) -> float:
     """Return the largest displacement predicted for sample ``of`` / the largest in samples and query.
 
     coarse : (N, 3) [m], replaces the sample's coarse displacement; newtons : factor of its force
@@ -91,7 +92,7 @@ def _largest(method, coarse: np.ndarray | None = None, newtons: float = 1.0, of:
     return float(np.abs(answer).max()) / max(float(np.abs(db.fine).max()), float(np.abs(coarse).max()))
 
 
-def _error(method) -> float:
+def _error(method: Any) -> float:
     """Compute the mean error at contacts outside the training samples, RMSE / peak."""
     db, errors = pressed()[1], []
     for i in ASKED:

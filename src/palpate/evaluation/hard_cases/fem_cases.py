@@ -11,6 +11,7 @@ from palpate.bodies.mesh_checks import check_boundary
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.corotational import Corotational
+from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.evaluation.hard_cases import locking
@@ -97,7 +98,7 @@ def _contrast(model: str) -> float:
         nodes, force, expected = np.outer(np.arange(11.0), [1.0, 0.0, 0.0]), np.eye(11)[10], 5.0 * (1.0 + 1e-6)
         none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
         particles = Particles("chain", nodes, np.ones(11), np.array([0]), *none, SOFT)
-        elastic = {"springs": Springs(ends, stiff, np.ones(10))}
+        elastic: dict[str, Effect] = {"springs": Springs(ends, stiff, np.ones(10))}
     else:
         particles = bar(material=Material(3000.0, 0.0, 1000.0))
         mesh = TetMesh(particles.nodes, particles.tetrahedra)

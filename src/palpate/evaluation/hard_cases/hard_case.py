@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -34,9 +35,12 @@ class Case:
     declared: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, *words, run: Callable[[str], float], models: Iterable[str], declared: dict | None = None) -> "Case":
+    def of(
+        cls, *words: Any, run: Callable[[str], float], models: Iterable[str], declared: dict | None = None
+    ) -> "Case":
         """Make a case whose models share one function, which receives the model's name."""
-        return cls(*words, {model: partial(run, model) for model in models}, declared or {})
+        make: Callable[..., Case] = cls  # the type check cannot count ``words``
+        return make(*words, {model: partial(run, model) for model in models}, declared or {})
 
     def acceptable(self, model: str) -> tuple[str, ...]:
         """Return the outcomes declared for a model."""

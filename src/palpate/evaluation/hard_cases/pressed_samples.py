@@ -51,7 +51,7 @@ def pressed() -> tuple[Body, Database, Compliance]:
     return body, _database(body, contacts, forces, coarse, fine), compliance
 
 
-def _database(body: Body, contacts, forces, coarse, fine) -> Database:
+def _database(body: Body, contacts: np.ndarray, forces: np.ndarray, coarse: np.ndarray, fine: np.ndarray) -> Database:
     surface = body.fine.surface
     return Database(
         nodes_fine_surface=body.fine.nodes[surface],

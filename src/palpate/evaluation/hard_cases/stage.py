@@ -1,10 +1,12 @@
 """Small bodies, the models that move them, and runs whose every frame is checked."""
 
+from typing import Any
+
 import numpy as np
 
 from palpate.bodies.body import Material
 from palpate.bodies.box import box
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.evaluation.hard_cases.hard_case import finite
 from palpate.scenes import effect_registry
@@ -18,27 +20,33 @@ FIRM = Material(1e5, 0.3, 1000.0)
 RAYLEIGH = {"mass_1_s": 0.0, "stiffness_s": 0.05}
 
 
-def _shapes(mode: str) -> tuple[str, dict[str, dict]]:
+Described = tuple[str, dict[str, Any]]
+"""Name of an integrator; effects with their settings, None for effects without settings."""
+
+
+def _shapes(mode: str) -> Described:
     clusters = {"kind": "cubes", "edge_m": 0.06, "overlap": 0.5}
     settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": clusters}
     return "goal_position", {"shape_matching": settings, "velocity_damping": {"rate_1_s": 5.0}}
 
 
-FEM = {"fem_implicit": ("backward_euler", {"corotational": {}, "rayleigh": RAYLEIGH})}
-SPRINGS = {"springs_implicit": ("backward_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}})}
-EXPLICIT = {
+FEM: dict[str, Described] = {"fem_implicit": ("backward_euler", {"corotational": {}, "rayleigh": RAYLEIGH})}
+SPRINGS: dict[str, Described] = {
+    "springs_implicit": ("backward_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}})
+}
+EXPLICIT: dict[str, Described] = {
     "springs_explicit": ("symplectic_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}}),
     "fem_explicit": ("symplectic_euler", {"corotational": {}, "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}),
 }
 SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
-SHEETS = {
+SHEETS: dict[str, Described] = {
     "sheet_implicit": (
         "backward_euler",
         {"triangles": {}, "bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}},
     )
 }
 MODELS = FEM | SPRINGS | EXPLICIT | SHAPES | SHEETS
-"""Integrator and effects of each model with their settings; None for effects without settings."""
+"""Integrator and effects of each model."""
 
 
 def bar(held: bool = True, material: Material = SOFT) -> Particles:
@@ -48,7 +56,7 @@ def bar(held: bool = True, material: Material = SOFT) -> Particles:
     return solid_particles(mesh, ends, material, "bar")
 
 
-def scene(model: str, step_s: float, duration_s: float, more: dict[str, dict] | None = None, **rest) -> Scene:
+def scene(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
     """Make a scene of one of MODELS, with ``more`` effects and their settings."""
     integrator, effects = MODELS[model]
     effects = effects | (more or {})
@@ -56,7 +64,14 @@ def scene(model: str, step_s: float, duration_s: float, more: dict[str, dict] | 
     return Scene("hard_case", list(effects), integrator, step_s, duration_s, settings=settings, **rest)
 
 
-def play(model: str, particles: Particles, step_s: float, duration_s: float, more=None, **rest) -> Motion:
+def play(
+    model: str,
+    particles: Particles,
+    step_s: float,
+    duration_s: float,
+    more: dict[str, Any] | None = None,
+    **rest: Any,
+) -> Motion:
     """Run a scene of ``scene``; raises the errors of ``run``."""
     return run(scene(model, step_s, duration_s, more, **rest), particles).motion
 
@@ -64,7 +79,7 @@ def play(model: str, particles: Particles, step_s: float, duration_s: float, mor
 class Stepper:
     """Time steps of one of MODELS, with ``more`` effects, from any state."""
 
-    def __init__(self, model: str, particles: Particles, more: dict[str, dict] | None = None, tolerance: float = 1e-8):
+    def __init__(self, model: str, particles: Particles, more: dict[str, Any] | None = None, tolerance: float = 1e-8):
         self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
         self.system = compose(self._scene, particles)
         self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, {"tolerance": tolerance})
@@ -99,7 +114,7 @@ def edge_error(particles: Particles, x: np.ndarray) -> float:
     return float(np.abs(now / rest - 1.0).max())
 
 
-def end_face(mesh: TetMesh) -> np.ndarray:
+def end_face(mesh: Mesh) -> np.ndarray:
     """Return each node's share, (n,), of a uniform traction on the face of largest x."""
     end = mesh.nodes[:, 0].max()
     corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]

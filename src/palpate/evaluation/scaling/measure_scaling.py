@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,20 +36,21 @@ class Meter:
 
     def __init__(self, clock: Callable[[], float] = time.thread_time):
         gc.collect()
-        self.clock, self.stages = clock, []
+        self.clock = clock
+        self.stages: list[dict[str, Any]] = []
         self._before = _resident_mb("VmRSS")
 
-    def once(self, stage: str, call: Callable, *given) -> object:
+    def once(self, stage: str, call: Callable, *given: Any) -> Any:
         """Time one call and return its result."""
         return self._timed(stage, call, given, 0.0)
 
-    def often(self, stage: str, call: Callable, *given) -> object:
+    def often(self, stage: str, call: Callable, *given: Any) -> Any:
         """Time calls until they have taken LONG_S, at least one, and return the result of the last."""
         return self._timed(stage, call, given, LONG_S)
 
-    def _timed(self, stage: str, call: Callable, given: tuple, patience: float) -> object:
+    def _timed(self, stage: str, call: Callable, given: tuple, patience: float) -> Any:
         _forget_peak()
-        seconds = []
+        seconds: list[float] = []
         while not seconds or sum(seconds) < patience:
             start = self.clock()
             result = call(*given)

@@ -1,9 +1,14 @@
 """The components whose growth is measured: each runs at one size and passes its stages to a meter."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.liver import liver
+
+if TYPE_CHECKING:
+    from palpate.evaluation.scaling.measure_scaling import Meter
 
 LENGTH_M = 0.2
 MATERIAL = Material(3000.0, 0.3, 1000.0)
@@ -29,7 +34,7 @@ CUBE = {
 Size = tuple[str, int]
 
 
-def fem(refinements: int, meter) -> Size:
+def fem(refinements: int, meter: "Meter") -> Size:
     """Press the liver on a mesh of so many ``refinements`` by Newton's method and multigrid; the size in tetrahedra."""
     from palpate.effects.patch_load import nodal_load
     from palpate.solvers.equilibrium import Equilibrium
@@ -55,7 +60,7 @@ def _liver(refinements: int) -> Body:
     return body
 
 
-def triangles(count: int, meter) -> Size:
+def triangles(count: int, meter: "Meter") -> Size:
     """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
     from palpate.evaluation.collision.compare_trees import RefittedTrees
     from palpate.evaluation.collision.deforming_surfaces import crossing_waves
@@ -67,7 +72,7 @@ def triangles(count: int, meter) -> Size:
     return "triangles", sum(map(len, scene.triangles))
 
 
-def particles(count: int, meter) -> Size:
+def particles(count: int, meter: "Meter") -> Size:
     """Step shape matching of ``count`` particles, in objects of OBJECT with CLUSTERS quadratic clusters each."""
     from palpate.evaluation.shape_matching.shape_matching_timing import stepper
 
@@ -76,7 +81,7 @@ def particles(count: int, meter) -> Size:
     return "particles", count // OBJECT * OBJECT
 
 
-def cores(count: int, meter) -> Size:
+def cores(count: int, meter: "Meter") -> Size:
     """Compute a generation of paper 2's genetic algorithm on ``count`` cores."""
     import numba
 

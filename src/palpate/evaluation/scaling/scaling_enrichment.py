@@ -1,16 +1,23 @@
 """Growth of enrichment: queries and fits of random deformations, whose values do not affect the cost."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.liver import liver
 from palpate.evaluation.scaling.scaling_components import LENGTH_M, MATERIAL, Size
 
+if TYPE_CHECKING:
+    from palpate.enrichment.training_samples import FitOptions, Training
+    from palpate.evaluation.scaling.measure_scaling import Meter
+    from palpate.samples.database import Database
+
 SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
 """Sizes of paper 1's liver, kept while another size grows; a part of its contacts is enough."""
 
 
-def fine_nodes(count: int, meter) -> Size:
+def fine_nodes(count: int, meter: "Meter") -> Size:
     """Measure the paper's enrichment and detail correction on a fine surface of ``count`` nodes."""
     from palpate.enrichment.detail_correction import DetailCorrection
     from palpate.solvers.compliance import Compliance
@@ -19,19 +26,21 @@ def fine_nodes(count: int, meter) -> Size:
     _paper(db, training, settings, meter)
     contacts, coarse = db.coarse_surface[:CONTACTS], len(db.coarse_nodes)
     shapes = [(CONTACTS, 3, n, 3) for n in (count, coarse, coarse)]
-    compliance = Compliance(contacts, *(np.random.default_rng(0).normal(size=shape) for shape in shapes))
+    fine, restricted, middle = (np.random.default_rng(0).normal(size=shape) for shape in shapes)
+    compliance = Compliance(contacts, fine, restricted, middle)
     corrected = meter.once("detail correction: prepare", DetailCorrection, db, compliance, "live")
     meter.often("detail correction: query", corrected.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
     return "fine surface nodes", count
 
 
-def samples(count: int, meter) -> Size:
+def samples(count: int, meter: "Meter") -> Size:
     """Measure the paper's enrichment with ``count`` samples."""
-    _paper(*_database(FINE_NODES, count), meter)
+    db, training, options = _database(FINE_NODES, count)
+    _paper(db, training, options, meter)
     return "training samples", count
 
 
-def _paper(db, training, settings, meter) -> None:
+def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: "Meter") -> None:
     """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
     from palpate.enrichment.blend import Blend, Known
     from palpate.enrichment.feature_vectors import kinds
@@ -44,7 +53,7 @@ def _paper(db, training, settings, meter) -> None:
     meter.often("paper 1: query", blend.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
 
 
-def _database(fine: int, count: int):
+def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOptions"]:
     """Make random displacements of the liver's coarse mesh and of a ball with ``fine`` nodes, and the fit's options.
 
     The cost of blending does not depend on the displacements.

@@ -16,6 +16,7 @@ from palpate.bodies.body import Material
 from palpate.bodies.particles import Particles
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
+from palpate.scenes.run_scene import Integrator
 from palpate.solvers import backward_euler, goal_position, symplectic_euler
 from palpate.solvers.system import System
 
@@ -101,12 +102,17 @@ def cases(alphas: list[float]) -> list[Case]:
     """Return the schemes that are compared."""
     return [
         Case("symplectic_euler", symplectic_euler.make, explicit_radius),
-        *(Case("goal_position", goal_position.make, lambda step, a=a: goal_radius(a), a) for a in alphas),
+        *(Case("goal_position", goal_position.make, _constant(goal_radius(a)), a) for a in alphas),
         Case("backward_euler", backward_euler.make, implicit_radius),
     ]
 
 
-def _sizes(case: Case, integrator, step: float) -> np.ndarray:
+def _constant(radius: float) -> Callable[[float], float]:
+    """Return a radius that is the same for every step."""
+    return lambda step: radius
+
+
+def _sizes(case: Case, integrator: Integrator, step: float) -> np.ndarray:
     """Compute the logarithm of the amplitude after each of LENGTH steps of ``step`` sqrt(m/k), (LENGTH,)."""
     h = step / FREQUENCY
     frequency, logs, total = case.frequency(h), np.empty(LENGTH), 0.0
@@ -123,7 +129,7 @@ def _sizes(case: Case, integrator, step: float) -> np.ndarray:
     return logs
 
 
-def _blow_up(case: Case, integrator) -> float:
+def _blow_up(case: Case, integrator: Integrator) -> float:
     """Find the smallest h/sqrt(m/k), to 1e-4, at which a run grows by a factor of 1000; inf if none in STEPS' range.
 
     At the double eigenvalue −1 the amplitude grows linearly, by a much smaller factor, which does not count.

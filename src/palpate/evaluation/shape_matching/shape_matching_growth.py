@@ -1,9 +1,11 @@
 """Results from shape_matching_timing.csv: the headline case, and the growth of the cost with particles."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
-HEADLINE = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
+HEADLINE: dict[str, Any] = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
 """The case that the thesis ran at 50 steps a second."""
 
 FEWEST = 3000

@@ -2,7 +2,9 @@
 
 import time
 import timeit
+from collections.abc import Callable
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -74,10 +76,12 @@ def _objects(particles: int, objects: int) -> Particles:
     )
 
 
-def stepper(particles: int, objects: int, clusters: int, mode: str):
+def stepper(
+    particles: int, objects: int, clusters: int, mode: str
+) -> tuple[Callable[[], None], goal_shapes.ShapeMatching]:
     """Return a function without arguments that takes one step of perturbed ``objects``, and their shape matching."""
     bodies = _objects(particles, objects)
-    described = {"kind": "one"}
+    described: dict[str, Any] = {"kind": "one"}
     if clusters > 1:
         edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
         described = {"kind": "cubes", "edge_m": edge, "overlap": 0.25}
@@ -85,16 +89,17 @@ def stepper(particles: int, objects: int, clusters: int, mode: str):
     matched = goal_shapes.make(bodies, settings)
     integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
     perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
-    state = [bodies.nodes + perturbation, np.zeros_like(perturbation)]
+    x, v = bodies.nodes + perturbation, np.zeros_like(perturbation)
 
     def step() -> None:
-        state[:] = integrator.step(*state, STEP_S)
+        nonlocal x, v
+        x, v = integrator.step(x, v, STEP_S)
 
     step()
     return step, matched
 
 
-def _seconds(call) -> float:
+def _seconds(call: Callable[[], object]) -> float:
     """Time a call as the mean over about 5 ms of calls."""
     timer = timeit.Timer(call, timer=time.thread_time)
     number = max(1, int(5e-3 / timer.timeit(number=1)))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,9 @@ def simulate_references(found: Experiment, substeps: int) -> dict[str, Motion]:
 
 def save_references(references: dict[str, Motion], path: str | Path) -> None:
     """Write all motions to one file."""
-    arrays = {f"{name}_{kind}": a for name, pair in references.items() for kind, a in zip("xv", pair, strict=True)}
+    arrays: dict[str, Any] = {
+        f"{name}_{kind}": a for name, pair in references.items() for kind, a in zip("xv", pair, strict=True)
+    }
     with write_whole(path) as part, open(part, "wb") as file:
         np.savez(file, **arrays)
 

@@ -139,7 +139,7 @@ def tables(
     trial = found.with_volume(found.volume_n_m()) if volume_force else found
     fitnesses = [trial.fitness(press, references) for press in references]
     used = list(references) if method == "gradient_all" else [fitnesses[0].press.name]
-    parts = {"spring_fit": [], "spring_history": [], "spring_errors": []}
+    parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
     _warm_up(fitnesses[0], trial.start())
     for seed, checkpoint in runs.items():
         fitted = find(method, trial, fitnesses, budget, seed, checkpoint, partial(report, seed))

@@ -14,7 +14,14 @@ def mesh_error(settings: pd.DataFrame) -> float:
     return settings.loc[(settings["model"] == TRUTH) & (settings["setting"] == EXTRAPOLATED), "rmse_of_peak"].max()
 
 
-def within(best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd.DataFrame, settings, budget_ms) -> str:
+def within(
+    best: pd.Series,
+    rival: pd.Series | None,
+    confidence: float,
+    fits: pd.DataFrame,
+    settings: pd.DataFrame,
+    budget_ms: float,
+) -> str:
     """Explain ``best`` of what ``fits`` a budget."""
     parts = [
         f"least error of {_settings(fits)} in time with {_share(MARGIN)} of {budget_ms:g} ms to spare",

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -110,7 +110,7 @@ class _Queries(Sequence):
     def __len__(self) -> int:
         return len(self._test.contact)
 
-    def __getitem__(self, i: int) -> Callable[[], np.ndarray]:
+    def __getitem__(self, i: Any) -> Any:  # a slice has no meaning here
         return partial(self._solver.respond, int(self._test.contact[i]), self._test.force[i].copy())
 
 

@@ -4,6 +4,7 @@ All other errors of the trade-off are against the fine mesh, so they leave this 
 reference than the reference is to the truth cannot be told from it by experiment.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
@@ -13,7 +14,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import refine
 from palpate.effects.patch_load import nodal_load
-from palpate.evaluation.accuracy import errors
+from palpate.evaluation.accuracy import Errors, errors
 from palpate.evaluation.tradeoff.measure_model import Asked, Finding, found_rows, labels_of
 from palpate.models.memory import held_mb
 from palpate.models.model import Case
@@ -28,7 +29,7 @@ SETTINGS = ("one level finer", "extrapolated")
 
 
 def reference_error(
-    case: Case, test: Database, numbers: np.ndarray, count: int, tolerance: float, progress=iter
+    case: Case, test: Database, numbers: np.ndarray, count: int, tolerance: float, progress: Callable = iter
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the model "reference", as ``measure_model.measure`` does, on ``count`` of the samples ``test``.
 
@@ -40,7 +41,8 @@ def reference_error(
     finer = refined(case.body)
     last = range(len(finer.levels))[-3:]
     solvers = [Equilibrium(finer, level) for level in last]
-    found, seconds = {setting: [] for setting in SETTINGS}, []
+    found: dict[str, list[Errors | None]] = {setting: [] for setting in SETTINGS}
+    seconds: list[list[float]] = []
     for i in progress(list(chosen)):
         contact, force = int(test.contact[i]), test.force[i]
         loads = [nodal_load(finer, level, contact, force, case.radius_m) for level in last]
@@ -60,8 +62,12 @@ def refined(body: Body) -> Body:
     mesh, prolongation = refine(body.fine)
     held = np.zeros(len(body.fine.nodes))
     held[body.anchors[-1]] = 1.0
-    more = {"levels": mesh, "prolongations": prolongation, "anchors": np.flatnonzero(prolongation @ held == 1.0)}
-    return replace(body, **{name: [*getattr(body, name), last] for name, last in more.items()})
+    return replace(
+        body,
+        levels=[*body.levels, mesh],
+        prolongations=[*body.prolongations, prolongation],
+        anchors=[*body.anchors, np.flatnonzero(prolongation @ held == 1.0)],
+    )
 
 
 def limit(middle: np.ndarray, fine: np.ndarray, finer: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -81,7 +87,9 @@ def _on_surface(body: Body, responses: list[np.ndarray]) -> list[np.ndarray]:
     return [(body.prolongations[-1] @ middle)[surface], fine[surface], finer[surface]]
 
 
-def _rows(case, found, seconds, numbers, memory) -> tuple[pd.DataFrame, pd.DataFrame]:
+def _rows(
+    case: Case, found: dict[str, list[Errors | None]], seconds: list[list[float]], numbers: np.ndarray, memory: float
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     findings = []
     for setting, wrong in found.items():
         asked = Asked(wrong, [""] * len(numbers), seconds)

@@ -1,5 +1,7 @@
 """Label, colour and marker of each bounding structure, in every figure and sentence about collision."""
 
+from collections.abc import Sequence
+
 from palpate.errors import InputError
 from palpate.figures.style import Look
 
@@ -21,7 +23,7 @@ _DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")
 """Shades of the composite trees, darker with depth."""
 
 
-def look(structure: str, depths: str = "", among: list[str] = ()) -> Look:
+def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
     """Look up the look of a structure; raises InputError for an unknown one, so that no figure invents a colour.
 
     depths : of a composite tree, which gets a label and a shade of its own ``among`` all depths of the figure

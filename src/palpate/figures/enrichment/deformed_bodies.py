@@ -48,7 +48,7 @@ def draw(body: Body, database: Database, predictions: dict[str, Prediction], row
 def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray, rows: int) -> list[int]:
     """Choose ``rows`` of the samples from small to large peak, with different contacts as far as possible."""
     ranked = samples[np.argsort(peaks[samples], kind="stable")]
-    chosen = []
+    chosen: list[int] = []
     for share in (np.arange(rows) + 0.5) / rows:
         fresh = [i for i in ranked if contacts[i] not in contacts[chosen] and i not in chosen]
         rest = fresh or [i for i in ranked if i not in chosen]
@@ -93,7 +93,7 @@ def _picture(stage, view, body, database, i, state, limit) -> np.ndarray:
     rest = database.nodes_fine_surface
     held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
     actors = [
-        lambda s: _surface(s, body, database, *state, limit),
+        lambda s: _surface(s, body, database, state[0], state[1], limit),
         lambda s: s.dots(held, 0.07 * _arrow(rest)),
     ]
     if state[0] == "rest":

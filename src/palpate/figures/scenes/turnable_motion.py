@@ -15,7 +15,7 @@ _FRAMES = 60
 def write(motion: Motion, path: str | Path) -> None:
     """Write at most 60 frames of the surface, coloured as in the stills, of the rigid things, and their times."""
     scenery = Scenery(motion)
-    kept = gif.evenly(len(motion.times), _FRAMES)
+    kept = np.array(gif.evenly(len(motion.times), _FRAMES))
     norm = Normalize(0.0, scenery.limit)
     renumber = np.full(len(motion.rest), -1)
     renumber[scenery.surface] = np.arange(len(scenery.surface))

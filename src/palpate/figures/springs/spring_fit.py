@@ -1,5 +1,7 @@
 """Best fitness of each method for spring parameters over generations (paper 2's figure 2) and over time."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -80,7 +82,7 @@ def _legend(history) -> list:
     handles = []
     for method, way in FITS.items():
         if method in searched:
-            looks = {"ls": "-"} if searched[method] else {"ls": ":", "marker": way.marker}
+            looks: dict[str, Any] = {"ls": "-"} if searched[method] else {"ls": ":", "marker": way.marker}
             handles.append(Line2D([], [], color=way.colour, label=way.label, **looks))
     seeds = history.groupby("method")["seed"].nunique().max()
     return [*handles, Patch(color=style.FAINT, alpha=0.4, lw=0, label=f"range of {seeds} seeds, line: median")]

@@ -26,7 +26,7 @@ def draw(accuracy_vs_time, advice) -> Figure:
     figure = Figure(figsize=(5 * columns, 3.4 * -(-len(names) // columns)), layout="constrained")
     panels = figure.subplots(-(-len(names) // columns), columns, squeeze=False).ravel()
     for axis, scene in zip(panels, names, strict=False):
-        drawn = []
+        drawn: list[str] = []
         for row in advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene)).itertuples():
             shown, told = look(row.model), f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}"
             total = row.offline_s + ANSWERS * row.online_median_s

@@ -1,6 +1,7 @@
 """Draw error against online time of every model at its settings, on one scene: the work–precision diagram."""
 
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from palpate.figures import style, tables
 from palpate.figures.model_looks import features, label, look, minor
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.pareto import front
+from palpate.figures.style import Look
 
 TABLES = ("accuracy_vs_time", "advice")
 LEAST = 100 * EXACT
@@ -128,7 +130,8 @@ def _failures(axis, settings) -> None:
 
 def _legend(settings) -> list[Line2D]:
     """List every model in table order, the blends of paper 1 by their features, then the front and who is on it."""
-    handles, blends = [], {}
+    handles: list[Line2D] = []
+    blends: dict[str, Look] = {}
     for model in dict.fromkeys(settings["model"]):
         shown = look(model)
         if minor(model):
@@ -143,7 +146,7 @@ def _legend(settings) -> list[Line2D]:
         for name, shown in blends.items()
     ]
     handles.append(Line2D([], [], color=style.INK, lw=0.9, label="Pareto front of this run"))
-    nothing = {"ls": "", "marker": ""}
+    nothing: dict[str, Any] = {"ls": "", "marker": ""}
     handles.append(Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=9, label="on it in other runs too:"))
     for number, row in enumerate(front_rows(settings).itertuples(), start=1):
         found = f"{percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"

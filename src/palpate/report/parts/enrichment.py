@@ -71,7 +71,8 @@ def _timing(report: Report) -> str:
     columns = [*(f"d{i}_s" for i in range(1, 6)), "mean_s"]
     parts = []
     for body in tables.bodies(timing):
-        rows, faint = [], []
+        rows: list[list[str]] = []
+        faint: list[int] = []
         theirs = paper["timing"].get(body, {})
         for row in tables.where(timing, body=body).to_dict("records"):
             name = style.short(row["method"]).replace("\n", " ")

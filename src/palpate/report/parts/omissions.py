@@ -6,7 +6,7 @@ from palpate.report import markup
 from palpate.report.material import Report, Section
 
 TITLE = "Limits and failures"
-TABLES = {}
+TABLES: dict = {}
 COLUMNS = ("comparison", "what", "where", "how it failed")
 
 

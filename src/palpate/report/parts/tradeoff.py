@@ -31,11 +31,11 @@ def numbers(report: Report) -> dict[str, str]:
     settings, advice = report.tables["accuracy_vs_time"], _pressed(report)
     models = settings[settings["model"] != TRUTH]
     hardest = _hardest(settings)
-    rows = (tables.where(table, scene=hardest) for table in (advice, settings))
+    advised, measured = (tables.where(table, scene=hardest) for table in (advice, settings))
     what = {name: family["short"] for family in report.entries("models") for name in family["names"]}
     return {
         "headline": _headline(advice),
-        "answer": "\n".join([_situation(settings, hardest), *answer(*rows, what)]),
+        "answer": "\n".join([_situation(settings, hardest), *answer(advised, measured, what)]),
         "picture": f"best_models_{hardest}",
         "hardest": _words(settings, hardest),
         "tradeoff_models": str(models["model"].nunique()),

@@ -7,7 +7,7 @@ from palpate.report.material import Report, Section
 from palpate.report.paper_claims import COLUMNS, CONFIRMED, REFUTED
 
 TITLE = "The papers' claims, checked"
-TABLES = {}
+TABLES: dict = {}
 
 
 def found(report: Report) -> pd.DataFrame:

@@ -1,25 +1,15 @@
 # How wrong models are in motion, and what that costs: scenes against fine finite elements.
 
+
+include: "functions/dynamic.smk"
+
+
 TARGETS["dynamic"] = merged(
     "dynamic_accuracy",
     expand("results/data/dynamic/{scene}/accuracy.csv", scene=config["dynamic"]["durations_s"]),
 ) + figures("dynamic", "dynamic_accuracy")
 # effects and integrators are imported by the names that a scene gives them
 BY_NAME = ["palpate.effects", "palpate.solvers"]
-
-
-def trial_of(wildcards):
-    """A scene as a trial of models."""
-    return {
-        "name": wildcards.scene,
-        "entry": config["scenes"][wildcards.scene],
-        "duration_s": config["dynamic"]["durations_s"][wildcards.scene],
-        "frames": config["dynamic"]["frames"],
-    }
-
-
-def body_of_trial(wildcards):
-    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
 
 
 rule simulate_dynamic_reference:

@@ -1,5 +1,9 @@
 # What accuracy costs in time: every model over its settings, on samples whose contacts it never saw.
 
+
+include: "functions/tradeoff.smk"
+
+
 from palpate.models.model_registry import MODELS, families
 
 # models by family, one job each, and the user's own
@@ -15,17 +19,6 @@ TARGETS["tradeoff"] = (
     + figures("tradeoff", "advice", "break_even")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
-
-
-def modules_of(family):
-    """The modules of palpate that the models of a family live in; a user's own model is an input instead."""
-    places = {recipe["place"] for recipe in FAMILIES[family].values()}
-    return sorted(place for place in places if not place.endswith(".py"))
-
-
-def family_files(kind):
-    """One file for each body, regime and family: what its models answered (samples), and what that says (settings)."""
-    return [path for family in [*FAMILIES, "reference"] for path in each(f"tradeoff/{family}_{kind}.csv")]
 
 
 rule measure_models:

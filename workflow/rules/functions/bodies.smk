@@ -1,0 +1,23 @@
+# The files that bodies are made from.
+
+
+def body_paths(name):
+    """The files or folders a body is made from, by key; given relative to the folder of the config file."""
+    body = config["bodies"][name]
+    return {
+        key: normpath(CONFIG_FILE.parent / body[key])
+        for key in ("path", "image", "mask")
+        if body.get(key) is not None
+    }
+
+
+def body_files(name):
+    """The files a body is made from; of a folder, such as a DICOM series, every one in it."""
+    paths = map(Path, body_paths(name).values())
+    return [str(file) for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
+
+
+def body_entry(name):
+    """What a body is made from."""
+    body = config["bodies"][name] | body_paths(name)
+    return {key: value for key, value in body.items() if key not in NOT_OF_THE_BODY}

@@ -1,0 +1,42 @@
+# What scenes are made from, and the code that they call for.
+
+
+def own_effects(wildcards):
+    """The files of effects that a scene brings along, by name; given relative to the folder of the config file."""
+    own = config["scenes"][wildcards.scene].get("own", {})
+    return {name: normpath(CONFIG_FILE.parent / path) for name, path in own.items()}
+
+
+def own_file(tool):
+    """An instrument of ``contact`` whose file, if it has one, can be opened as it is."""
+    return tool | {"file": normpath(CONFIG_FILE.parent / tool["file"])} if "file" in tool else tool
+
+
+def tool_files(wildcards):
+    """The files of a scene's instruments."""
+    tools = config["scenes"][wildcards.scene].get("contact", {}).get("instruments", [])
+    return [own_file(tool)["file"] for tool in tools if "file" in tool]
+
+
+def bodies_of(wildcards):
+    """The files of all bodies of a scene, its own first."""
+    return [f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][wildcards.scene])]
+
+
+def scene(wildcards):
+    """What a scene is made from."""
+    entry = config["scenes"][wildcards.scene] | {"own": own_effects(wildcards)}
+    if "contact" in entry:
+        tools = [own_file(tool) for tool in entry["contact"]["instruments"]]
+        entry |= {"contact": entry["contact"] | {"instruments": tools}}
+    return {"entry": entry, "seed": config["seed"]}
+
+
+def called_by(name):
+    """The modules of a scene's effects and integrator; with ``effects: auto`` those of all effects it may call for."""
+    entry = config["scenes"][name]
+    named = entry["effects"] if entry["effects"] != "auto" else effect_registry.EFFECTS
+    known = [effect_registry.EFFECTS[effect].module for effect in named if effect in effect_registry.EFFECTS]
+    contact = effect_registry.EFFECTS["contact"].module
+    modules = [module for module in known if module != contact or name in TOUCHING]
+    return [*modules, effect_registry.INTEGRATORS[entry["integrator"]]]

@@ -249,9 +249,9 @@ __all__ = ["TABLES", "TITLE", "numbers", "sections"]
 TITLE = "A coin"
 
 
-def numbers(tables, published) -> dict[str, str]:
+def numbers(report) -> dict[str, str]:
     """Return the numbers of the captions."""
-    return {"toy_throws": str(len(tables["toy"]))}
+    return {"toy_throws": str(len(report.tables["toy"]))}
 
 
 def sections(report) -> list[tuple[str, str, str]]:

@@ -29,7 +29,7 @@ tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma
 	@$(SNAKEMAKE) results/$@.csv
 
 test: $(STAMP)  ## run the tests
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
 	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml

@@ -71,19 +71,19 @@ def test_same_seed_same_result_another_seed_another():
 def test_it_goes_on_where_it_stopped(tmp_path):
     rules, path = Rules(10, LIMITS, 5), tmp_path / "genetic.npz"
     whole = evolve(hill, 20, rules, 100)
-    told = []
+    reported = []
 
     def stop(generation, best):
-        told.append((generation, best))
+        reported.append((generation, best))
         if generation == 70:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         evolve(hill, 20, rules, 100, path, stop)
-    told.clear()
-    again = evolve(hill, 20, rules, 100, path, lambda *what: told.append(what))
-    assert told[0][0] == 51
-    assert told[-1] == (100, whole.fitness)
+    reported.clear()
+    again = evolve(hill, 20, rules, 100, path, lambda *what: reported.append(what))
+    assert reported[0][0] == 51
+    assert reported[-1] == (100, whole.fitness)
     assert np.array_equal(again.young, whole.young)
     assert np.array_equal(again.history[:, [0, 2]], whole.history[:, [0, 2]])
     assert (np.diff(again.history[:, 1]) > 0.0).all()
@@ -120,9 +120,9 @@ def test_a_checkpoint_without_a_whole_state_is_not_used(tmp_path, change):
     with np.load(path) as file:
         found = dict(file) | change
     np.savez(path, **{name: value for name, value in found.items() if value is not None})
-    told = []
-    again = evolve(hill, 20, rules, 50, path, lambda *what: told.append(what))
-    assert len(told) == 50
+    reported = []
+    again = evolve(hill, 20, rules, 50, path, lambda *what: reported.append(what))
+    assert len(reported) == 50
     assert np.array_equal(again.young, fresh.young)
 
 

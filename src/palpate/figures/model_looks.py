@@ -6,7 +6,7 @@ _NAMED = {
     "fem_fine": Look("fine FEM", "#111111", "8"),
     "fem_middle": Look("middle FEM", "#666666", ">"),
     "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),
-    "warped_compliance": Look("warped compliance", "#5aae61", "*"),
+    "warped_compliance": Look("warped Green's functions", "#5aae61", "*"),
     "springs": Look("springs", "#8b1a1a", "o"),
     "springs_volume": Look("springs with volume force", "#c0504d", "s"),
     "springs_nodal": Look("springs, one modulus per node", "#e08e45", "^"),

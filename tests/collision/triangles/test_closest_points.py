@@ -110,9 +110,9 @@ def test_touching_parts_have_no_normal():
 
 @pytest.mark.parametrize("kind", [POINT_TRIANGLE, EDGE_EDGE])
 def test_boxes_exclude_some_far_stencils_and_no_near_ones(kind):
-    told = 0
+    excluded = 0
     for x in np.random.default_rng(6).normal(size=(300, 4, 3)):
         distance = closest_points(np.array([kind]), NODES[None], x)[0][0]
-        told += boxes_apart(kind, x, NODES, 0.5 * distance)
+        excluded += boxes_apart(kind, x, NODES, 0.5 * distance)
         assert not boxes_apart(kind, x, NODES, distance)
-    assert told > 100
+    assert excluded > 100

@@ -17,7 +17,7 @@ def test_every_model_has_its_curve_and_the_front_its_numbers(advised_tables, tmp
     written = texts(figure)
     for model in ("springs", "shape_matching", "linear_fem", "detail_correction", "pod_rbf", "fem_coarse", "fem_fine"):
         assert look(model).label in written
-    budgets = {"0.01 ms:\nnone", "1 ms:\nlinear fine\nFEM", "16.7 ms:\ndetail\ncorrection", "1000 ms:\nfine FEM"}
+    budgets = {"0.01 ms:\nnone", "1 ms:\nlinear fine\nFEM", "16.7 ms:\ncorrected\ncoarse FEM", "1000 ms:\nfine FEM"}
     assert budgets <= set(written)
     assert "failed: springs (iterations=1) on 2 of 12" in written
     assert any("fine mesh itself, 0.6" in text for text in written)
@@ -26,7 +26,7 @@ def test_every_model_has_its_curve_and_the_front_its_numbers(advised_tables, tmp
     assert on_front == [
         "linear fine FEM",
         "POD + RBF (modes=8)",
-        "detail correction (samples=60)",
+        "corrected coarse FEM (samples=60)",
         "coarse FEM (iterations=8)",
         "fine FEM (tolerance=1e-08)",
     ]
@@ -43,7 +43,7 @@ def test_what_failed_is_hollow_and_on_no_front(advised_tables):
     nothing.loc[nothing["model"] == "detail_correction", columns] = [12, np.nan, np.nan, np.nan]
     assert "detail_correction" not in set(work_precision.front_rows(nothing)["model"])
     written = texts(work_precision.draw(nothing, advised, scene="liver_small"))
-    assert "failed: detail correction (samples=10) on 12 of 12, detail correction (samples=60) on 12 of 12" in written
+    assert "failed: corrected coarse FEM (samples=10) on 12 of 12, corrected coarse FEM (samples=60) on 12 of 12" in written
 
 
 def test_all_but_exact_answers_are_drawn_at_the_edge(advised_tables):

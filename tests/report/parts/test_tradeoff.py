@@ -37,7 +37,7 @@ def test_sentences_name_model_error_time_and_rival(liver):
     )
     assert "error is 0.4 % (" in said[2] and "its time 6 ms at the 95th percentile, which leaves 64 %" in said[2]
     assert "has 200 times the error" in said[3]
-    assert said[4].startswith("Error of at most 5 %: detail correction (samples=60)")
+    assert said[4].startswith("Error of at most 5 %: corrected coarse FEM (samples=60)")
     assert said[4].endswith("The next best model, POD + RBF (modes=8), is about as fast.")
 
 
@@ -92,7 +92,7 @@ def test_the_report_shows_all_of_it(found, tmp_path):
     assert {name for name in names if f'<figure id="figure_{name}">' in page} == set(names)
     assert "<li>Within 1 ms: linear fine FEM. Its error is 5 %" in page
     table = page[page.index("What to take, its error") :]
-    assert "<td>none</td>" in table and "detail correction (samples=60): 0.4 % in 6 ms" in table
+    assert "<td>none</td>" in table and "corrected coarse FEM (samples=60): 0.4 % in 6 ms" in table
     assert not re.search(r"\{[a-z_]+\}", page.split("</style>")[1].split("<script>")[0])
     first = page[: page.index("</header>")]
     assert "The hardest scene of this run is" in first and "<img" in first and "The <strong>error</strong>" in first

@@ -22,7 +22,7 @@ def coordinates(values: ArrayLike, shape: tuple, name: str) -> np.ndarray:
 
 
 def node_numbers(values: ArrayLike, name: str) -> np.ndarray:
-    """Return ``values`` as contiguous int64 (m, 3); an empty list is no triangles.
+    """Return ``values`` as contiguous int64 (m, 3); an empty list gives an empty array.
 
     Raises InputError, naming ``name``, for another shape or type.
     """

@@ -47,7 +47,7 @@ def run(command, tmp_path_factory) -> Callable[..., subprocess.CompletedProcess]
         words = command(*arguments, root=root, **options)
         printed = tmp_path_factory.mktemp("printed") / "out.txt"
         status = run_snakemake(words[words.index("snakemake") + 1 :], root / "src", printed)
-        return subprocess.CompletedProcess(words, status, printed.read_text())
+        return subprocess.CompletedProcess(words, status, printed.read_text(encoding="utf-8"))
 
     return finish
 

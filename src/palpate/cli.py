@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="palpate", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
-    advise = commands.add_parser("advise", help="which model to take, how wrong it is, and how long it takes")
+    advise = commands.add_parser("advise", help="which model to take, its error, and its time")
     advise.add_argument(
         "--scene", required=True, help="a body and a regime of loads, such as liver_small, or one that moves"
     )
@@ -52,14 +52,14 @@ def _positive(text: str) -> float:
     except ValueError:
         value = math.nan
     if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is no number above 0")
+        raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
     return value
 
 
 def _share(text: str) -> float:
     value = _positive(text)
     if value >= 1:
-        raise argparse.ArgumentTypeError(f"{text} is no share below 1; 5 % is 0.05")
+        raise argparse.ArgumentTypeError(f"{text} is not a share below 1; 5 % is 0.05")
     return value
 
 

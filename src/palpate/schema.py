@@ -11,6 +11,15 @@ from palpate.files import read_yaml
 if TYPE_CHECKING:
     from jsonschema import ValidationError
 
+RENAMED = {
+    "papers": "ask for a study with a block of its name, such as enrichment:",
+    "soft_bodies": "write shape_matching",
+    "calibration": "write springs",
+    "node_mass": "write ct",
+    "complexity_samples": "move it to enrichment",
+}
+"""Keys of versions before 0.2, and what to write instead."""
+
 
 def read_schema(path: Path) -> dict:
     """Read the schema of the settings with that of each study in its place."""
@@ -121,6 +130,8 @@ def _explain(error: "ValidationError", root: dict) -> str:
 
 def _unknown(key: str, found: dict, known: dict) -> str:
     name = next(name for name in found if name not in known)
+    if name in RENAMED:
+        return f"{key} has the key {name} of an earlier version; {RENAMED[name]}."
     return f"{key} has an unknown key {name}; {suggest(str(name), list(known), 'it knows')}"
 
 

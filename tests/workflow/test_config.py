@@ -127,6 +127,16 @@ def test_defaults_fill_what_is_left_out(smoke):
             "enrichment.sigma_relative.min is 10; make it less than",
         ),
         ("enrichmnt", {}, "the file has an unknown key enrichmnt; did you mean enrichment?"),
+        (
+            "papers",
+            ["springs"],
+            "the file has the key papers of an earlier version; ask for a study with a block",
+        ),
+        (
+            "timing.complexity_samples",
+            [1, 2],
+            "timing has the key complexity_samples of an earlier version; move",
+        ),
         ("scenes", {}, "scenes is {}, but must have at least 1 entry"),
         ("seed", 2**40, "seed is 1099511627776, but must be at most 2147483647"),
         ("springs.young_pa", [3000, 300], "springs.young_pa is [3000, 300]; give the lower number first."),

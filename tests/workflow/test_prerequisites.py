@@ -82,7 +82,7 @@ def test_the_oldest_python_is_the_projects(prerequisites):
 @pytest.mark.parametrize("python", ["python-that-is-missing", "false"])
 def test_make_stops_before_it_builds(python, tmp_path, prerequisites):
     venv = tmp_path / "venv"
-    words = ["make", f"VENV={venv}", f"PYTHON={python}", f"{venv}/.whole"]
+    words = ["make", "--no-print-directory", f"VENV={venv}", f"PYTHON={python}", f"{venv}/.whole"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and not venv.exists()
     if python != "false":

@@ -11,6 +11,7 @@ from shlex import quote
 from palpate.config import asked_for, complete
 from palpate.dependencies import digest, files_of
 from palpate.errors import InputError
+from palpate.files import read_yaml
 from palpate.job import FAILED, kernel_cache
 from palpate.schema import defaults, read_schema
 

@@ -1,4 +1,4 @@
-# Paper 1: how wrong each way of enriching a coarse deformation is, what it costs online, and the paper's claims.
+# Paper 1: the error of each way of enriching a coarse deformation, what it costs online, and the paper's claims.
 
 # every method is fitted and tested in each of these: protocol and split
 COMPARISONS = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
@@ -81,7 +81,6 @@ rule time_methods:
         database=f"results/data/{{body}}/{REGIMES[0]}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, REGIMES[0]),
         samples=f"results/data/{{body}}/{REGIMES[0]}/samples.csv",
-        paper=PAPER,
     output:
         timing="results/data/{body}/enrichment_timing.csv",
         cost="results/data/{body}/online_cost.csv",
@@ -93,6 +92,7 @@ rule time_methods:
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
         repeats=config["timing"]["repeats"],
+        published_means=lambda wildcards: read_yaml(PAPER)["means"].get(wildcards.body, {}),
         code=code_of("time_methods"),
     message:
         "time all methods: {wildcards.body}"

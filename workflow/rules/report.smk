@@ -1,4 +1,4 @@
-# One page that tells what was found, as a story.
+# One page about what was found, as a story.
 
 
 rule write_report:

@@ -4,7 +4,6 @@ from palpate.bodies.body_file import load
 from palpate.enrichment.methods import build
 from palpate.enrichment.training_samples import FitOptions
 from palpate.evaluation.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
-from palpate.files import read_yaml
 from palpate.job import job, write_table
 from palpate.samples.database import read
 from palpate.samples.sample_table import read_samples, sides
@@ -16,9 +15,10 @@ with job(snakemake.log[0]):
     train, test = sides(read_samples(given.samples), "samples")
     options = FitOptions(**params.regression, split="samples", seed=params.seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
-    samples, repeats = choose_samples(db.peaks, test), params.repeats
+    samples, repeats, means = choose_samples(db.peaks, test), params.repeats, params.published_means
     loads = pd.read_csv(given.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, params.tolerance) for level in (len(body.levels) - 1, 0))
-    means = read_yaml(given.paper)["means"].get(name, {})
-    write_table(timing_table(db, methods, fine, coarse, samples, name, repeats, means), snakemake.output.timing)
+    write_table(
+        timing_table(db, methods, fine, coarse, samples, name, repeats, means), snakemake.output.timing
+    )
     write_table(cost_table(db, methods, coarse, samples, name, repeats), snakemake.output.cost)

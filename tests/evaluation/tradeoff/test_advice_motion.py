@@ -29,7 +29,7 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
     row = found.loc[1]
     assert (row["model"], row["setting"]) == ("springs", "step_s=0.002")
     assert row["online_p95_s"] == pytest.approx(1.5e-4) and row["margin"] == pytest.approx(1 - 0.15)
-    assert not row["rival"] and "no other model would do" in row["why"]
+    assert not row["rival"] and "no other model meets the limit" in row["why"]
     row = found.loc[16.7]
     assert (row["model"], row["rival"]) == ("springs", "fem_coarse")
     assert row["factor"] == pytest.approx(0.05 / 0.0201)
@@ -39,7 +39,7 @@ def test_fastest_of_what_is_accurate_enough(motions):
     found = advise_motion(motions, max_errors=[0.03, 0.002, 1e-5])
     assert list(found["model"]) == ["springs", "fem_fine", "none"]
     assert found["why"].iloc[1].startswith("fastest of 1") and "20 s for a second" in found["why"].iloc[1]
-    assert "fem_fine step_s=0.02, is off by 0.1 % of a reference that is itself known to 0.01 %" in found["why"].iloc[2]
+    assert "fem_fine step_s=0.02, has 0.1 % against a reference that is itself known to 0.01 %" in found["why"].iloc[2]
     assert advise_motion(motions.assign(reference_change=0.002), max_errors=[0.002])["model"].tolist() == ["none"]
 
 

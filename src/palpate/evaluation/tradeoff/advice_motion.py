@@ -52,13 +52,13 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
     if fits.empty:
         least = able.loc[known.idxmin()]
         why = (
-            f"the least wrong setting, {name(least)}, is off by {100 * least['rmse_of_peak']:.2g} % "
-            f"of a reference that is itself known to {100 * least['reference_change']:.2g} %"
+            f"the setting of least error, {name(least)}, has {100 * least['rmse_of_peak']:.2g} % "
+            f"against a reference that is itself known to {100 * least['reference_change']:.2g} %"
         )
         return Advice(scene, np.nan, max_error, why=why)
     best, rival = choice(fits, BY_TIME)
     found = _told(best) | versus(best, rival, "real_time_factor")
-    why = _why(f"fastest of {len(fits)} that are less wrong", best, rival, "real_time_factor")
+    why = _why(f"fastest of {len(fits)} of a smaller error", best, rival, "real_time_factor")
     margin = 1 - best["rmse_of_peak"] / max_error
     return Advice(scene, np.nan, max_error, **found, margin=margin, why=why)
 

@@ -33,7 +33,7 @@ def within(
     if len(late):
         close = late.loc[late["rmse_of_peak"].idxmin()]
         parts.append(
-            f"{name(close)} is less wrong ({_percent(close['rmse_of_peak'])}) "
+            f"{name(close)} has a smaller error ({_percent(close['rmse_of_peak'])}) "
             f"but too close to the budget ({_ms(close['online_p95_s'])})"
         )
     return "; ".join([*parts, *_truth(best, settings), *_failed(settings)])
@@ -64,7 +64,7 @@ def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame) -> str
     if able.empty:
         return "; ".join(["no setting has answered every sample", *_failed(settings)])
     least = able.loc[highest.idxmin()]
-    told = f"the least wrong setting, {name(least)}, has a mean error of {_percent(least['rmse_of_peak'])}"
+    told = f"the setting of least error, {name(least)}, has a mean error of {_percent(least['rmse_of_peak'])}"
     sure = f"stays below {_percent(highest.min())} in {_share(RANGE[1])} of draws of the contacts"
     return "; ".join([f"{told} and {sure}", *_failed(settings)])
 
@@ -81,18 +81,18 @@ def ratio(rival: pd.Series, best: pd.Series, column: str) -> float:
 
 
 def behind(factor: float, tie: float, what: str) -> str:
-    """Describe how far a rival is behind: "4 times as wrong", or "on a par" within the factor ``tie``."""
+    """Describe how far a rival is behind: "has 4 times the error", or "is equal" within the factor ``tie``."""
     if 1 / tie <= factor <= tie:
-        return "on a par"
-    return f"{factor:.3g} times as {what}" if factor < 1000 else f"over 1000 times as {what}"
+        return "is equal within the spread of runs"
+    return f"has {factor:.3g} times the {what}" if factor < 1000 else f"has over 1000 times the {what}"
 
 
 def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
     """Name the best of the other models, and how far it is behind in ``column``, an error or a time."""
     if rival is None:
-        return "no other model would do"
-    tie, what = (EQUAL, "wrong") if column == "rmse_of_peak" else (CLOSE, "slow")
-    return f"the next best model, {name(rival)}, is {behind(ratio(rival, best, column), tie, what)}"
+        return "no other model meets the limit"
+    tie, what = (EQUAL, "error") if column == "rmse_of_peak" else (CLOSE, "time")
+    return f"the next best model, {name(rival)}, {behind(ratio(rival, best, column), tie, what)}"
 
 
 def _truth(best: pd.Series, settings: pd.DataFrame) -> list[str]:

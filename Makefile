@@ -59,7 +59,7 @@ bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
 snapshot: $(STAMP)  ## write docs/results.md from the results
-	@$(BIN)/python -m palpate.report.results_page results docs
+	@$(BIN)/python -m palpate.report.results_markdown results docs
 
 lock:  ## write environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects import held, kelvin, plasticity, push, springs, velocity_damping, volume
+from palpate.effects import held, kelvin, plasticity, push, springs, velocity_damping, volume_force
 from palpate.effects.shape_matching import goal_shapes
 from palpate.scenes.scene import Scene
 from palpate.solvers.goal_position import _advance
@@ -14,7 +14,7 @@ from palpate.solvers.goal_position import _advance
 def cube_poke(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     elastic = springs.make(particles, {})
     pushed = push.make(particles, scene.settings["push"], elastic)
-    solid = volume.make(particles, {}, elastic)
+    solid = volume_force.make(particles, {}, elastic)
     dampers = kelvin.make(particles, scene.settings["kelvin"], elastic)
     h = scene.step_s
     pace = h * (1.0 / particles.masses)[:, None]

@@ -16,7 +16,7 @@ from palpate.calibration.cma_es import cma_es
 from palpate.calibration.fitness import Range
 from palpate.calibration.spring_model import spring_model
 from palpate.calibration.spring_motion import stiffnesses
-from palpate.effects.volume import Volume
+from palpate.effects.volume_force import Volume
 
 LIMITS = Range(300.0, 5000.0)
 

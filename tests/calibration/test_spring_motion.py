@@ -9,7 +9,7 @@ from palpate.calibration.spring_motion import advance, constants, dampings, simu
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
 from palpate.effects.springs import Springs
-from palpate.effects.volume import Volume
+from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.symplectic_euler import SymplecticEuler
 from palpate.solvers.system import System

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects import body_springs, maxwell, springs, volume
+from palpate.effects import body_springs, maxwell, springs, volume_force
 from palpate.errors import InputError
 from palpate.solvers.system import System
 
@@ -27,7 +27,7 @@ def systems(slab, particles):
         "springs": (particles, elastic),
         "surface springs": (surface, springs.make(surface, SURFACE)),
         "maxwell": (particles, relaxed),
-        "volume": (particles, volume.make(particles, {"stiffness_n_m": 10.0}, elastic)),
+        "volume": (particles, volume_force.make(particles, {"stiffness_n_m": 10.0}, elastic)),
         "body springs": (
             particles,
             body_springs.make(particles, {"stiffness_n_m": 3.0, "damping_ratio": 0.5}, elastic),
@@ -120,4 +120,4 @@ def test_a_surface_says_what_stiffness_it_lacks(slab):
 
 def test_volume_needs_tetrahedra(slab):
     with pytest.raises(InputError, match="volume, which needs tetrahedra"):
-        volume.make(particles_of(slab, 0, True), {"stiffness_n_m": 1.0}, None)
+        volume_force.make(particles_of(slab, 0, True), {"stiffness_n_m": 1.0}, None)

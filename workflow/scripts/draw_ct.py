@@ -1,10 +1,10 @@
 from palpate.bodies.body_file import load
 from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.figures import style
-from palpate.figures.ct import ct_slices, ct_volume
+from palpate.figures.ct import ct_slices, ct_volume_rendering
 from palpate.job import job, stem
 
 with job(snakemake.log[0]):
     image, mask = segment_entry(snakemake.params.entry)
     style.save(ct_slices.draw(image, mask, snakemake.wildcards.body), stem(snakemake.output.slices))
-    style.save(ct_volume.draw(image, mask, load(snakemake.input.body)), stem(snakemake.output.volume))
+    style.save(ct_volume_rendering.draw(image, mask, load(snakemake.input.body)), stem(snakemake.output.volume))

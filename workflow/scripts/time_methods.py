@@ -18,7 +18,5 @@ with job(snakemake.log[0]):
     samples, repeats, means = choose_samples(db.peaks, test), params.repeats, params.published_means
     loads = pd.read_csv(given.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, params.tolerance) for level in (len(body.levels) - 1, 0))
-    write_table(
-        timing_table(db, methods, fine, coarse, samples, name, repeats, means), snakemake.output.timing
-    )
+    write_table(timing_table(db, methods, fine, coarse, samples, name, repeats, means), snakemake.output.timing)
     write_table(cost_table(db, methods, coarse, samples, name, repeats), snakemake.output.cost)

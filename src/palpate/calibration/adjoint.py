@@ -15,7 +15,7 @@ import numpy as np
 from palpate.calibration import spring_motion
 from palpate.calibration.spring_model import Press, SpringModel
 from palpate.calibration.spring_motion import Settings
-from palpate.effects.volume import distance_sum
+from palpate.effects.volume_force import distance_sum
 
 
 @dataclass(frozen=True, eq=False)

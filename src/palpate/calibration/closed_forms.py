@@ -10,7 +10,7 @@ from palpate.bodies.body import Material
 from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.calibration.fitness import Fit, Range, Track
 from palpate.calibration.spring_model import SpringModel
-from palpate.effects.volume import rest_distance_sum
+from palpate.effects.volume_force import rest_distance_sum
 
 STARTS = 12
 """Evaluations that bracket the best uniform modulus: the fitness may have several maxima."""

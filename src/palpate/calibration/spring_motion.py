@@ -5,7 +5,7 @@ For its derivative (adjoint.py): step s = 0 … steps − 1 is, exactly and in t
     k = ½ (E₁ + E₂) weight                                       (s,)  eq. 5
     μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂))                           (s,)  instead of eq. 6, see ``dampings``
     n = (x₂ − x₁)/l;  T = k (l − l₀) + μ n·(v₂ − v₁);  f₁ += T n;  f₂ −= T n        eq. 1, without rounding
-    per tetrahedron, if volume_n_m > 0:  f_a −= κ (L − L₀)(u_a − ¼ Σu)             effects/volume.py
+    per tetrahedron, if volume_n_m > 0:  f_a −= κ (L − L₀)(u_a − ¼ Σu)             effects/volume_force.py
     f[press.node] += press.factors(...)[s] · force_n
     v ← v + h f(x, v)/m,  held nodes 0;  x ← x + h v             (the new v)
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from palpate.calibration.spring_model import KeyPoints, Press, SpringModel
 from palpate.effects import kelvin
-from palpate.effects.volume import add_force, rest_distance_sum
+from palpate.effects.volume_force import add_force, rest_distance_sum
 from palpate.errors import InputError, NotConverged
 
 

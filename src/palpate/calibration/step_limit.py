@@ -10,7 +10,7 @@ from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
 from palpate.effects.springs import Springs
-from palpate.effects.volume import Volume
+from palpate.effects.volume_force import Volume
 from palpate.errors import InputError
 from palpate.solvers.stable_step import stable_step
 from palpate.solvers.system import System

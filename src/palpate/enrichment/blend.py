@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.enrichment.blend_weights import BlendWeights
 from palpate.enrichment.feature_vectors import Features, describe, in_slots, kinds
-from palpate.enrichment.fitting import Fitting
+from palpate.enrichment.fit_inputs import Fitting
 from palpate.enrichment.gaussian_kernel import squared_distances
 from palpate.enrichment.training_samples import FitOptions, Training
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.bodies.mesh import TetMesh
 from palpate.enrichment.detail_scale import fit_scale
-from palpate.enrichment.fitting import Fitting
+from palpate.enrichment.fit_inputs import Fitting
 from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.ridge import KernelRidge
 from palpate.enrichment.training_samples import FitOptions, Training

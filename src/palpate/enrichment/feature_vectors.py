@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from palpate.enrichment.node_ordering import body_axis, contact_frame, nearest_first, nearest_first_framed
+from palpate.enrichment.nearest_first import body_axis, contact_frame, nearest_first, nearest_first_framed
 from palpate.errors import InputError
 from palpate.samples.database import Database
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.enrichment.fitting import Fitting
+from palpate.enrichment.fit_inputs import Fitting
 from palpate.solvers.compliance import Compliance
 
 

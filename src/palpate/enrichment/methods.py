@@ -9,7 +9,7 @@ from palpate.enrichment.blend_kinds import FEATURES, WEIGHTS
 if TYPE_CHECKING:
     import numpy as np
 
-    from palpate.enrichment.fitting import FitOptions, Method
+    from palpate.enrichment.fit_inputs import FitOptions, Method
     from palpate.samples.database import Database
     from palpate.solvers.compliance import Compliance
 
@@ -40,7 +40,7 @@ def build(
     """
     # imported here, so that names alone cost nothing, and by name, so that whoever reads imports finds them
     from palpate.enrichment import blend, detail_correction, interpolation, linear_fem, pod_rbf, ridge
-    from palpate.enrichment.fitting import Fitting
+    from palpate.enrichment.fit_inputs import Fitting
 
     modules = (blend, detail_correction, interpolation, linear_fem, pod_rbf, ridge)
     fits = {module.__name__: module.fit for module in modules}

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.enrichment.blend import median_distance
-from palpate.enrichment.fitting import Fitting
+from palpate.enrichment.fit_inputs import Fitting
 from palpate.enrichment.gaussian_kernel import squared_distances
 from palpate.enrichment.training_samples import Training
 from palpate.samples.database import Database

@@ -7,7 +7,7 @@ than there are samples. All settings are chosen by cross-validation on the train
 import numpy as np
 
 from palpate.enrichment.blend import median_distance
-from palpate.enrichment.fitting import Fitting
+from palpate.enrichment.fit_inputs import Fitting
 from palpate.enrichment.gaussian_kernel import gaussian, squared_distances
 from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.samples.database import Database

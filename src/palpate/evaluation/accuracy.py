@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.enrichment.fitting import Method
+from palpate.enrichment.fit_inputs import Method
 from palpate.errors import InputError
 from palpate.samples.database import Database
 

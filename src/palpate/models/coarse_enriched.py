@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.enrichment.fitting import Fitting, Method
+from palpate.enrichment.fit_inputs import Fitting, Method
 from palpate.models.fem_statics import LinearCoarse, Simulation
 from palpate.models.memory import held_mb
 from palpate.models.model import Case

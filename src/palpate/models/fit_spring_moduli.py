@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.calibration.closed_forms import volume_stiffness
-from palpate.effects.volume import Volume
+from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.models.spring_statics import Network
 from palpate.samples.database import Database

@@ -8,7 +8,7 @@ from palpate.calibration.spring_model import spring_model
 from palpate.calibration.spring_motion import stiffnesses
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
-from palpate.effects.volume import Volume
+from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor

@@ -9,7 +9,7 @@ from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect
 from palpate.errors import InputError
 from palpate.scenes import effect_registry, own_effect
-from palpate.scenes.choose_effects import decide
+from palpate.scenes.auto_effects import decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 

@@ -37,7 +37,7 @@ EFFECTS = {
     "held": Entry("palpate.effects.held", settings={}),
     "push": Entry("palpate.effects.push"),
     "bending": Entry("palpate.effects.bending", settings={}),
-    "volume": Entry("palpate.effects.volume", settings={}),
+    "volume": Entry("palpate.effects.volume_force", settings={}),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
     "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
     "plasticity": Entry("palpate.effects.plasticity"),

@@ -17,7 +17,7 @@ from scipy import stats
 
 from palpate.enrichment.blend_weights import inverse
 from palpate.enrichment.gaussian_kernel import gaussian, query_weights, squared_distances
-from palpate.enrichment.node_ordering import nearest_first
+from palpate.enrichment.nearest_first import nearest_first
 
 
 class Operation(NamedTuple):

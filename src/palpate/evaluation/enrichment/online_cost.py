@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.enrichment.fitting import Method
+from palpate.enrichment.fit_inputs import Method
 from palpate.evaluation.timing import Call, measure, timing_rows
 from palpate.samples.database import Database
 from palpate.samples.loads import nodal_forces

@@ -8,7 +8,7 @@ import pytest
 from palpate.errors import InputError
 from palpate.evaluation.tradeoff.advice import advise
 from palpate.figures.model_looks import label
-from palpate.report import results_page
+from palpate.report import results_markdown
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def results(trade_off, dynamic_table, tmp_path):
         (tmp_path / folder).mkdir()
     for name, table in tables.items():
         table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
-    for name in ["work_precision_liver_small", "work_precision_own_large", *results_page.PICTURES]:
+    for name in ["work_precision_liver_small", "work_precision_own_large", *results_markdown.PICTURES]:
         (tmp_path / "figures" / f"{name}.png").write_bytes(name.encode())
     return tmp_path
 
@@ -45,7 +45,7 @@ def results(trade_off, dynamic_table, tmp_path):
 def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
     docs = tmp_path / "docs"
     docs.mkdir()
-    results_page.write(results, docs)
+    results_markdown.write(results, docs)
     page = (docs / "results.md").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert "| liver_small | within 0.001 ms | none |" in page
     advised = label("detail_correction", "samples=60")
@@ -62,7 +62,7 @@ def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
 def test_a_missing_picture_is_named(results, tmp_path):
     (results / "figures/scaling.png").unlink()
     with pytest.raises(InputError, match=r"scaling\.png is missing"):
-        results_page.write(results, tmp_path)
+        results_markdown.write(results, tmp_path)
     assert not (tmp_path / "results.md").exists()
 
 
@@ -71,5 +71,5 @@ def test_a_commit_that_the_repository_lacks_is_refused(results, tmp_path):
     docs.mkdir()
     subprocess.run(["git", "init", "-q", str(docs)], check=True)
     with pytest.raises(InputError, match="made up, which this repository does not have"):
-        results_page.write(results, docs)
+        results_markdown.write(results, docs)
     assert not (docs / "results.md").exists()

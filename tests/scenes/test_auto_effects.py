@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.body import Material
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
-from palpate.scenes.choose_effects import decide
+from palpate.scenes.auto_effects import decide
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.scene import Scene
 

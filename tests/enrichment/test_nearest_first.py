@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.enrichment.node_ordering import body_axis, contact_frame, levels, nearest_first, nearest_first_framed
+from palpate.enrichment.nearest_first import body_axis, contact_frame, levels, nearest_first, nearest_first_framed
 
 
 def test_levels_join_only_what_is_close():

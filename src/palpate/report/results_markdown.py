@@ -1,6 +1,6 @@
 """Write docs/results.md, a page of Markdown with the main tables and figures of one run.
 
-``python -m palpate.report.results_page results docs`` (``make snapshot``) writes it from the tables of a finished run.
+``python -m palpate.report.results_markdown results docs`` (``make snapshot``) writes it from the tables of a run.
 """
 
 import os

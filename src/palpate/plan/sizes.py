@@ -15,6 +15,10 @@ SURFACE = (140, 528, 33)
 """A filled surface of the tests: its nodes, tetrahedra and inner nodes, from which those of others are estimated."""
 
 
+KEPT = 400
+"""Nodes up to which the surface in a file is filled as it is; a larger one is remeshed, unless the body says how."""
+
+
 @dataclass(frozen=True)
 class Level:
     """The size of one mesh: its nodes, those on the surface, and its tetrahedra, or the triangles of a sheet."""
@@ -96,12 +100,14 @@ def _file(entry: dict, folder: Path) -> Level:
         raw = read(folder / entry["path"])
     except InputError:
         return filled(SURFACE[0])
+    wanted = entry.get("surface_nodes")
     if "tetra" in raw.solids:
         tetrahedra = raw.solids["tetra"]
-        return Level(len(raw.points), _surface_of(tetrahedra), len(tetrahedra))
+        given = Level(len(raw.points), _surface_of(tetrahedra), len(tetrahedra))
+        return given if wanted is None or given.surface <= wanted else filled(wanted)
     triangles = len(raw.sheets.get("triangle", ())) + 2 * len(raw.sheets.get("quad", ()))
     surface = triangles // 2 + 2
-    return filled(min(surface, entry.get("surface_nodes") or surface))
+    return filled(surface if surface <= (wanted or KEPT) else wanted or SURFACE[0])
 
 
 def _surface_of(tetrahedra: np.ndarray) -> int:

@@ -49,7 +49,7 @@ def test_filled_surfaces_are_estimated_within_a_tenth(surface, tetrahedra):
 
 
 @pytest.mark.parametrize(
-    ("wanted", "nodes"), [(None, 140), (200, 200), (5000, 1002)], ids=["as usual", "as given", "kept"]
+    ("wanted", "nodes"), [(None, 200), (300, 300), (5000, 1002)], ids=["as usual", "as given", "kept"]
 )
 def test_a_surface_in_a_file_is_kept_if_it_is_small_and_remeshed_if_not(tmp_path, wanted, nodes):
     meshio = pytest.importorskip("meshio")
@@ -58,7 +58,8 @@ def test_a_surface_in_a_file_is_kept_if_it_is_small_and_remeshed_if_not(tmp_path
         tmp_path / "ball.stl", np.random.default_rng(1).random((6000, 3)), [("triangle", triangles)]
     )
     entry = {"kind": "file", "path": "ball.stl", "refinements": 1, "surface_nodes": wanted}
-    assert size_of(entry, tmp_path).coarse == filled(nodes)
+    size = size_of(entry, tmp_path)
+    assert size.coarse == filled(nodes) and size.remeshed == (nodes != 1002)
 
 
 def test_a_body_that_is_made_is_counted_and_no_longer_estimated(slab, tmp_path):

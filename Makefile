@@ -16,11 +16,14 @@ PATHS := src tests examples workflow/scripts
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all $(STUDIES) test smoke slurm-test example check bench snapshot lock clean help
+.PHONY: all plan $(STUDIES) test smoke slurm-test example check bench snapshot lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
 	@echo "The report: results/report.html"
+
+plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
+	@out=$$($(SNAKEMAKE) --dry-run --quiet rules progress) || { echo "$$out"; exit 1; }
 
 $(STUDIES): $(STAMP)  # one study
 	@$(SNAKEMAKE) $@

@@ -23,6 +23,7 @@ ORDER = [
     "evaluation",
     "figures",
     "report",
+    "plan",
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}

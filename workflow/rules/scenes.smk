@@ -13,7 +13,7 @@ TOUCHING = [name for name, scene in config["scenes"].items() if has_contact(scen
 DRIVEN = [name for name, scene in config["scenes"].items() if has_moving_instrument(scene)]
 
 TARGETS["scenes"] = (
-    tabulated("scene_effects", "effects", "energy")
+    tabulated("scene_effects", "effects", "energy", "energy_balance")
     + figures("scenes", "energy", "effects")
     + drawn(*(f"motion_{scene}" for scene in SCENES))
     + expand("results/figures/motion_{scene}.{suffix}", scene=SCENES, suffix=["gif", "json"])
@@ -90,9 +90,11 @@ rule tabulate_scenes:
         decisions="results/tables/scene_effects.csv",
         effects="results/tables/effects.csv",
         energy="results/tables/energy.csv",
+        balance="results/tables/energy_balance.csv",
     log:
         "results/logs/tabulate_scenes.log",
     params:
+        integrators={name: scene["integrator"] for name, scene in config["scenes"].items()},
         code=code_of("tabulate_scenes"),
     message:
         "tabulate the scenes"

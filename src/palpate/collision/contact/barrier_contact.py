@@ -63,7 +63,9 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
     return Contact(particles, obstacles, settings)
 
 
-class Contact(Energy, Time, HeldNodes, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation, Observation, Contacts):
+class Contact(
+    Energy, Time, HeldNodes, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation, Observation, Contacts
+):
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
     E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
@@ -136,7 +138,7 @@ class Contact(Energy, Time, HeldNodes, StepBegin, Driven, StepLimit, Touching, P
         return displace_nodes(self._proximity, start, motion, self._n, self.names) if motion.any() else x
 
     def end(self, x: np.ndarray) -> None:
-        """Add to ``work_j`` the obstacles' motion since ``begin`` against the forces on them at its end, friction's too.
+        """Add to ``work_j`` the obstacles' motion since ``begin`` against the forces on them at its end, and friction's.
 
         With the forces at the end, as backward Euler takes all others, no step of a convex energy gains more than that.
         """

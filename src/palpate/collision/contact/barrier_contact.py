@@ -138,7 +138,7 @@ class Contact(
         return displace_nodes(self._proximity, start, motion, self._n, self.names) if motion.any() else x
 
     def end(self, x: np.ndarray) -> None:
-        """Add to ``work_j`` the obstacles' motion since ``begin`` against the forces on them at its end, and friction's.
+        """Add to ``work_j`` the obstacles' motion since ``begin`` against the forces on them now, friction included.
 
         With the forces at the end, as backward Euler takes all others, no step of a convex energy gains more than that.
         """

@@ -42,5 +42,10 @@ onstart:
     stay_idle()
 
 
+onsuccess:
+    print_warnings()
+
+
 onerror:
+    print_warnings()
     print(failures(), file=sys.stderr)

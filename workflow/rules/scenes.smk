@@ -21,6 +21,8 @@ TARGETS["scenes"] = (
     + (tabulated("contacts", "contact_force") if TOUCHING else [])
     + figures("scenes", "contact_force", scenes=DRIVEN)
 )
+WARNED += warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)})
+WARNED += expand("results/data/scenes/{scene}/warned.txt", scene=SCENES)
 
 
 rule simulate_scene:
@@ -31,6 +33,7 @@ rule simulate_scene:
     output:
         motion="results/data/scenes/{scene}/motion.h5",
         decisions="results/data/scenes/{scene}/decisions.csv",
+        warned="results/data/scenes/{scene}/warned.txt",
     log:
         "results/logs/scenes/{scene}/simulate_scene.log",
     params:

@@ -19,6 +19,7 @@ TARGETS["tradeoff"] = (
     + figures("tradeoff", "advice", "break_even")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
+WARNED += warned_of(BODIES) + each("loads_warned.txt")
 
 
 rule measure_models:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_reasons import name
+from palpate.evaluation.tradeoff.advice_reasons import mesh_error, name
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
@@ -36,6 +36,9 @@ def lines(advice: pd.Series, settings: pd.DataFrame) -> str:
     else:
         spent = f"{seconds(row['online_median_s'])} an answer, {spent}"
     drawn = "" if moves else " in 90 % of draws of the contacts"
+    if moves:
+        own, both = advice["reference_error"], advice["rmse_of_peak"] + advice["reference_error"]
+        drawn = f"; with the reference's own {percent(own)} added, {percent(both)}"
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
         f"  error     {percent(advice['rmse_of_peak'])} of the peak displacement ({interval(advice)}{drawn}); "
@@ -62,8 +65,27 @@ def sentence(advice: pd.Series) -> str:
     return (
         f"{asked}: {label(advice['model'], advice['setting'])}. Its error is {percent(advice['rmse_of_peak'])} "
         f"({interval(advice)}), its time {seconds(advice['online_p95_s'])} at the 95th percentile{spare}. "
-        f"{capital(next_best(advice))}."
+        f"{capital(next_best(advice))}.{_terms(advice)}"
     )
+
+
+def _terms(advice: pd.Series) -> str:
+    """Name what is faster and was passed over, what is added to the error, and where the mesh should be refined."""
+    own, said = advice["reference_error"], ""
+    if advice["faster_factor"] > 0:
+        who = capital(label(advice["faster"], advice["faster_setting"]))
+        said += (
+            f" {who} is {_times(advice['faster_factor'])} times as fast and was passed over, as its error of "
+            f"{percent(advice['faster_error'])} may be up to {percent(advice['faster_high'])}."
+        )
+    if np.isnan(advice["error_low"]):
+        if np.isfinite(own) and np.isfinite(advice["max_error"]):
+            said += f" The error that is judged includes the reference's own, {percent(own)}."
+    elif own > np.nanmax([advice["rmse_of_peak"], advice["max_error"]]):
+        said += f" Refine the mesh: its own error, {percent(own)}, is larger and not included."
+    elif own > advice["rmse_of_peak"]:
+        said += f" The error of the mesh itself, {percent(own)}, is not included."
+    return said
 
 
 def next_best(advice: pd.Series, setting: bool = True) -> str:
@@ -80,8 +102,12 @@ def behind(advice: pd.Series) -> str:
     tie = EQUAL if timed else CLOSE
     if 1 / tie <= factor <= tie:
         return "is as accurate" if timed else "is about as fast"
-    times = f"{float(f'{factor:.2g}'):g}" if factor < 1000 else "over 1000"
+    times = _times(factor) if factor < 1000 else "over 1000"
     return f"has {times} times the error" if timed else f"takes {times} times as long"
+
+
+def _times(factor: float) -> str:
+    return f"{float(f'{factor:.2g}'):g}"
 
 
 def limit(advice: pd.Series) -> str:
@@ -100,7 +126,7 @@ def interval(advice: pd.Series) -> str:
 
 
 def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> list[str]:
-    """Put the advice for one scene into two or three sentences that a newcomer understands.
+    """Put the advice for one scene into a few sentences that a newcomer understands.
 
     settings : its rows of accuracy_vs_time.csv; what : a few words on what each model does
     """
@@ -110,7 +136,12 @@ def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -
     exact = [row for row in rows if not np.isfinite(row["budget_ms"])]
     found = [_within(same, medians, what) for same in _alike(timed)]
     met = [_under(same, medians) for same in _alike(exact)]
-    return [*found, f"{capital('; '.join(met))}."] if met else found
+    if met:
+        found.append(f"{capital('; '.join(met))}.")
+    own = mesh_error(settings)
+    if own > advice["rmse_of_peak"].min():
+        found.append(f"The mesh itself has an error of {percent(own)}: to get below that, refine it first.")
+    return found
 
 
 def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:

@@ -3,15 +3,13 @@
 import warnings
 
 import pytest
+from fixtures.small_scene import BAR
 
 from palpate.bodies.make_body import make_body
 from palpate.errors import InputError
 from palpate.evaluation.hard_cases import locking
 from palpate.job import job
 from palpate.kept_warnings import about, in_logs, load, save
-
-BAR = {"kind": "box", "sizes_m": [0.2, 0.05, 0.05], "divisions": [4, 1, 1], "refinements": 0, "young_pa": 3000.0}
-BAR |= {"density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}}
 
 
 @pytest.fixture(autouse=True)

@@ -3,11 +3,8 @@
 from copy import deepcopy
 
 import pytest
+from fixtures.small_scene import BAR, SCENE
 
-BAR = {"kind": "box", "sizes_m": [0.2, 0.05, 0.05], "divisions": [4, 1, 1], "refinements": 0, "young_pa": 3000.0}
-BAR |= {"density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}}
-SCENE = {"effects": ["corotational", "held", "gravity"], "integrator": "backward_euler", "step_s": 0.1}
-SCENE |= {"duration_s": 0.1, "gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
 SETTINGS = {"bodies": {"soft": BAR | {"poisson": 0.49}, "other": BAR | {"poisson": 0.3}}}
 SETTINGS |= {"scenes": {name: SCENE | {"body": name} for name in ("soft", "other")}}
 

@@ -27,14 +27,14 @@ def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd
         done = found["outer_work_j"]
         if "gravity_j" in found:
             done = done + found["gravity_j"].iloc[0] - found["gravity_j"]
-        row = {"scene": scene, "integrator": integrator, "work_j": float(done.abs().max() or np.ptp(found["total_j"]))}
+        work = float(done.abs().max() or np.ptp(found["total_j"]))
         gain, verdict = np.nan, UNKNOWN
         if whole(found):
             gain = float(found["gain_j"].max())
-            verdict = HOLDS if gain <= ALLOWED * row["work_j"] else FAILS
-        share = gain / row["work_j"] if row["work_j"] else 0.0 * gain
-        row |= {"gain_j": gain, "gain_of_work": share, "verdict": verdict, "guaranteed": integrator in GUARANTEED}
-        rows.append(row)
+            verdict = HOLDS if gain <= ALLOWED * work else FAILS
+        share = gain / work if work else 0.0 * gain
+        row = {"scene": scene, "integrator": integrator, "work_j": work, "gain_j": gain, "gain_of_work": share}
+        rows.append(row | {"verdict": verdict, "guaranteed": integrator in GUARANTEED})
     return pd.DataFrame(rows)
 
 

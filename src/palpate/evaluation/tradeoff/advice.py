@@ -74,10 +74,10 @@ def advise(
 
 def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, budget_ms: float) -> Advice:
     """Choose the most accurate of what answers in time."""
-    scene, own = settings["scene"].iloc[0], {"reference_error": reasons.mesh_error(settings)}
+    scene, own = settings["scene"].iloc[0], reasons.mesh_error(settings)
     fits = able[1e3 * able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
     if fits.empty:
-        return Advice(scene, budget_ms, np.nan, **own, why=reasons.late(able, settings, budget_ms))
+        return Advice(scene, budget_ms, np.nan, reference_error=own, why=reasons.late(able, settings, budget_ms))
     best, rival = choice(fits, BY_ERROR)
     least = means.loc[fits.index].min().clip(lower=EXACT)
     confidence = float((means.loc[best.name] <= EQUAL * least).mean())
@@ -87,7 +87,7 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
         np.nan,
         **_told(best, means),
         **versus(best, rival, "rmse_of_peak"),
-        **own,
+        reference_error=own,
         margin=1 - 1e3 * best["online_p95_s"] / budget_ms,
         confidence=confidence,
         why=reasons.within(best, rival, confidence, fits, settings, budget_ms),
@@ -97,10 +97,12 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
 def _under(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, max_error: float) -> Advice:
     """Choose the fastest of what is surely accurate enough."""
     scene, highest = settings["scene"].iloc[0], means.quantile(RANGE[1], axis=1)
-    own = {"reference_error": reasons.mesh_error(settings)}
+    own = reasons.mesh_error(settings)
     fits = able[(highest <= max_error).to_numpy()]
     if fits.empty:
-        return Advice(scene, np.nan, max_error, **own, why=reasons.wrong(able, highest, settings, max_error))
+        return Advice(
+            scene, np.nan, max_error, reference_error=own, why=reasons.wrong(able, highest, settings, max_error)
+        )
     best, rival = choice(fits, BY_TIME)
     passed = passed_over(able, highest, best, "online_median_s", max_error)
     return Advice(
@@ -109,7 +111,7 @@ def _under(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, max_
         max_error,
         **_told(best, means),
         **versus(best, rival, "online_median_s"),
-        **own,
+        reference_error=own,
         **passed,
         margin=1 - highest[best.name] / max_error,
         confidence=float((means.loc[best.name] <= max_error).mean()),

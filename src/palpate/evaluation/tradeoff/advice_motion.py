@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff import advice_reasons as reasons
-from palpate.evaluation.tradeoff.advice import Advice, choice, passed_over, versus
+from palpate.evaluation.tradeoff.advice import Advice
+from palpate.evaluation.tradeoff.advice_choice import choice, passed_over, versus
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN, counted, name, next_best, percent
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 

@@ -49,8 +49,10 @@ when_known(lambda: workflow.dryrun and announce())
 
 onsuccess:
     remember()
+    print_warnings()
 
 
 onerror:
     remember()
+    print_warnings()
     print(failures(), file=sys.stderr)

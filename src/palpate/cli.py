@@ -72,10 +72,11 @@ def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float
 
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
     pressed, moving = (results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy"))
-    found = [tables.read(path) for path in (pressed, moving) if path.is_file() or path is pressed]
-    for table in found:
+    there = [path for path in (pressed, moving) if path.is_file()] or [pressed]
+    found = [tables.read(path) for path in there]
+    for path, table in zip(there, found, strict=True):
         rows = tables.where(table, scene=scene)
-        if len(rows) and table is found[0]:
+        if len(rows) and path is pressed:
             return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
         if len(rows):
             return lines(advise_motion(rows, **limits).iloc[0], rows)

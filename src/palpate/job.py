@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
+from palpate.kept_warnings import WARNED, save
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,9 +25,10 @@ FAILED = "error: "
 
 
 @contextmanager
-def job(log: str) -> Iterator[Callable[[str], None]]:
+def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
     """Run the body of a workflow script; yields ``say``, which writes a line to the terminal and to ``log``.
 
+    warned : the output that gets the warnings, for the report
     A failure ends the process with exit code 1 and one sentence; the traceback of an unforeseen one goes to
     the log only.
     """
@@ -40,8 +42,10 @@ def job(log: str) -> Iterator[Callable[[str], None]]:
             print(line, file=file)
 
         try:
-            with _warnings_to(say):
+            with _warnings_to(say) as kept:
                 yield say
+            if warned is not None:
+                save(kept, warned)
         except (InputError, NotConverged) as error:
             say(f"{FAILED}{error}")
             raise SystemExit(1) from None
@@ -59,19 +63,23 @@ def job(log: str) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def _warnings_to(say: Callable[[str], None]) -> Iterator[None]:
-    """Print warnings of palpate, which puts them into the log; those of other packages go where they went."""
+def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
+    """Print warnings of palpate, which puts them into the log; those of other packages go where they went.
+
+    Yields the list that those of palpate are added to.
+    """
     with warnings.catch_warnings():
-        others = warnings.showwarning
+        others, kept = warnings.showwarning, []
 
         def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
             if category is UserWarning:
-                say(f"warning: {message}")
+                kept.append(" ".join(str(message).split()))
+                say(f"{WARNED}{kept[-1]}")
             else:
                 others(message, category, *where, **more)
 
         warnings.showwarning = show
-        yield
+        yield kept
 
 
 def _end_with(run: int) -> None:

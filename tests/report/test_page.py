@@ -17,11 +17,11 @@ STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision
 TABLES = {study: [name for name, table in declared(study).items() if table.always] for study in STUDIES}
 
 
-def written(folder, studies=STUDIES, scenes=None, cts=None, captions=CAPTIONS):
+def written(folder, studies=STUDIES, scenes=None, cts=None, captions=CAPTIONS, warned=()):
     """The page about what is asked for, all scenes if not said otherwise."""
     out = folder.path / "report.html"
     scenes, cts = (folder.scenes if scenes is None else scenes), (folder.cts if cts is None else cts)
-    report.write(folder.path, captions, out, studies, scenes, cts)
+    report.write(folder.path, captions, out, studies, scenes, cts, warned=warned)
     return out.read_text(encoding="utf-8")
 
 
@@ -82,6 +82,13 @@ def test_the_order_is_that_of_the_studies_with_claims_and_failures_last(results_
     page = written(results_folder, studies)
     assert re.findall(r'<section id="([a-z_]+)">\n<h2>', page) == [*studies, "verdicts", "omissions"]
     assert page.index(report.QUESTION) < page.index("The <strong>error</strong>") < page.index('id="findings"')
+
+
+def test_warnings_come_first_and_only_if_there_are_any(page, results_folder):
+    warned = ["bodies.liver: the organ is <cut>.", "bodies.spleen: 2 pieces are dropped."]
+    opening = written(results_folder, warned=warned).split("<nav")[0]
+    assert re.findall(r"<li>(bodies.*)</li>", opening) == [warned[0].replace("<cut>", "&lt;cut&gt;"), warned[1]]
+    assert 'id="warnings"' not in page
 
 
 def test_what_failed_is_listed(page):

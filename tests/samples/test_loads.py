@@ -1,9 +1,13 @@
 """Load cases: as many as asked, where the body can be pressed, as deep as asked."""
 
+import warnings
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from palpate.errors import InputError
+from palpate.samples import loads as module
 from palpate.samples.loads import COLUMNS, choose_loads, force_of
 from palpate.samples.static_responses import press
 from palpate.solvers.compliance import compute_compliance
@@ -73,3 +77,28 @@ def test_counts_that_cannot_be_are_refused(choose):
         choose(count=7)
     with pytest.raises(InputError, match=r"^bodies\.slab: 500 contacts are asked for and \d+ can be pressed; .*\.$"):
         choose(count=1000)
+
+
+class Stiffening:
+    """A body that moves by what it is pressed with, but at most by 0.61 m."""
+
+    mesh = SimpleNamespace(nodes=np.zeros((1, 3)))
+
+    def solve(self, forces, tolerance):
+        return SimpleNamespace(x=np.minimum(forces, 0.61))
+
+
+def test_a_peak_that_is_not_reached_is_warned_of_with_its_share(choose, monkeypatch):
+    unit = np.array([[1.0, 0.0, 0.0]])
+    assert module._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
+    assert module._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
+    shares = iter([1.0, 0.61, 0.99, 0.75])
+    monkeypatch.setattr(module, "_force_for", lambda *_: (1.0, next(shares)))
+    with pytest.warns(UserWarning, match=r"^bodies\.slab: 2 of 4 loads do not .*, but by 61 % to 75 % of it"):
+        choose(count=4)
+
+
+def test_forces_that_are_found_are_not_warned_of(choose):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        choose(peak=0.15)

@@ -18,7 +18,8 @@ rule make_body:
     input:
         files=lambda wildcards: body_files(wildcards.body),
     output:
-        "results/data/{body}/body.h5",
+        body="results/data/{body}/body.h5",
+        warned="results/data/{body}/warned.txt",
     log:
         "results/logs/{body}/make_body.log",
     params:

@@ -13,6 +13,7 @@ from palpate.dependencies import digest, files_of
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.job import FAILED, kernel_cache
+from palpate.kept_warnings import in_logs
 from palpate.plan.plan import Plan, when_known
 from palpate.schema import defaults, read_schema
 
@@ -32,6 +33,8 @@ except InputError as error:
 ASKED = asked_for(config, SCHEMA)
 # what each study makes, by its name; its rules file says so
 TARGETS = {}
+# the warnings of jobs that the studies need; the report lists them
+WARNED = []
 # tables that several jobs fill: the parts of each
 MERGED = {}
 # figures that only read tables: module, scene and published numbers of each
@@ -154,6 +157,17 @@ def remember():
     """Keep what the jobs of this run took, for the next estimate."""
     if planned is not None:
         planned.remember()
+
+
+def warnings_kept():
+    """What jobs warned of, each once, in the results as they stand: also jobs that were done before this run."""
+    return in_logs(sorted({log for job in workflow.dag.jobs for log in job.log}))
+
+
+def print_warnings():
+    """Print these at the end of a run, where they do not scroll by."""
+    for line in warnings_kept():
+        print(f"warning: {line}", file=sys.stderr)
 
 
 def failures():

@@ -5,6 +5,7 @@ TARGETS["ct"] = (
     + figures("ct", "node_mass")
     + drawn(*(f"{figure}_{body}" for figure in ("ct_slices", "ct_volume") for body in CTS))
 )
+WARNED += warned_of(CTS)
 
 
 rule tabulate_node_mass:

@@ -31,6 +31,7 @@ TARGETS["enrichment"] = (
     + drawn("mesh_levels", *RESPONSES)
     + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=REGIMES)
 )
+WARNED += warned_of(BODIES) + each("loads_warned.txt")
 
 
 rule sweep_sigma:

@@ -9,7 +9,8 @@ rule choose_loads:
         body="results/data/{body}/body.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
     output:
-        "results/data/{body}/{regime}/loads.csv",
+        loads="results/data/{body}/{regime}/loads.csv",
+        warned="results/data/{body}/{regime}/loads_warned.txt",
     log:
         "results/logs/{body}/{regime}/choose_loads.log",
     params:

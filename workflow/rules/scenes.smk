@@ -13,7 +13,7 @@ TOUCHING = [name for name, scene in config["scenes"].items() if has_contact(scen
 DRIVEN = [name for name, scene in config["scenes"].items() if has_moving_instrument(scene)]
 
 TARGETS["scenes"] = (
-    tabulated("scene_effects", "effects", "energy")
+    tabulated("scene_effects", "effects", "energy", "energy_balance")
     + figures("scenes", "energy", "effects")
     + drawn(*(f"motion_{scene}" for scene in SCENES))
     + expand("results/figures/motion_{scene}.{suffix}", scene=SCENES, suffix=["gif", "json"])
@@ -21,6 +21,8 @@ TARGETS["scenes"] = (
     + (tabulated("contacts", "contact_force") if TOUCHING else [])
     + figures("scenes", "contact_force", scenes=DRIVEN)
 )
+WARNED += warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)})
+WARNED += expand("results/data/scenes/{scene}/warned.txt", scene=SCENES)
 
 
 rule simulate_scene:
@@ -31,6 +33,7 @@ rule simulate_scene:
     output:
         motion="results/data/scenes/{scene}/motion.h5",
         decisions="results/data/scenes/{scene}/decisions.csv",
+        warned="results/data/scenes/{scene}/warned.txt",
     log:
         "results/logs/scenes/{scene}/simulate_scene.log",
     params:
@@ -90,9 +93,11 @@ rule tabulate_scenes:
         decisions="results/tables/scene_effects.csv",
         effects="results/tables/effects.csv",
         energy="results/tables/energy.csv",
+        balance="results/tables/energy_balance.csv",
     log:
         "results/logs/tabulate_scenes.log",
     params:
+        integrators={name: scene["integrator"] for name, scene in config["scenes"].items()},
         code=code_of("tabulate_scenes"),
     message:
         "tabulate the scenes"

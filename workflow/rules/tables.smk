@@ -1,4 +1,4 @@
-# Tables that several jobs fill, and figures that only read tables.
+# Tables that several jobs or studies fill, and figures that only read tables.
 
 
 rule merge_table:
@@ -36,3 +36,26 @@ rule draw:
         "draw {wildcards.figure}"
     script:
         "../scripts/draw.py"
+
+
+if {"tradeoff", "dynamic"} & set(ASKED):
+
+    rule tabulate_advice:
+        input:
+            table=tabulated("accuracy_vs_time") if "tradeoff" in ASKED else [],
+            errors=family_files("samples") if "tradeoff" in ASKED else [],
+            samples=each("samples.csv") if "tradeoff" in ASKED else [],
+            motions=tabulated("dynamic_accuracy") if "dynamic" in ASKED else [],
+        output:
+            "results/tables/advice.csv",
+        log:
+            "results/logs/tabulate_advice.log",
+        params:
+            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults(SCHEMA, "tradeoff")})[
+                "tradeoff"
+            ]["advice"],
+            code=code_of("tabulate_advice"),
+        message:
+            "advise a model for each budget and error"
+        script:
+            "../scripts/tabulate_advice.py"

@@ -19,6 +19,7 @@ TARGETS["tradeoff"] = (
     + figures("tradeoff", "advice", "break_even")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
+WARNED += warned_of(BODIES) + each("loads_warned.txt")
 
 
 rule measure_models:
@@ -88,22 +89,3 @@ rule tabulate_tradeoff:
         "tabulate what accuracy costs in time"
     script:
         "../scripts/tabulate_tradeoff.py"
-
-
-rule tabulate_advice:
-    input:
-        table="results/tables/accuracy_vs_time.csv",
-        errors=family_files("samples"),
-        samples=each("samples.csv"),
-        motions=tabulated("dynamic_accuracy") if "dynamic" in ASKED else [],
-    output:
-        "results/tables/advice.csv",
-    log:
-        "results/logs/tabulate_advice.log",
-    params:
-        limits=config["tradeoff"]["advice"],
-        code=code_of("tabulate_advice"),
-    message:
-        "advise a model for each budget and error"
-    script:
-        "../scripts/tabulate_advice.py"

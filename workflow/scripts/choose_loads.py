@@ -3,7 +3,7 @@ from palpate.job import job, write_table
 from palpate.samples.loads import choose_loads
 from palpate.solvers.compliance import load_compliance
 
-with job(snakemake.log[0]):
+with job(snakemake.log[0], snakemake.output.warned):
     params = snakemake.params
     loads = choose_loads(
         load(snakemake.input.body),
@@ -14,4 +14,4 @@ with job(snakemake.log[0]):
         params.samples,
         params.seed,
     )
-    write_table(loads, snakemake.output[0])
+    write_table(loads, snakemake.output.loads)

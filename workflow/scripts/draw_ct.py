@@ -3,8 +3,10 @@ from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.figures import style
 from palpate.figures.ct import ct_slices, ct_volume_rendering
 from palpate.job import job, stem
+from palpate.kept_warnings import about
 
 with job(snakemake.log[0]):
-    image, mask = segment_entry(snakemake.params.entry)
+    with about(f"bodies.{snakemake.wildcards.body}"):
+        image, mask = segment_entry(snakemake.params.entry)
     style.save(ct_slices.draw(image, mask, snakemake.wildcards.body), stem(snakemake.output.slices))
     style.save(ct_volume_rendering.draw(image, mask, load(snakemake.input.body)), stem(snakemake.output.volume))

@@ -2,5 +2,5 @@ from palpate.bodies.body_file import save
 from palpate.bodies.make_body import make_body
 from palpate.job import job
 
-with job(snakemake.log[0]):
-    save(make_body(snakemake.wildcards.body, snakemake.params.entry), snakemake.output[0])
+with job(snakemake.log[0], snakemake.output.warned):
+    save(make_body(snakemake.wildcards.body, snakemake.params.entry), snakemake.output.body)

@@ -5,7 +5,7 @@ from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
 from palpate.scenes.scene_bodies import load_particles
 
-with job(snakemake.log[0]) as say:
+with job(snakemake.log[0], snakemake.output.warned) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)
     particles = load_particles(scene, snakemake.input.bodies)
     table = decisions(scene, particles)

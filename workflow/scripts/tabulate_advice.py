@@ -8,12 +8,13 @@ from palpate.evaluation.tradeoff.bootstrap import errors_from
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):
-    table, limits, found = pd.read_csv(snakemake.input.table), snakemake.params.limits, []
+    limits, found = snakemake.params.limits, []
     errors = {path: Path(path).parts[-4:-2] for path in snakemake.input.errors}
     samples = {Path(path).parts[-3:-1]: path for path in snakemake.input.samples}
-    for (body, regime), settings in table.groupby(["body", "regime"], sort=False):
-        families = [path for path, place in errors.items() if place == (body, regime)]
-        found.append(advise(settings, errors_from(families, samples[body, regime], settings), **limits))
+    for table in snakemake.input.table:
+        for (body, regime), settings in pd.read_csv(table).groupby(["body", "regime"], sort=False):
+            families = [path for path, place in errors.items() if place == (body, regime)]
+            found.append(advise(settings, errors_from(families, samples[body, regime], settings), **limits))
     for path in snakemake.input.motions:
         found += [advise_motion(rows, **limits) for _, rows in pd.read_csv(path).groupby("scene", sort=False)]
     write_table(pd.concat(found), snakemake.output[0])

@@ -1,5 +1,6 @@
 import pandas as pd
 
+from palpate.evaluation.scenes.energy_balance import energy_balance
 from palpate.job import job, write_table
 from palpate.scenes import motion
 
@@ -10,4 +11,6 @@ with job(snakemake.log[0]):
     errors = pd.concat([pd.read_csv(path) for path in inputs.errors])
     write_table(costs.merge(errors, on=["scene", "effect"], how="left"), out.effects)
     energies = {found.scene: found.energy for found in map(motion.load, inputs.motions)}
-    write_table(pd.concat(energies, names=["scene", "frame"]).reset_index("scene"), out.energy)
+    energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
+    write_table(energy, out.energy)
+    write_table(energy_balance(energy, snakemake.params.integrators), out.balance)

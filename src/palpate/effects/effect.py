@@ -129,6 +129,21 @@ class StepBegin(Protocol):
         raise NotImplementedError
 
 
+class Driven(Protocol):
+    """Something that is moved from outside, such as an instrument, and does work on the bodies.
+
+    work_j : this work so far [J]
+    """
+
+    def end(self, x: np.ndarray) -> None:
+        """Add the work of an implicit step, or of a part of one, that is accepted and ends at ``x`` (n, 3) [m].
+
+        An effect with a projection adds that of explicit steps there.
+        """
+
+    work_j: float
+
+
 class StepLimit(Protocol):
     """A limit to each step of the implicit search, so that no surface passes through another.
 
@@ -245,6 +260,7 @@ HOOKS: tuple[type, ...] = (
     HeldNodes,
     Projection,
     StepBegin,
+    Driven,
     StepLimit,
     Touching,
     Relaxation,

@@ -1,7 +1,5 @@
 """Put advice into sentences, for the terminal and the report."""
 
-from itertools import groupby
-
 import numpy as np
 import pandas as pd
 
@@ -10,14 +8,7 @@ from palpate.evaluation.tradeoff.advice_reasons import name
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.report.words import capital, listed, plain
-
-MEANINGS = {
-    1.0: "fast enough for force feedback to a hand",
-    16.7: "one picture at 60 a second",
-    100.0: "still felt as immediate",
-}
-"""What a budget [ms] is for."""
+from palpate.report.words import capital, plain
 
 
 def lines(advice: pd.Series, settings: pd.DataFrame) -> str:
@@ -36,6 +27,9 @@ def lines(advice: pd.Series, settings: pd.DataFrame) -> str:
     else:
         spent = f"{seconds(row['online_median_s'])} an answer, {spent}"
     drawn = "" if moves else " in 90 % of draws of the contacts"
+    if moves:
+        own, both = advice["reference_error"], advice["rmse_of_peak"] + advice["reference_error"]
+        drawn = f"; with the reference's own {percent(own)} added, {percent(both)}"
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
         f"  error     {percent(advice['rmse_of_peak'])} of the peak displacement ({interval(advice)}{drawn}); "
@@ -62,8 +56,27 @@ def sentence(advice: pd.Series) -> str:
     return (
         f"{asked}: {label(advice['model'], advice['setting'])}. Its error is {percent(advice['rmse_of_peak'])} "
         f"({interval(advice)}), its time {seconds(advice['online_p95_s'])} at the 95th percentile{spare}. "
-        f"{capital(next_best(advice))}."
+        f"{capital(next_best(advice))}.{_terms(advice)}"
     )
+
+
+def _terms(advice: pd.Series) -> str:
+    """Name what is faster and was passed over, what is added to the error, and where the mesh should be refined."""
+    own, said = advice["reference_error"], ""
+    if advice["faster_factor"] > 0:
+        who = capital(label(advice["faster"], advice["faster_setting"]))
+        said += (
+            f" {who} is {_times(advice['faster_factor'])} times as fast and was passed over, as its error of "
+            f"{percent(advice['faster_error'])} may be up to {percent(advice['faster_high'])}."
+        )
+    if np.isnan(advice["error_low"]):
+        if np.isfinite(own) and np.isfinite(advice["max_error"]):
+            said += f" The error that is judged includes the reference's own, {percent(own)}."
+    elif own > np.nanmax([advice["rmse_of_peak"], advice["max_error"]]):
+        said += f" Refine the mesh: its own error, {percent(own)}, is larger and not included."
+    elif own > advice["rmse_of_peak"]:
+        said += f" The error of the mesh itself, {percent(own)}, is not included."
+    return said
 
 
 def next_best(advice: pd.Series, setting: bool = True) -> str:
@@ -80,8 +93,12 @@ def behind(advice: pd.Series) -> str:
     tie = EQUAL if timed else CLOSE
     if 1 / tie <= factor <= tie:
         return "is as accurate" if timed else "is about as fast"
-    times = f"{float(f'{factor:.2g}'):g}" if factor < 1000 else "over 1000"
+    times = _times(factor) if factor < 1000 else "over 1000"
     return f"has {times} times the error" if timed else f"takes {times} times as long"
+
+
+def _times(factor: float) -> str:
+    return f"{float(f'{factor:.2g}'):g}"
 
 
 def limit(advice: pd.Series) -> str:
@@ -97,52 +114,3 @@ def interval(advice: pd.Series) -> str:
         return "of one load"
     low, high = percent(advice["error_low"]), percent(advice["error_high"])
     return low if low == high else f"{low} to {high}"
-
-
-def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> list[str]:
-    """Put the advice for one scene into two or three sentences that a newcomer understands.
-
-    settings : its rows of accuracy_vs_time.csv; what : a few words on what each model does
-    """
-    medians = settings.set_index(["model", "setting"])["online_median_s"]
-    rows = [row for _, row in advice.iterrows()]
-    timed = [row for row in rows if np.isfinite(row["budget_ms"])]
-    exact = [row for row in rows if not np.isfinite(row["budget_ms"])]
-    found = [_within(same, medians, what) for same in _alike(timed)]
-    met = [_under(same, medians) for same in _alike(exact)]
-    return [*found, f"{capital('; '.join(met))}."] if met else found
-
-
-def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:
-    """Group neighbouring rows of advice.csv that advise the same."""
-    return [list(same) for _, same in groupby(rows, lambda row: (row["model"], row["setting"]))]
-
-
-def _within(rows: list[pd.Series], medians: pd.Series, what: dict[str, str]) -> str:
-    """Put budgets that get the same answer into a sentence."""
-    budgets = listed([f"{row['budget_ms']:g}\u00a0ms{_meaning(row['budget_ms'])}" for row in rows])
-    first = rows[0]
-    if first["model"] == NONE:
-        return f"Within {budgets}, no model answers in time."
-    gloss = f" ({what[first['model']]})" if first["model"] in what else ""
-    return (
-        f"Within {budgets}, take {label(first['model'], 'default')}{gloss}: its error is "
-        f"{percent(first['rmse_of_peak'])}, its time {_median(first, medians)}; {next_best(first, setting=False)}."
-    )
-
-
-def _median(row: pd.Series, medians: pd.Series) -> str:
-    return seconds(medians[row["model"], row["setting"]])
-
-
-def _meaning(budget_ms: float) -> str:
-    return f" ({MEANINGS[budget_ms]})" if budget_ms in MEANINGS else ""
-
-
-def _under(rows: list[pd.Series], medians: pd.Series) -> str:
-    """Put limits of the error that get the same answer into a clause."""
-    limits = f"for an error of at most {listed([percent(row['max_error']) for row in rows])}"
-    first = rows[0]
-    if first["model"] == NONE:
-        return f"{limits}, no model is accurate enough"
-    return f"{limits}, take {label(first['model'], 'default')} ({_median(first, medians)})"

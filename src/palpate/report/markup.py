@@ -18,7 +18,7 @@ _QUANTITY = re.compile(r"[-+<~\s]*[\d.,]+(e[-+]?\d+)?(\s?(%|µs|ms|s|min|h|kB|MB
 
 MARKS = {word: "good" for word in ("confirmed", "stable")}
 MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
-MARKS |= {word: "open" for word in ("true as a bound", "cannot be compared", "refused", "not converged")}
+MARKS |= {word: "open" for word in ("tied", "true as a bound", "cannot be compared", "refused", "not converged")}
 """How a verdict or an outcome is marked: the sign and colour of its cell."""
 
 

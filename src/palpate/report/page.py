@@ -23,12 +23,14 @@ def write(
     scenes: Sequence[str] = (),
     cts: Sequence[str] = (),
     driven: Collection[str] = (),
+    warned: Sequence[str] = (),
 ) -> None:
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
     A study's part is the module palpate.report.parts.<study>: TITLE, TABLES, numbers(report) and sections(report), and
     where it has some claims(report) and failures(report). Its captions are ``captions``/<study>/*.rst.
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
+    warned : what jobs warned of, which comes first
     Raises InputError naming the first part, table, figure, caption or number that is missing.
     """
     report = Report(results, captions, studies, scenes, cts, driven, LAST if studies else {})
@@ -39,7 +41,7 @@ def write(
         f'<meta http-equiv="Content-Security-Policy" content="{page_assets.POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>palpate: what accuracy costs</title>\n<style>{page_assets.style()}</style>\n</head>\n<body>\n"
-        f'{_opening(report, parts)}\n<div class="page">\n{_navigation(report, parts)}\n<main>\n'
+        f'{_opening(report, parts)}{_warnings(warned)}\n<div class="page">\n{_navigation(report, parts)}\n<main>\n'
         f"{''.join(_part(report, name, sections) for name, sections in parts.items())}</main>\n</div>\n"
         f"<script>{page_assets.script()}</script>\n</body>\n</html>\n"
     )
@@ -58,6 +60,14 @@ def _opening(report: Report, parts: Collection[str]) -> str:
         f"<header>\n<p class='name'>palpate</p>\n<h1>{QUESTION}</h1>\n{_answer(report)}\n</header>\n"
         f'<section class="findings" id="findings">\n<h2>In short</h2>\n<ul>\n{findings}\n</ul>\n</section>'
     )
+
+
+def _warnings(warned: Sequence[str]) -> str:
+    """List what jobs warned of; nothing if that is nothing."""
+    if not warned:
+        return ""
+    lines = "\n".join(f"<li>{escape(line)}</li>" for line in warned)
+    return f'\n<section class="findings" id="warnings">\n<h2>Warnings</h2>\n<ul>\n{lines}\n</ul>\n</section>'
 
 
 def _answer(report: Report) -> str:

@@ -63,7 +63,7 @@ INTEGRATORS = {
     "goal_position": "palpate.solvers.goal_position",
 }
 
-RESERVED = ("kinetic", "outer_work", "total", "integrator")
+RESERVED = ("kinetic", "outer_work", "total", "gain", "integrator")
 """Names of columns and rows in the tables, which effects cannot have."""
 
 

@@ -81,7 +81,7 @@ def loop(system: System, integrator: Integrator, scene: Scene, record: "_Record"
             raise InputError(f"{scene.place}: {error}") from error
         system.relax(moved, h)
         record.seconds.append(perf_counter() - start)
-        record.after(step + 1, x, moved, v)
+        record.after(step + 1, moved, v)
         x = moved
 
 
@@ -92,44 +92,51 @@ class _Record:
         self._scene, self._system, self.x = scene, system, x
         self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
         self.seconds: list[float] = []
-        self._work = 0.0
+        self._total, self._worked, self._gain = np.nan, 0.0, 0.0
         self._frames: list[np.ndarray] = []
         self._rows: list[dict[str, float]] = []
         self._contacts: list[pd.DataFrame] = []
         self._observed: list[dict[str, float]] = []
         self._observers = [effect for _, effect in system.offering(hooks.Observation)]
         self._contact_effects = [effect for _, effect in system.offering(hooks.Contacts)]
-        self._keep(0, x, np.zeros_like(x))
+        still = np.zeros_like(x)
+        self._keep(0, x, still, self._energies(x, still))
 
-    def after(self, step: int, before: np.ndarray, x: np.ndarray, v: np.ndarray) -> None:
+    def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
         """Record one step."""
         spent = dict(self._system.seconds)
-        if self._system.loaded:
-            self._work += float(np.vdot(self._system.outer_force(before, v), x - before))
+        energies = self._energies(x, v)
         if self._observers:
             row = {"time_s": step * self._scene.step_s}
             for effect in self._observers:
                 row |= effect.observe(x)
             self._observed.append(row)
         if step == self._every[len(self._frames)]:
-            self._keep(step, x, v)
+            self._keep(step, x, v, energies)
         self._system.seconds.update(spent)  # recording is not part of an effect's cost
 
-    def _keep(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
+    def _energies(self, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
+        """Return all energies [J] and their sum, and keep the most that a step has gained beyond the work."""
+        kinetic = 0.5 * float(np.vdot(self._system.masses[:, None] * v, v))
+        potentials = self._system.energies(x)
+        work, total = self._system.work_j, kinetic + sum(potentials.values())
+        self._gain = float(np.fmax(self._gain, total - self._total - (work - self._worked)))
+        self._worked, self._total = work, total
+        found = {"kinetic_j": kinetic} | {f"{name}_j": energy for name, energy in potentials.items()}
+        return found | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
+
+    def _keep(self, step: int, x: np.ndarray, v: np.ndarray, energies: dict[str, float]) -> None:
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise NotConverged(
                 f"{self._scene.place}: positions are not finite at {step * self._scene.step_s:.4g} s; "
                 "take a shorter step or another integrator.",
                 [],
             )
-        potentials = self._system.energies(x)
-        kinetic = 0.5 * float(np.vdot(self._system.masses[:, None] * v, v))
-        row = {"time_s": step * self._scene.step_s, "kinetic_j": kinetic}
-        row |= {f"{name}_j": energy for name, energy in potentials.items()}
-        self._rows.append(row | {"outer_work_j": self._work, "total_j": kinetic + sum(potentials.values())})
+        time = step * self._scene.step_s
+        self._rows.append({"time_s": time} | energies)
         self._frames.append(x.copy())
         if step:  # before the first step there are no contacts yet
-            self._contacts += [effect.contacts(x).assign(time_s=row["time_s"]) for effect in self._contact_effects]
+            self._contacts += [effect.contacts(x).assign(time_s=time) for effect in self._contact_effects]
 
     def motion(self) -> Motion:
         """Return the motion recorded so far."""

@@ -71,6 +71,8 @@ class BackwardEuler:
                 raise NotConverged(f"a step of {h:.1e} s: {failure}", failure.history) from failure
             return self._two_halves(x, v, h / 2, halvings - 1)
         velocity = (reached - x) / h
+        self._system.add_work(step.load, reached - x)
+        self._system.end(reached)
         allowed = before + float(np.vdot(step.load, reached - x)) - self._system.energy(reached)
         return reached, self._scaled_down(velocity, allowed)
 

@@ -44,10 +44,13 @@ class GoalPosition:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
         system = self._system
         force = system.explicit_force(x, v)
+        load = system.outer_force(x, v) if system.loaded else None
         start, x, v = x, x.copy(), v.copy()
         system.goals(x, self._goals)
         _advance(x, v, self._goals, force, self._mobility, system.free, self._alpha, h)
         system.project(start, x, v, h)
+        if load is not None:
+            system.add_work(load, x - start)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise NotConverged("goal position is not finite any more; a force grows with x or v: lower it", [])
         return x, v

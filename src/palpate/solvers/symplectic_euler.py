@@ -35,10 +35,13 @@ class SymplecticEuler:
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
+        load = self._system.outer_force(x, v) if self._system.loaded else None
         v = v + h * self._mobility * self._system.explicit_force(x, v)
         v[~self._system.free] = 0.0
         start, x = x, x + h * v
         self._system.project(start, x, v, h)
+        if load is not None:
+            self._system.add_work(load, x - start)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise NotConverged("symplectic Euler has diverged; take a shorter step or an implicit integrator", [])
         return x, v

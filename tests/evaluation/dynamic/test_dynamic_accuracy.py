@@ -8,7 +8,7 @@ import pytest
 
 from palpate.bodies.body import Material, nest
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.dynamic import dynamic_accuracy
+from palpate.evaluation.dynamic import dynamic_accuracy, dynamic_reference
 from palpate.evaluation.dynamic.dynamic_reference import Reference, load, reference, save
 from palpate.evaluation.dynamic.dynamic_trial import Trial, trial
 from palpate.files import read_yaml
@@ -58,6 +58,26 @@ def test_half_the_load_moves_about_half_as_far(pressed, truth):
 def test_what_cannot_be_converged_is_told(pressed):
     with pytest.raises(NotConverged, match="poke"):
         reference(pressed, 1e-12, SHARE, 2)
+
+
+def test_a_duration_that_is_too_long_is_halved_with_a_warning(pressed, truth, monkeypatch):
+    def only_short(trial, *_):
+        if trial.duration_s > 0.06:
+            raise NotConverged("poke: the motion still changes", [])
+        return replace(truth, duration_s=trial.duration_s)
+
+    monkeypatch.setattr(dynamic_reference, "reference", only_short)
+    with pytest.warns(UserWarning) as warned:
+        found = dynamic_reference.reference_of_part(pressed, 0.02, SHARE, 6, 2)
+    assert found.duration_s == 0.05
+    said = [str(one.message) for one in warned]
+    assert said[0] == (
+        "scenes.poke: models are compared in its first 0.1 s at most, as no reference of 0.2 s was found: "
+        "poke: the motion still changes."
+    )
+    assert len(said) == 2 and "first 0.05 s" in said[1]
+    with pytest.warns(UserWarning), pytest.raises(NotConverged):
+        dynamic_reference.reference_of_part(pressed, 0.02, SHARE, 6, 1)
 
 
 def test_a_reference_is_kept(truth, tmp_path):

@@ -38,9 +38,31 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
 def test_fastest_of_what_is_accurate_enough(motions):
     found = advise_motion(motions, max_errors=[0.03, 0.002, 1e-5])
     assert list(found["model"]) == ["springs", "fem_fine", "none"]
-    assert found["why"].iloc[1].startswith("fastest of 1") and "20 s for a second" in found["why"].iloc[1]
-    assert "fem_fine step_s=0.02, has 0.1 % against a reference that is itself known to 0.01 %" in found["why"].iloc[2]
+    assert (
+        found["why"]
+        .iloc[1]
+        .startswith("fastest of one setting whose error, the reference's own 0.01 % added, stays below 0.2 %")
+        and "20 s for a second" in found["why"].iloc[1]
+    )
+    assert (
+        found["why"]
+        .iloc[2]
+        .endswith("fem_fine step_s=0.02, has 0.1 %, which is 0.11 % with the reference's own 0.01 % added")
+    )
+    assert (found["reference_error"] == 1e-4).all()
+    assert found["margin"].iloc[1] == pytest.approx(1 - 0.0011 / 0.002)
     assert advise_motion(motions.assign(reference_change=0.002), max_errors=[0.002])["model"].tolist() == ["none"]
+
+
+def test_what_the_references_own_error_rules_out_is_named(motions):
+    """Shape matching has 1 % and 1.1 % with what is added: above a limit of 1.05 %."""
+    row = advise_motion(motions.assign(reference_change=1e-3), max_errors=[0.0105]).iloc[0]
+    assert (row["model"], row["faster"], row["faster_setting"]) == ("fem_fine", "shape_matching", "step_s=0.01")
+    assert row["faster_high"] == pytest.approx(0.011) and row["faster_factor"] == pytest.approx(20 / 0.9)
+    assert (
+        "shape_matching step_s=0.01 is 22 times as fast and was passed over: its error, 1 %, may be up to 1.1 %"
+        in (row["why"])
+    )
 
 
 def test_where_all_failed_there_is_none(motions):

@@ -17,6 +17,10 @@ def test_sentences_come_from_the_tables(collision_results):
     # 2.5 ms against 1.5 ms
     assert found["collision_plain"] == "composite 4/2 takes 1.67 times as long"
     assert found["collision_verdicts"] == "query time confirmed in 1 of 1 rows"
+    claims = collision_results["collision_claims"]
+    tied = collision_results | {"collision_claims": claims.assign(verdict="tied")}
+    said = numbers("collision", tied, PUBLISHED)["collision_verdicts"]
+    assert said == "query time confirmed in 0 of 1 rows (1 are ties within 5 %)"
     assert "takes 1.5 ms on one core with AABBs (coal, OBBs, rebuilt: 12 ms)." in found["headline"]
 
 

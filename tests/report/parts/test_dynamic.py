@@ -1,7 +1,9 @@
 """Sentences about models in motion follow from their table."""
 
+import pandas as pd
 from fixtures.material import CAPTIONS, material, numbers
 
+from palpate.evaluation.tradeoff.advice_motion import advise_motion
 from palpate.report import page as report
 from palpate.report.parts import dynamic
 
@@ -22,8 +24,11 @@ def test_the_report_shows_it(dynamic_table, tmp_path):
     (tmp_path / "tables").mkdir()
     (tmp_path / "figures").mkdir()
     dynamic_table.to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
+    advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
+    pd.concat(advice).to_csv(tmp_path / "tables/advice.csv", index=False)
     for suffix in ("svg", "png"):
         (tmp_path / f"figures/dynamic_accuracy.{suffix}").write_text("<svg></svg>")
     report.write(tmp_path, CAPTIONS, tmp_path / "report.html", ["dynamic"])
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'id="dynamic_advice"' in page and "Error of at most 10\u00a0%: " in page
     assert '<figure id="figure_dynamic_accuracy">' in page and 'class="finding">The most accurate models' in page

@@ -38,7 +38,32 @@ def test_sentences_name_model_error_time_and_rival(liver):
     assert "error is 0.4 % (" in said[2] and "its time 6 ms at the 95th percentile, which leaves 64 %" in said[2]
     assert "has 200 times the error" in said[3]
     assert said[4].startswith("Error of at most 5 %: corrected coarse FEM (samples=60)")
-    assert said[4].endswith("The next best model, POD + RBF (modes=8), is about as fast.")
+    assert "The next best model, POD + RBF (modes=8), is about as fast. The error of the mesh itself, 0.6 %," in said[4]
+
+
+def test_sentences_say_what_was_passed_over_and_what_is_added(liver):
+    row = liver[1].iloc[1].copy()
+    row[["faster", "faster_setting", "faster_error", "faster_high", "faster_factor"]] = (
+        "pod_rbf",
+        "modes=8",
+        0.02,
+        0.06,
+        33,
+    )
+    row["reference_error"] = 0.16
+    assert (
+        sentence(row)
+        .replace("\u00a0", " ")
+        .endswith(
+            "POD + RBF (modes=8) is 33 times as fast and was passed over, as its error of 2 % may be up to 6 %. "
+            "Refine the mesh: its own error, 16 %, is larger and not included."
+        )
+    )
+    row[["error_low", "error_high", "faster_factor", "budget_ms"]] = np.nan
+    row[["reference_error", "max_error"]] = 0.0023, 0.1
+    assert (
+        sentence(row).replace("\u00a0", " ").endswith("The error that is judged includes the reference's own, 0.23 %.")
+    )
 
 
 def test_captions_get_their_numbers(found):
@@ -55,7 +80,7 @@ def test_the_answer_is_about_the_scene_that_takes_the_fine_simulation_longest(fo
     settings.loc[settings["scene"] == "own_large", "online_median_s"] *= 2
     said = numbers("tradeoff", found | {"accuracy_vs_time": settings})
     assert said["picture"] == "best_models_own_large" and said["hardest"] == "own, large loads"
-    first, none, fast, *_, accurate = said["answer"].split("\n")
+    first, none, fast, *_, accurate, mesh = said["answer"].split("\n")
     assert first == (
         "The hardest scene of this run is the own under large loads: one answer of the fine simulation takes 800 ms."
     )
@@ -66,6 +91,7 @@ def test_the_answer_is_about_the_scene_that_takes_the_fine_simulation_longest(fo
         "the error."
     )
     assert accurate.startswith("For an error of at most 5 %, take ")
+    assert mesh == "The mesh itself has an error of 6 %: to get below that, refine it first."
 
 
 def test_budgets_with_the_same_answer_share_a_sentence(found):
@@ -73,7 +99,7 @@ def test_budgets_with_the_same_answer_share_a_sentence(found):
     row = advice[(advice["scene"] == "liver_small") & (advice["budget_ms"] == 16.7)]
     same = pd.concat([row, row.assign(budget_ms=100.0)])
     said = numbers("tradeoff", found | {"advice": same})["answer"].split("\n")
-    assert len(said) == 2
+    assert len(said) == 3 and said[2].startswith("The mesh itself has an error of 0.6 %")
     assert said[1].startswith("Within 16.7 ms (one picture at 60 a second) and 100 ms (still felt as immediate), take")
 
 

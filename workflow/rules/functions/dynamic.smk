@@ -6,7 +6,7 @@ def trial_of(wildcards):
     return {
         "name": wildcards.scene,
         "entry": config["scenes"][wildcards.scene],
-        "duration_s": config["dynamic"]["durations_s"][wildcards.scene],
+        "duration_s": DURATIONS[wildcards.scene],
         "frames": config["dynamic"]["frames"],
     }
 

@@ -17,6 +17,7 @@ from palpate.collision.contact.obstacles import Obstacle, make_obstacle
 from palpate.collision.contact.proximity import NearStencils, Proximity
 from palpate.effects.effect import (
     Contacts,
+    Driven,
     Effect,
     Energy,
     HeldNodes,
@@ -62,7 +63,9 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
     return Contact(particles, obstacles, settings)
 
 
-class Contact(Energy, Time, HeldNodes, StepBegin, StepLimit, Touching, Projection, Relaxation, Observation, Contacts):
+class Contact(
+    Energy, Time, HeldNodes, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation, Observation, Contacts
+):
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
     E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
@@ -85,7 +88,7 @@ class Contact(Energy, Time, HeldNodes, StepBegin, StepLimit, Touching, Projectio
         self.gap_m = settings.get("gap_m") or GAP * min(sizes)
         self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
         self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
-        self._time, self._checked = 0.0, False
+        self._time, self._checked, self.work_j = 0.0, False, 0.0
         self._lagged: LaggedFriction | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
@@ -131,7 +134,16 @@ class Contact(Energy, Time, HeldNodes, StepBegin, StepLimit, Touching, Projectio
             self._lagged = lagged_friction(*near.barrier, start, self._friction, self._slip * h, start)
         self._move_obstacles(self._time)
         motion = self._all_points(x) - start
+        self._path = motion[self._n :]
         return displace_nodes(self._proximity, start, motion, self._n, self.names) if motion.any() else x
+
+    def end(self, x: np.ndarray) -> None:
+        """Add to ``work_j`` the obstacles' motion since ``begin`` against the forces on them now, friction included.
+
+        With the forces at the end, as backward Euler takes all others, no step of a convex energy gains more than that.
+        """
+        if self._path.any():
+            self.work_j -= float(np.vdot(self.forces(x)[self._n :], self._path))
 
     def energy(self, x: np.ndarray) -> float:
         """Compute the barrier's energy [J] at ``x`` (n, 3) [m], with friction's during a step.
@@ -194,6 +206,7 @@ class Contact(Energy, Time, HeldNodes, StepBegin, StepLimit, Touching, Projectio
                 raise
             self._halve_step(start, x, v, h / 2, halvings - 1)
             return
+        self.end(found)
         v += (found - x) / h
         x[:] = found
 

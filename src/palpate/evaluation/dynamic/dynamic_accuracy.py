@@ -1,6 +1,7 @@
 """Measure the error of each model's motion, and what it costs: scenes against fine implicit finite elements."""
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,6 +25,7 @@ def measure(trial: Trial, truth: Reference, grid: Mapping[str, Grid], progress: 
     step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without preparation.
     ``progress`` wraps the models, as ``tqdm`` does.
     """
+    trial = replace(trial, duration_s=truth.duration_s)
     models = {
         "fem_coarse": partial(_coarse, trial, grid["fem_coarse"]),
         "springs": partial(_springs, trial, truth, False, grid["springs"]),

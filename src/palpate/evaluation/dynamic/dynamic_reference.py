@@ -1,6 +1,7 @@
 """Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
 
-from dataclasses import dataclass, fields
+import warnings
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ class Reference:
     tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds,
         step_p95_s : (m,) what each took, and 95 % of its steps at most
     training : (f, n_surface, 3), the truth under ``training_share`` of the loads, which models are fitted to
+    duration_s : how long the scene is followed
     """
 
     truth: np.ndarray
@@ -33,6 +35,7 @@ class Reference:
     step_p95_s: np.ndarray
     training: np.ndarray
     training_share: float
+    duration_s: float
 
     @property
     def peak(self) -> float:
@@ -50,7 +53,28 @@ def reference(trial: Trial, change: float, training_share: float, max_halvings: 
     truth, last, steps, tried, spent = _halve(trial, change, max_halvings)
     training = _halve(trial.scale_loads(training_share), LOOSER * change, max_halvings)[0]
     seconds, p95 = np.array(spent).T
-    return Reference(truth, last, steps[-1], np.array(tried), np.array(steps), seconds, p95, training, training_share)
+    found = truth, last, steps[-1], np.array(tried), np.array(steps), seconds, p95
+    return Reference(*found, training, training_share, trial.duration_s)
+
+
+def reference_of_part(trial: Trial, change: float, training_share: float, max_halvings: int, shorter: int) -> Reference:
+    """Do as ``reference``, for half of the duration where the whole is not found, and so on ``shorter`` times.
+
+    Warns of the duration that it comes to; NotConverged if the shortest is not found either.
+    """
+    try:
+        found = reference(trial, change, training_share, max_halvings)
+    except NotConverged as failure:
+        if not shorter:
+            raise
+        half = replace(trial, duration_s=0.5 * trial.duration_s)
+        warnings.warn(
+            f"scenes.{trial.name}: models are compared in its first {half.duration_s:.3g} s at most, as no reference "
+            f"of {trial.duration_s:.3g} s was found: {failure}.",
+            stacklevel=2,
+        )
+        return reference_of_part(half, change, training_share, max_halvings, shorter - 1)
+    return found
 
 
 def _halve(
@@ -93,4 +117,6 @@ def load(path: Path | str) -> Reference:
     """Read what ``save`` wrote."""
     with np.load(path) as file:
         kept = {field.name: file[field.name] for field in fields(Reference)}
-    return Reference(**kept | {name: float(kept[name]) for name in ("change", "step_s", "training_share")})
+    return Reference(
+        **kept | {name: float(kept[name]) for name in ("change", "step_s", "training_share", "duration_s")}
+    )

@@ -1,8 +1,10 @@
 """Declare the tables of the comparison of models in motion: the columns that are read, and a description."""
 
 from palpate.evaluation.table import Table
+from palpate.evaluation.tradeoff.tables import TABLES as PRESSED
 
 TABLES = {
+    "advice": PRESSED["advice"],
     "dynamic_accuracy": Table(
         "scene body model setting level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
         "ms_per_step step_p95_ms real_time_factor offline_s reference_level reference_nodes reference_step_s "

@@ -12,8 +12,13 @@ TABLES = {
         "The time and memory that each effect takes, and the error if it is left out.",
     ),
     "energy": Table(
-        "scene time_s kinetic_j outer_work_j total_j",
-        "The kinetic energy, the energy of each effect and the work of the loads over time.",
+        "scene time_s kinetic_j outer_work_j total_j gain_j",
+        "The kinetic energy, the energy of each effect, the work of loads and instruments over time, and the most that "
+        "a step has gained beyond its work.",
+    ),
+    "energy_balance": Table(
+        "scene integrator work_j gain_j gain_of_work verdict guaranteed",
+        "The most that the energy of each scene rose in a step beyond the work of that step.",
     ),
     "contact_force": Table(
         "scene instrument time_s force_x_n force_y_n force_z_n force_n depth_m",

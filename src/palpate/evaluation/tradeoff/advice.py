@@ -8,9 +8,10 @@ import pandas as pd
 
 from palpate.errors import InputError
 from palpate.evaluation.tradeoff import advice_reasons as reasons
+from palpate.evaluation.tradeoff.advice_choice import choice, passed_over, versus
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN
 from palpate.evaluation.tradeoff.bootstrap import RANGE, TRUTH, resampled
-from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, BY_TIME, EQUAL, EXACT, pick
+from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, BY_TIME, EQUAL, EXACT
 
 NONE = "none"
 """The word that stands for a model where none fits."""
@@ -23,6 +24,10 @@ class Advice(NamedTuple):
     margin : share of the budget that online_p95_s leaves, or of max_error that error_high leaves
     confidence : share of the draws in which it is (tied with) the least wrong that fits, or stays under max_error
     rival, rival_setting, factor : the choice without this model, and how many times as wrong, or as slow, it is
+    reference_error : of the reference itself: where a body is pressed of its mesh; where it moves of its step, which is
+        added to what is compared with max_error
+    faster, faster_setting, faster_error, faster_high, faster_factor : what is this many times as fast and was passed
+        over, as its error may be above max_error: the error, and up to where it may be
     """
 
     scene: str
@@ -40,6 +45,12 @@ class Advice(NamedTuple):
     rival: str = ""
     rival_setting: str = ""
     factor: float = np.nan
+    reference_error: float = np.nan
+    faster: str = ""
+    faster_setting: str = ""
+    faster_error: float = np.nan
+    faster_high: float = np.nan
+    faster_factor: float = np.nan
     why: str = ""
 
 
@@ -64,10 +75,10 @@ def advise(
 
 def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, budget_ms: float) -> Advice:
     """Choose the most accurate of what answers in time."""
-    scene = settings["scene"].iloc[0]
+    scene, own = settings["scene"].iloc[0], reasons.mesh_error(settings)
     fits = able[1e3 * able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
     if fits.empty:
-        return Advice(scene, budget_ms, np.nan, why=reasons.late(able, settings, budget_ms))
+        return Advice(scene, budget_ms, np.nan, reference_error=own, why=reasons.late(able, settings, budget_ms))
     best, rival = choice(fits, BY_ERROR)
     least = means.loc[fits.index].min().clip(lower=EXACT)
     confidence = float((means.loc[best.name] <= EQUAL * least).mean())
@@ -77,6 +88,7 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
         np.nan,
         **_told(best, means),
         **versus(best, rival, "rmse_of_peak"),
+        reference_error=own,
         margin=1 - 1e3 * best["online_p95_s"] / budget_ms,
         confidence=confidence,
         why=reasons.within(best, rival, confidence, fits, settings, budget_ms),
@@ -86,41 +98,32 @@ def _within(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, bud
 def _under(able: pd.DataFrame, settings: pd.DataFrame, means: pd.DataFrame, max_error: float) -> Advice:
     """Choose the fastest of what is surely accurate enough."""
     scene, highest = settings["scene"].iloc[0], means.quantile(RANGE[1], axis=1)
+    own = reasons.mesh_error(settings)
     fits = able[(highest <= max_error).to_numpy()]
     if fits.empty:
-        return Advice(scene, np.nan, max_error, why=reasons.wrong(able, highest, settings))
+        return Advice(
+            scene, np.nan, max_error, reference_error=own, why=reasons.wrong(able, highest, settings, max_error)
+        )
     best, rival = choice(fits, BY_TIME)
+    passed = passed_over(able, highest, best, "online_median_s", max_error)
     return Advice(
         scene,
         np.nan,
         max_error,
         **_told(best, means),
         **versus(best, rival, "online_median_s"),
+        reference_error=own,
+        **passed,
         margin=1 - highest[best.name] / max_error,
         confidence=float((means.loc[best.name] <= max_error).mean()),
-        why=reasons.under(best, rival, fits, settings, max_error),
+        why=reasons.under(best, rival, passed, fits, settings, max_error),
     )
-
-
-def choice(fits: pd.DataFrame, by: dict[str, float]) -> tuple[pd.Series, pd.Series | None]:
-    """Choose the best, and the best of all other models, if there are any."""
-    best = pick(fits, by)
-    others = fits[fits["model"] != best["model"]]
-    return best, None if others.empty else pick(others, by)
 
 
 def _told(best: pd.Series, means: pd.DataFrame) -> dict:
     low, high = means.loc[best.name].quantile(list(RANGE))
     copied = ("model", "setting", "rmse_of_peak", "p95_of_peak", "online_p95_s")
     return {name: best[name] for name in copied} | {"error_low": low, "error_high": high}
-
-
-def versus(best: pd.Series, rival: pd.Series | None, column: str) -> dict:
-    """Compare ``rival`` in ``column``, as fields of an ``Advice``; none where there is no other."""
-    if rival is None:
-        return {}
-    factor = reasons.ratio(rival, best, column)
-    return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
 
 
 def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.evaluation.tradeoff.advice import Advice, choice, versus
-from palpate.evaluation.tradeoff.advice_reasons import MARGIN, name, next_best
+from palpate.evaluation.tradeoff import advice_reasons as reasons
+from palpate.evaluation.tradeoff.advice import Advice
+from palpate.evaluation.tradeoff.advice_choice import choice, passed_over, versus
+from palpate.evaluation.tradeoff.advice_reasons import MARGIN, counted, name, next_best, percent
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 
 BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": CLOSE}
@@ -19,8 +21,8 @@ def advise_motion(
     """Tabulate advice.csv of a scene that moves, an ``Advice`` for each budget [ms] and largest error [of its peak].
 
     motions : its rows of dynamic_accuracy.csv
-    A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both to
-    spare, the least wrong is taken; of what is less wrong than an error, what the reference's last halving changed
+    A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both left
+    unused, the least wrong is taken; of what is less wrong than an error, what the reference's last halving changed
     added, the fastest, whether it keeps up or not.
     Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty.
     """
@@ -38,9 +40,9 @@ def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
     used = np.maximum(able["real_time_factor"], able["step_p95_ms"] / budget_ms)
     fits = able[used <= 1 - MARGIN]
     if fits.empty:
-        return Advice(scene, budget_ms, np.nan, why=_late(able, used, budget_ms))
+        return Advice(scene, budget_ms, np.nan, reference_error=_own(able), why=_late(able, used, budget_ms))
     best, rival = choice(fits, BY_ERROR)
-    said = f"least error of {len(fits)} that run in real time, {100 * MARGIN:.0f} % of the time to spare"
+    said = f"least error of {counted(fits)} that run in real time and leave {100 * MARGIN:.0f} % of it unused"
     found = _told(best) | versus(best, rival, "rmse_of_peak")
     why = _why(said, best, rival, "rmse_of_peak")
     return Advice(scene, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)
@@ -48,25 +50,34 @@ def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
 
 def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
     known = able["rmse_of_peak"] + able["reference_change"]
+    own = f"the reference's own {percent(_own(able))} added"
     fits = able[known <= max_error]
     if fits.empty:
         least = able.loc[known.idxmin()]
         why = (
-            f"the setting of least error, {name(least)}, has {100 * least['rmse_of_peak']:.2g} % "
-            f"against a reference that is itself known to {100 * least['reference_change']:.2g} %"
+            f"the setting of least error, {name(least)}, has {percent(least['rmse_of_peak'])}, which is "
+            f"{percent(known.min())} with {own}"
         )
-        return Advice(scene, np.nan, max_error, why=why)
+        return Advice(scene, np.nan, max_error, reference_error=_own(able), why=why)
     best, rival = choice(fits, BY_TIME)
-    found = _told(best) | versus(best, rival, "real_time_factor")
-    why = _why(f"fastest of {len(fits)} of a smaller error", best, rival, "real_time_factor")
-    margin = 1 - best["rmse_of_peak"] / max_error
+    passed = passed_over(able, known, best, "real_time_factor", max_error)
+    found = _told(best) | versus(best, rival, "real_time_factor") | passed
+    said = f"fastest of {counted(fits)} whose error, {own}, stays below {percent(max_error)}"
+    why = _why(said, best, rival, "real_time_factor")
+    why = "; ".join([why, *reasons.passed_over(passed, "the reference's own added")])
+    margin = 1 - known[best.name] / max_error
     return Advice(scene, np.nan, max_error, **found, margin=margin, why=why)
 
 
 def _told(best: pd.Series) -> dict:
     return {key: best[key] for key in ("model", "setting", "rmse_of_peak", "p95_of_peak")} | {
-        "online_p95_s": 1e-3 * best["step_p95_ms"]
+        "online_p95_s": 1e-3 * best["step_p95_ms"],
+        "reference_error": best["reference_change"],
     }
+
+
+def _own(able: pd.DataFrame) -> float:
+    return float(able["reference_change"].iloc[0])
 
 
 def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:

@@ -24,7 +24,7 @@ def within(
 ) -> str:
     """Explain ``best`` of what ``fits`` a budget."""
     parts = [
-        f"least error of {_settings(fits)} in time with {_share(MARGIN)} of {budget_ms:g} ms to spare",
+        f"least error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of {budget_ms:g} ms unused",
         f"best, or tied with the best, in {_share(confidence)} of draws of the contacts",
         next_best(rival, best, "rmse_of_peak"),
     ]
@@ -33,10 +33,10 @@ def within(
     if len(late):
         close = late.loc[late["rmse_of_peak"].idxmin()]
         parts.append(
-            f"{name(close)} has a smaller error ({_percent(close['rmse_of_peak'])}) "
+            f"{name(close)} has a smaller error ({percent(close['rmse_of_peak'])}) "
             f"but too close to the budget ({_ms(close['online_p95_s'])})"
         )
-    return "; ".join([*parts, *_truth(best, settings), *_failed(settings)])
+    return "; ".join([*parts, *_mesh(best["rmse_of_peak"], settings), *_failed(settings)])
 
 
 def late(able: pd.DataFrame, settings: pd.DataFrame, budget_ms: float) -> str:
@@ -49,24 +49,38 @@ def late(able: pd.DataFrame, settings: pd.DataFrame, budget_ms: float) -> str:
     return "; ".join([f"{told}, and {need}", *_failed(settings)])
 
 
-def under(best: pd.Series, rival: pd.Series | None, fits: pd.DataFrame, settings: pd.DataFrame, limit: float) -> str:
-    """Explain ``best`` of what stays under an error."""
+def under(
+    best: pd.Series, rival: pd.Series | None, passed: dict, fits: pd.DataFrame, settings: pd.DataFrame, limit: float
+) -> str:
+    """Explain ``best`` of what stays under an error; passed : fields of an ``Advice`` about what is faster."""
     parts = [
-        f"fastest of {_settings(fits)} with a mean error that stays below {_percent(limit)} "
+        f"fastest of {counted(fits)} with a mean error that stays below {percent(limit)} "
         f"in {_share(RANGE[1])} of draws of the contacts",
         next_best(rival, best, "online_median_s"),
+        *passed_over(passed, f"in {_share(RANGE[1])} of draws it is not more"),
     ]
-    return "; ".join([*parts, *_truth(best, settings), *_failed(settings)])
+    return "; ".join([*parts, *_mesh(best["rmse_of_peak"], settings, limit), *_failed(settings)])
 
 
-def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame) -> str:
+def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame, limit: float) -> str:
     """Explain why nothing stays under an error; highest : what each of ``able`` stays below in 95 % of draws."""
     if able.empty:
         return "; ".join(["no setting has answered every sample", *_failed(settings)])
     least = able.loc[highest.idxmin()]
-    told = f"the setting of least error, {name(least)}, has a mean error of {_percent(least['rmse_of_peak'])}"
-    sure = f"stays below {_percent(highest.min())} in {_share(RANGE[1])} of draws of the contacts"
-    return "; ".join([f"{told} and {sure}", *_failed(settings)])
+    told = f"the setting of least error, {name(least)}, has a mean error of {percent(least['rmse_of_peak'])}"
+    sure = f"stays below {percent(highest.min())} in {_share(RANGE[1])} of draws of the contacts"
+    return "; ".join([f"{told} and {sure}", *_mesh(limit, settings), *_failed(settings)])
+
+
+def passed_over(passed: dict, known: str) -> list[str]:
+    """Explain why what is faster was passed over, if anything was; known : how its largest error is known."""
+    if not passed:
+        return []
+    who = name(pd.Series({"model": passed["faster"], "setting": passed["faster_setting"]}))
+    return [
+        f"{who} is {passed['faster_factor']:.2g} times as fast and was passed over: its error, "
+        f"{percent(passed['faster_error'])}, may be up to {percent(passed['faster_high'])} ({known})"
+    ]
 
 
 def name(setting: pd.Series) -> str:
@@ -95,10 +109,19 @@ def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
     return f"the next best model, {name(rival)}, {behind(ratio(rival, best, column), tie, what)}"
 
 
-def _truth(best: pd.Series, settings: pd.DataFrame) -> list[str]:
-    """Warn that a smaller error would be lost in the reference's own, if so."""
+def _mesh(error: float, settings: pd.DataFrame, limit: float = 0.0) -> list[str]:
+    """Advise to refine the mesh where its own error is larger than ``error``, which is against it, and than ``limit``.
+
+    Where it is only larger than ``error``, tell that it is not included.
+    """
     own = mesh_error(settings)
-    return [f"less than the error of the fine mesh itself, {_percent(own)}"] if best["rmse_of_peak"] < own else []
+    if not error < own:  # or not known
+        return []
+    return [
+        f"refine the mesh: its own error, {percent(own)}, is larger and not included"
+        if own > limit
+        else f"the error of the mesh itself, {percent(own)}, is not included"
+    ]
 
 
 def _failed(settings: pd.DataFrame) -> list[str]:
@@ -106,7 +129,8 @@ def _failed(settings: pd.DataFrame) -> list[str]:
     return [f"settings left out as they failed on some samples: {count}"] if count else []
 
 
-def _settings(rows: pd.DataFrame) -> str:
+def counted(rows: pd.DataFrame) -> str:
+    """Return how many settings there are, in words."""
     return "one setting" if len(rows) == 1 else f"{len(rows)} settings"
 
 
@@ -114,7 +138,8 @@ def _share(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """Return a share in per cent, with two digits."""
     return f"{100 * share:.2g} %"
 
 

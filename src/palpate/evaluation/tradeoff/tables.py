@@ -11,7 +11,8 @@ TABLES = {
     ),
     "advice": Table(
         "scene budget_ms max_error model setting rmse_of_peak error_low error_high p95_of_peak online_p95_s "
-        "margin confidence rival rival_setting factor why",
+        "margin confidence rival rival_setting factor reference_error faster faster_setting faster_error faster_high "
+        "faster_factor why",
         "The model and setting to take for each limit of time or error, the next best one, and the reason.",
     ),
 }

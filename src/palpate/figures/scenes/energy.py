@@ -5,14 +5,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate.evaluation.scenes.energy_balance import whole
 from palpate.figures import style, tables
-from palpate.scenes.effect_registry import ELASTIC
 
 TABLES = ("energy",)
 _COLUMNS, _INCHES = 3, (3.7, 2.4)
 _UNITS = (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9))
 _FREE = "gravity_j"  # potential without a natural zero: relative to its first value
-_BESIDES = ("scene", "time_s", "outer_work_j", "total_j")
+_BESIDES = ("scene", "time_s", "outer_work_j", "total_j", "gain_j")
 
 
 @style.styled
@@ -49,11 +49,6 @@ def counted(rows: pd.DataFrame) -> pd.DataFrame:
 def of_effects(table: pd.DataFrame) -> list[str]:
     """Return the columns of kinetic energy and of the effects' energies, in order."""
     return [c for c in table if c.endswith("_j") and c not in (*_BESIDES, "balance_j")]
-
-
-def whole(rows: pd.DataFrame) -> bool:
-    """Return whether the sum of one scene's energies includes that of its elastic effect."""
-    return any(f"{name}_j" in rows for name in ELASTIC)
 
 
 def _panel(axis, scene: str, rows: pd.DataFrame) -> None:

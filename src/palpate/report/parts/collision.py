@@ -80,10 +80,14 @@ def _exponents(scaling: pd.DataFrame) -> str:
 
 
 def _verdicts(judged: pd.DataFrame) -> str:
-    """Return how many comparisons of each claim hold."""
+    """Return how many comparisons of each claim hold, and how many are ties."""
     kinds = judged["claim"].str.split(" (", regex=False).str[0]
-    counts = (judged["verdict"] == "confirmed").groupby(kinds, sort=False).agg(["sum", "size"])
-    return ", ".join(f"{kind} confirmed in {row['sum']} of {row['size']} rows" for kind, row in counts.iterrows())
+    said = []
+    for kind, verdicts in judged["verdict"].groupby(kinds, sort=False):
+        ties = int((verdicts == "tied").sum())
+        held = f"{kind} confirmed in {(verdicts == 'confirmed').sum()} of {len(verdicts)} rows"
+        said.append(f"{held} ({ties} are ties within 5 %)" if ties else held)
+    return ", ".join(said)
 
 
 def _plain(own: pd.DataFrame) -> str:

@@ -35,20 +35,19 @@ def _most_accurate(scene: str, rows: pd.DataFrame) -> str:
 
 
 def sections(report: Report) -> list[Section]:
-    """Return the figure and its table, then the advice, if any was worked out."""
-    found, advice = report.tables["dynamic_accuracy"], report.tables.get("advice")
+    """Return the figure and its table, then the advice."""
+    found, advice = report.tables["dynamic_accuracy"], report.tables["advice"]
     shown = report.figure("dynamic_accuracy") + report.folded("dynamic_accuracy")
-    result = [("dynamic_section", "Error over a scene against its cost", shown)]
-    if advice is not None:
-        names = {scene: spaced(scene) for scene in tables.scenes(found)}
-        moving = advice[advice["scene"].isin(names)]
-        words = "".join(
-            f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items()
-        )
-        result.append(
-            ("dynamic_advice", "What to take", overview(moving, names) + markup.fold("The same in words", words))
-        )
-    return result
+    names = {scene: spaced(scene) for scene in tables.scenes(found)}
+    moving = advice[advice["scene"].isin(names)]
+    words = "".join(
+        f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items()
+    )
+    taken = overview(moving, names) + markup.fold("The same in words", words)
+    return [
+        ("dynamic_section", "Error over a scene against its cost", shown),
+        ("dynamic_advice", "What to take", taken),
+    ]
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

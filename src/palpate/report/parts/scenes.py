@@ -1,15 +1,17 @@
 """Report on the scenes: how each moves, which effects act in it and why, and what they cost."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
+from palpate.evaluation.scenes.energy_balance import FAILS, HOLDS, UNKNOWN
 from palpate.evaluation.scenes.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.number_format import percent, seconds
-from palpate.figures.scenes import energy
 from palpate.report import markup
 from palpate.report.material import Report, Section
-from palpate.report.words import capital, spaced
+from palpate.report.words import capital, listed, spaced
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]
 
@@ -19,14 +21,14 @@ TITLE = "Scenes in motion"
 def numbers(report: Report) -> dict[str, str]:
     """Return every placeholder of the scenes' captions, as text; a phrase for each scene where there are several."""
     report.check([name for name, table in TABLES.items() if table.always], "scene", report.scenes)
-    effects, energies = report.tables["effects"], report.tables["energy"]
+    effects = report.tables["effects"]
 
     def phrases(phrase, table):
         return "; ".join(f"{spaced(scene)}: {phrase(tables.where(table, scene=scene))}" for scene in report.scenes)
 
     return {
         "headline": _headline(report.scenes, effects),
-        "energy_growth": phrases(_growth, energies),
+        "energy_balance": _balance(report.tables["energy_balance"], report.scenes),
         "costliest": phrases(_costliest, effects),
         "needed": phrases(lambda rows: _missed(rows, most=True), effects),
         "unneeded": phrases(lambda rows: _missed(rows, most=False), effects),
@@ -42,15 +44,18 @@ def _headline(scenes, effects: pd.DataFrame) -> str:
     )
 
 
-def _growth(rows: pd.DataFrame) -> str:
-    """Return by how much the sum of energies minus the outer work ever rises above what it was before."""
-    rows = energy.counted(rows)
-    if not energy.whole(rows):
-        return "not known, as its elastic effect has no energy"
-    balance = rows["balance_j"].to_numpy()
-    rise = float((balance - np.minimum.accumulate(balance)).max())
-    parts = rows[[*energy.of_effects(rows), "balance_j"]].to_numpy()
-    return percent(rise / (np.ptp(parts, axis=0).max() or 1.0))
+def _balance(table: pd.DataFrame, scenes: Sequence[str]) -> str:
+    """Return in which scenes no step gains energy, in which one does, and of which that is not known."""
+    said, rows = [], table[table["scene"].isin(scenes)]
+    for verdict, beginning in ((HOLDS, "This holds for"), (FAILS, "It does not hold for"), (UNKNOWN, "Not known of")):
+        found = [
+            spaced(row.scene) + (f" ({percent(row.gain_of_work)})" if verdict == FAILS else "")
+            for row in rows[rows["verdict"] == verdict].itertuples()
+        ]
+        if found:
+            why = ", whose elastic effect has no energy" if verdict == UNKNOWN else ""
+            said.append(f"{beginning} {listed(found)}{why}.")
+    return " ".join(said)
 
 
 def _costliest(rows: pd.DataFrame) -> str:
@@ -77,7 +82,7 @@ def sections(report: Report) -> list[Section]:
     costs += report.folded("effects", "scene_effects")
     return [
         ("scenes_section", "The scenes", f'{report.note("animation")}\n<div class="cards">{scenes}</div>'),
-        ("energies", "Energies", report.figure("energy") + report.folded("energy")),
+        ("energies", "Energies", report.figure("energy") + report.folded("energy_balance", "energy")),
         ("costs", "What each effect costs", costs),
     ]
 

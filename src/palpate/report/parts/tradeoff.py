@@ -16,7 +16,8 @@ from palpate.figures.number_format import percent, seconds
 from palpate.figures.tradeoff.work_precision import front_rows
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.report import markup
-from palpate.report.advice_words import answer, limit, sentence
+from palpate.report.advice_answer import answer
+from palpate.report.advice_words import limit, sentence
 from palpate.report.material import Report, Section
 from palpate.report.words import capital, named, spaced
 

@@ -1,0 +1,74 @@
+"""Put the advice for one scene into the answer at the top of the report, for a newcomer."""
+
+from itertools import groupby
+
+import numpy as np
+import pandas as pd
+
+from palpate.evaluation.tradeoff.advice import NONE
+from palpate.evaluation.tradeoff.advice_reasons import mesh_error
+from palpate.figures.model_looks import label
+from palpate.figures.number_format import percent, seconds
+from palpate.report.advice_words import next_best
+from palpate.report.words import capital, listed
+
+MEANINGS = {
+    1.0: "fast enough for force feedback to a hand",
+    16.7: "one picture at 60 a second",
+    100.0: "still felt as immediate",
+}
+"""What a budget [ms] is for."""
+
+
+def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> list[str]:
+    """Put the advice for one scene into a few sentences that a newcomer understands.
+
+    settings : its rows of accuracy_vs_time.csv; what : a few words on what each model does
+    """
+    medians = settings.set_index(["model", "setting"])["online_median_s"]
+    rows = [row for _, row in advice.iterrows()]
+    timed = [row for row in rows if np.isfinite(row["budget_ms"])]
+    exact = [row for row in rows if not np.isfinite(row["budget_ms"])]
+    found = [_within(same, medians, what) for same in _alike(timed)]
+    met = [_under(same, medians) for same in _alike(exact)]
+    if met:
+        found.append(f"{capital('; '.join(met))}.")
+    own = mesh_error(settings)
+    if own > advice["rmse_of_peak"].min():
+        found.append(f"The mesh itself has an error of {percent(own)}: to get below that, refine it first.")
+    return found
+
+
+def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:
+    """Group neighbouring rows of advice.csv that advise the same."""
+    return [list(same) for _, same in groupby(rows, lambda row: (row["model"], row["setting"]))]
+
+
+def _within(rows: list[pd.Series], medians: pd.Series, what: dict[str, str]) -> str:
+    """Put budgets that get the same answer into a sentence."""
+    budgets = listed([f"{row['budget_ms']:g}\u00a0ms{_meaning(row['budget_ms'])}" for row in rows])
+    first = rows[0]
+    if first["model"] == NONE:
+        return f"Within {budgets}, no model answers in time."
+    gloss = f" ({what[first['model']]})" if first["model"] in what else ""
+    return (
+        f"Within {budgets}, take {label(first['model'], 'default')}{gloss}: its error is "
+        f"{percent(first['rmse_of_peak'])}, its time {_median(first, medians)}; {next_best(first, setting=False)}."
+    )
+
+
+def _median(row: pd.Series, medians: pd.Series) -> str:
+    return seconds(medians[row["model"], row["setting"]])
+
+
+def _meaning(budget_ms: float) -> str:
+    return f" ({MEANINGS[budget_ms]})" if budget_ms in MEANINGS else ""
+
+
+def _under(rows: list[pd.Series], medians: pd.Series) -> str:
+    """Put limits of the error that get the same answer into a clause."""
+    limits = f"for an error of at most {listed([percent(row['max_error']) for row in rows])}"
+    first = rows[0]
+    if first["model"] == NONE:
+        return f"{limits}, no model is accurate enough"
+    return f"{limits}, take {label(first['model'], 'default')} ({_median(first, medians)})"

@@ -1,0 +1,62 @@
+"""Which scenes models can be compared in, how long they are followed, and why the others are left out."""
+
+import pytest
+
+from palpate.errors import InputError
+from palpate.scenes.dynamic_check import check_trial, trials, unfit
+
+LOAD = {
+    "at_m": [0, 0, 0],
+    "force_n": [0, 0, -1],
+    "radius_m": 0,
+    "start_s": 0.1,
+    "press_s": 0.3,
+    "hold_s": 9,
+    "release_s": 0,
+}
+PRESSED = {
+    "body": "bar",
+    "effects": "auto",
+    "duration_s": 5.0,
+    "held": True,
+    "start": "rest",
+    "push": {"loads": [LOAD]},
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({}, ""),
+        ({"effects": ["corotational", "held", "push"]}, ""),
+        ({"contact": {"self_contact": True}}, "has contact"),
+        (
+            {"others": [{"body": "bar", "shift_m": [1, 0, 0]}], "effects": ["corotational", "push"]},
+            "has several bodies",
+        ),
+        ({"held": False}, "is not held"),
+        ({"start": "random"}, "does not start at rest"),
+        ({"plasticity": {"yield_strain": 0.1}}, "has plasticity, which not all models have"),
+        ({"plasticity": {}, "effects": ["corotational", "held", "push"]}, ""),  # described, and not named
+        ({"own": {"wind": "wind.py"}}, "has wind, which not all models have"),
+        ({"own": {"wind": "wind.py"}, "effects": ["corotational", "held", "push"]}, ""),
+    ],
+)
+def test_a_scene_is_left_out_for_a_reason(change, reason):
+    assert unfit(PRESSED | change) == reason
+
+
+def test_without_loads_or_on_a_sheet_there_is_nothing_to_compare():
+    assert unfit({name: value for name, value in PRESSED.items() if name != "push"}) == "has none of gravity and push"
+    with pytest.raises(InputError, match=r"^here names press, which moves a sheet; choose another scene\.$"):
+        check_trial("here", "press", PRESSED, "sheet")
+
+
+def test_scenes_are_followed_to_their_end_but_not_for_long_unless_they_are_pressed_later():
+    late = PRESSED | {"push": {"loads": [LOAD, LOAD | {"start_s": 2.0}]}}
+    sag = {"body": "bar", "effects": "auto", "duration_s": 0.7, "gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
+    cloth = PRESSED | {"body": "cloth"}
+    bodies = {"bar": {"kind": "box"}, "cloth": {"kind": "sheet"}}
+    found, left_out = trials({"press": PRESSED, "late": late, "sag": sag, "cloth": cloth}, bodies)
+    assert found == {"press": 1.0, "late": 2.3, "sag": 0.7}
+    assert left_out == {"cloth": "moves a sheet"}

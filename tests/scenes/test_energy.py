@@ -1,0 +1,140 @@
+"""No step gains more energy than the work that is done in it: loads, weight and moved instruments."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Material, nest
+from palpate.bodies.box import box
+from palpate.bodies.make_body import make_body
+from palpate.bodies.particles import merge_particles, particles_of
+from palpate.config import complete
+from palpate.errors import NotConverged
+from palpate.evaluation.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance
+from palpate.files import read_yaml
+from palpate.scenes.contact_settings import bodies_in
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import Scene, scene_of
+from palpate.schema import read_schema
+from palpate.solvers import backward_euler
+
+ROOT = Path(__file__).parents[2]
+SHORTER = {
+    "liver_press": {"level": 0},
+    "liver_palpation": {"level": 0},
+    "cube_pile": {"duration_s": 0.3},
+    "bar_sag": {"duration_s": 0.3},
+    "cube_poke": {},
+    "sheet_drape": {"duration_s": 0.16},
+    "clay_dent": {"duration_s": 0.6},
+    "clay_shapes": {"duration_s": 0.6},
+}
+"""The shipped scenes, each as far as its work or its weight has acted; the liver's coarse mesh moves alike."""
+FINGER = {"kind": "sphere", "name": "finger", "center_m": [0.025, 0.025, 0.0615], "radius_m": 0.01}
+PATH = {"times_s": [0.0, 0.1, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.008], [0.01, 0, 0.01]]}
+POKED = Scene(
+    "poked",
+    ["corotational", "held", "contact", "rayleigh"],
+    "backward_euler",
+    step_s=0.01,
+    duration_s=0.3,
+    settings={
+        "contact": {"instruments": [FINGER | PATH], "friction": 0.3},
+        "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02},
+    },
+)
+
+
+@pytest.fixture(scope="module")
+def config():
+    schema = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+    return complete(read_yaml(ROOT / "config.yaml"), schema, ROOT / "config.yaml")
+
+
+@pytest.fixture(scope="module")
+def cube():
+    mesh = box([0.05, 0.05, 0.05], [3, 3, 3])
+    held = np.flatnonzero(mesh.nodes[:, 2] < 1e-9)
+    return particles_of(nest("cube", mesh, 0, held, Material(5000.0, 0.3, 100.0)), 0, surface=False)
+
+
+def test_every_shipped_scene_is_here(config):
+    assert list(SHORTER) == list(config["scenes"])
+
+
+@pytest.mark.parametrize("name", SHORTER)
+def test_no_step_of_a_shipped_scene_gains_more_than_a_millionth_of_the_work(name, config):
+    scene = scene_of(name, config["scenes"][name] | SHORTER[name])
+    coarse = {"refinements": scene.level}
+    made = [make_body(body, config["bodies"][body] | coarse) for body in bodies_in(config["scenes"][name])]
+    parts = [particles_of(body, scene.level, scene.surface) for body in made]
+    shifts = [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)]
+    particles = merge_particles(parts, shifts, name) if len(parts) > 1 else parts[0]
+    energy = run(scene, particles).motion.energy.assign(scene=name)
+    (judged,) = energy_balance(energy, {name: scene.integrator}).itertuples()
+    assert judged.verdict == (UNKNOWN if name == "clay_shapes" else HOLDS), judged
+    assert judged.work_j > 1e-5
+    moved = {"liver_press", "liver_palpation", "cube_poke", "clay_dent", "clay_shapes"}  # by loads or an instrument
+    assert energy["outer_work_j"].any() == (name in moved)
+
+
+def test_without_the_work_of_an_instrument_the_balance_is_seen_not_to_hold(cube):
+    energy = run(POKED, cube).motion.energy.assign(scene="poked")
+    assert energy_balance(energy, {"poked": "backward_euler"})["verdict"].item() == HOLDS
+    rise = np.diff(energy["total_j"]).max()
+    assert rise > 0.05 * energy["outer_work_j"].max()
+
+
+def test_the_work_is_the_force_that_is_felt_times_the_way(cube):
+    """The trapezoidal rule over what is observed knows nothing of the counting; both agree as steps get shorter."""
+    apart = []
+    for parts in (1, 2, 4):
+        found = run(replace(POKED, step_s=0.01 / parts), cube).motion
+        places = found.observed[[f"finger_{axis}_m" for axis in "xyz"]].to_numpy()
+        forces = found.observed[[f"finger_force_{axis}_n" for axis in "xyz"]].to_numpy()
+        felt = -np.sum(0.5 * (forces[1:] + forces[:-1]) * np.diff(places, axis=0))
+        work = found.energy["outer_work_j"].iloc[-1]
+        apart.append(abs(work / felt - 1.0))
+    assert apart[0] < 0.4 and apart[2] < 0.1
+    assert apart[0] > 1.5 * apart[1] > 2.25 * apart[2]
+
+
+def test_what_is_worked_is_stored_or_damped_as_steps_get_shorter(cube, monkeypatch):
+    """Without friction the rest is the scheme's own damping, of first order but for the touch itself."""
+    settings = POKED.settings | {"contact": {"instruments": [FINGER | PATH]}}
+    lost = []
+    for parts in (1, 2, 4):
+        scene, damped = replace(POKED, step_s=0.01 / parts, settings=settings), []
+        monkeypatch.setattr(backward_euler.BackwardEuler, "step", _damping_of(damped))
+        energy = run(scene, cube).motion.energy.iloc[-1]
+        lost.append((energy["outer_work_j"] - energy["total_j"] - sum(damped)) / energy["outer_work_j"])
+    assert 0.3 > lost[0] > 1.6 * lost[1] > 2.56 * lost[2] > 0.0
+
+
+def _damping_of(damped, step=backward_euler.BackwardEuler.step):
+    """Return a step that also appends what dampers take in it [J]."""
+
+    def noted(self, x, v, h):
+        reached, after = step(self, x, v, h)
+        force = np.zeros_like(x)
+        self._system.effects["rayleigh"].add_force(x, after, force)
+        damped.append(-h * float(np.vdot(force, after)))
+        return reached, after
+
+    return noted
+
+
+def test_the_work_of_halved_steps_is_counted_half_by_half(cube, monkeypatch):
+    short = run(replace(POKED, step_s=0.005), cube).motion.energy.iloc[-1]
+
+    def refuse(step, *rest, minimise=backward_euler.minimise):
+        if step._h > 0.006:
+            raise NotConverged("too long", [])
+        return minimise(step, *rest)
+
+    monkeypatch.setattr(backward_euler, "minimise", refuse)
+    halved = run(POKED, cube).motion.energy.iloc[-1]
+    assert halved["outer_work_j"] == pytest.approx(short["outer_work_j"], rel=1e-9)
+    assert halved["gain_j"] <= 1e-6 * halved["outer_work_j"]

@@ -1,0 +1,71 @@
+"""Warnings are kept with the body's name, each once, for the end of a run and for the report."""
+
+import warnings
+
+import pytest
+from fixtures.small_scene import BAR
+
+from palpate.bodies.make_body import make_body
+from palpate.errors import InputError
+from palpate.evaluation.hard_cases import locking
+from palpate.job import job
+from palpate.kept_warnings import about, in_logs, load, save
+
+
+@pytest.fixture(autouse=True)
+def outside_a_run(monkeypatch):
+    monkeypatch.delenv("PALPATE_RUN", raising=False)
+
+
+def test_a_body_near_incompressibility_is_warned_of_by_name():
+    with pytest.warns(UserWarning, match=r"^bodies\.organ: poisson is 0\.49, where linear tetrahedra lock"):
+        make_body("organ", BAR | {"poisson": 0.49})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        make_body("organ", BAR | {"poisson": 0.44})
+        flat = {"kind": "sheet", "sizes_m": [0.1, 0.1], "divisions": [2, 2], "thickness_m": 0.001, "poisson": 0.49}
+        held = {"anchors": {"nodes": [0]}, "young_pa": 3000.0, "density_kg_m3": 1000.0}
+        make_body("sheet", flat | held)
+
+
+@pytest.mark.parametrize(("poisson", "per_cent"), [(0.3, 5), (0.45, 8), (0.49, 18)])
+def test_the_numbers_of_that_sentence_are_measured(poisson, per_cent, monkeypatch):
+    monkeypatch.setattr(locking, "POISSON", poisson)
+    monkeypatch.setattr(locking, "_quadratic", locking._quadratic.__wrapped__)
+    monkeypatch.setitem(locking.CASES, "level_2", (2, poisson))
+    assert round(100 * locking.missing("level_2")) == per_cent
+
+
+def test_warnings_below_a_body_get_its_name_also_if_it_fails(recwarn):
+    with pytest.raises(InputError), about("bodies.spleen"):
+        warnings.warn("scan.nii: the organ is cut.", stacklevel=1)
+        warnings.warn("old", DeprecationWarning, stacklevel=1)
+        raise InputError("no")
+    assert [str(one.message) for one in recwarn] == ["bodies.spleen: scan.nii: the organ is cut.", "old"]
+
+
+def test_a_job_keeps_what_it_warns_of_and_forgets_it_when_it_no_longer_does(tmp_path):
+    log, warned = tmp_path / "a.log", tmp_path / "warned.txt"
+    with job(str(log), str(warned)) as say:
+        say("one of two")
+        for text in ("the organ\nis cut", "a piece is dropped", "a piece is dropped"):
+            warnings.warn(text, stacklevel=1)
+    assert load([warned]) == ["the organ is cut", "a piece is dropped"]
+    assert in_logs([log, log, tmp_path / "none.log"]) == load([warned])
+    with job(str(log), str(warned)):
+        pass
+    assert load([warned]) == in_logs([log]) == [] and warned.read_text() == ""
+
+
+def test_a_failed_job_leaves_no_file_of_warnings(tmp_path):
+    with pytest.raises(SystemExit), job(str(tmp_path / "a.log"), str(tmp_path / "warned.txt")):
+        warnings.warn("careful", stacklevel=1)
+        raise InputError("no")
+    assert not (tmp_path / "warned.txt").exists()
+    assert in_logs([tmp_path / "a.log"]) == ["careful"]
+
+
+def test_each_is_kept_once_over_all_jobs(tmp_path):
+    save(["a", "b"], tmp_path / "1")
+    save(["b", "c"], tmp_path / "2")
+    assert load([tmp_path / "1", tmp_path / "2"]) == ["a", "b", "c"]

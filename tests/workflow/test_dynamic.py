@@ -1,0 +1,50 @@
+"""Every scene in which models can be compared takes part, without being named."""
+
+from copy import deepcopy
+
+import pytest
+from fixtures.small_scene import BAR, SCENE
+
+SETTINGS = {"bodies": {"bar": BAR | {"poisson": 0.3}}, "scenes": {"mine": SCENE | {"body": "bar"}}, "dynamic": {}}
+FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
+
+
+@pytest.fixture
+def settings():
+    return deepcopy(SETTINGS)
+
+
+def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_path, settings):
+    jobs = plan(tmp_path, write_config(settings), "dynamic")
+    assert jobs == {
+        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_table": 1, "tabulate_advice": 1,
+        "draw": 1, "dynamic": 1,
+    }  # fmt: skip
+
+
+def test_what_cannot_be_compared_is_left_out_and_named_in_the_report(plan, write_config, tmp_path, settings):
+    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
+    jobs = plan(tmp_path, write_config(settings))
+    assert jobs["measure_dynamic"] == jobs["leave_out_scenes"] == 1 and jobs["simulate_scene"] == 2
+
+
+def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp_path, settings):
+    settings["scenes"]["other"] = settings["scenes"]["mine"]
+    settings["dynamic"]["durations_s"] = {"mine": 0.1}
+    jobs = plan(tmp_path, write_config(settings))
+    assert jobs["measure_dynamic"] == 1 and "leave_out_scenes" not in jobs
+
+
+def test_where_nothing_can_be_compared_the_reasons_are_given(run, write_config, tmp_path, settings):
+    settings["scenes"]["mine"] |= FLOOR
+    done = run(tmp_path, write_config(settings), "--dry-run")
+    assert done.returncode == 1
+    assert "dynamic is there and models can be compared in no scene (mine has contact); add a scene" in done.stdout
+
+
+def test_the_reasons_are_warnings(run, write_config, tmp_path, settings):
+    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
+    done = run(tmp_path, write_config(settings), "results/data/dynamic/left_out.txt")
+    said = "scenes.falls: models are not compared in it, as it has contact."
+    assert (tmp_path / "results/data/dynamic/left_out.txt").read_text() == f"{said}\n"
+    assert f"warning: {said}" in done.stdout[done.stdout.rfind("(100%)") :]

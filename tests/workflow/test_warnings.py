@@ -1,0 +1,39 @@
+"""What jobs warn of stands at the end of a run for as long as it holds, and no longer."""
+
+from copy import deepcopy
+
+import pytest
+from fixtures.small_scene import BAR, SCENE
+
+SETTINGS = {"bodies": {"soft": BAR | {"poisson": 0.49}, "other": BAR | {"poisson": 0.3}}}
+SETTINGS |= {"scenes": {name: SCENE | {"body": name} for name in ("soft", "other")}}
+
+
+@pytest.fixture
+def warned(run, write_config, tmp_path):
+    """Make the bodies of some settings; return the warnings that stand after the last line about a job."""
+
+    def after(settings, *names):
+        done = run(tmp_path, write_config(settings), *(f"results/data/{name}/body.h5" for name in names))
+        assert done.returncode == 0, done.stdout
+        end = done.stdout[done.stdout.rfind("(100%) done") :] if "(100%) done" in done.stdout else done.stdout
+        return [line.split(":")[1].strip() for line in end.splitlines() if line.startswith("warning: ")]
+
+    return after
+
+
+def test_a_warning_stays_until_it_no_longer_holds(warned):
+    settings = deepcopy(SETTINGS)
+    assert warned(settings, "soft", "other") == ["bodies.soft"]
+    settings["bodies"]["other"]["young_pa"] = 4000.0
+    assert warned(settings, "soft", "other") == ["bodies.soft"]  # of a job that was not run
+    assert warned(settings, "other") == []  # not of what is not asked for
+    settings["bodies"]["soft"]["poisson"] = 0.4
+    assert warned(settings, "soft", "other") == []
+
+
+def test_the_report_needs_the_warnings_of_what_it_shows_and_no_body_for_them_only(plan, write_config, tmp_path):
+    settings = deepcopy(SETTINGS)
+    del settings["scenes"]["other"]
+    jobs = plan(tmp_path, write_config(settings))
+    assert jobs["make_body"] == jobs["simulate_scene"] == 1

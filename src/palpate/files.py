@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 from palpate.errors import InputError
 
 if TYPE_CHECKING:
+    import h5py
     import pandas as pd
+
+
+PART = r"\..+\.part(\d+)(\..*)?"
+"""The name of a file that ``write_whole`` has not finished; the number is its process."""
 
 
 @contextmanager
@@ -25,6 +30,19 @@ def write_whole(path: Path | str) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def read_hdf5(path: Path | str) -> Iterator["h5py.File"]:
+    """Open a file that the workflow has made; InputError naming it if it, or what is read from it, is damaged."""
+    import h5py
+
+    try:
+        with h5py.File(require_file(path), "r") as file:
+            yield file
+    except (OSError, KeyError, RuntimeError) as error:
+        why = " ".join(str(error).strip("'\"").split())
+        raise InputError(f"{path} is damaged ({why}); delete it and type make.") from error
+
+
 def read_yaml(path: Path | str) -> dict:
     """Read a YAML file of the workflow."""
     import yaml
@@ -35,7 +53,7 @@ def read_yaml(path: Path | str) -> dict:
 def require_file(path: str | Path) -> Path:
     """Return ``path``, a file that the workflow makes; raise InputError if it is missing."""
     if not Path(path).is_file():
-        raise InputError(f"{path} is missing: make it with the workflow (make) first")
+        raise InputError(f"{path} is missing; type make, which makes it.")
     return Path(path)
 
 
@@ -48,9 +66,9 @@ def read_table(path: str | Path, columns: Sequence[str]) -> "pd.DataFrame":
     except pd.errors.EmptyDataError:
         table = pd.DataFrame()
     except (pd.errors.ParserError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not a table: delete it and make it again") from error
+        raise InputError(f"{path} is damaged (not a table); delete it and type make.") from error
     if missing := [column for column in columns if column not in table]:
-        raise InputError(f"{path} lacks the column(s) {', '.join(missing)}: delete it and make it again")
+        raise InputError(f"{path} lacks the column(s) {', '.join(missing)}; delete it and type make.")
     return table
 
 

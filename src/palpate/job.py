@@ -8,14 +8,15 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
 from palpate.kept_warnings import WARNED, save
+from palpate.system_faults import of_error
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,34 +33,62 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
     A failure ends the process with exit code 1 and one sentence; the traceback of an unforeseen one goes to
     the log only.
     """
-    start = time.perf_counter()
-    _end_with(int(os.environ.get("PALPATE_RUN", "0")))
-    Path(log).parent.mkdir(parents=True, exist_ok=True)
-    with open(log, "w", buffering=1) as file:
+    start, run = time.perf_counter(), int(os.environ.get("PALPATE_RUN", "0"))
+    _end_with(run)
+    with _opened(log) as file:
 
         def say(line: str) -> None:
             print(line, file=sys.stderr, flush=True)
-            print(line, file=file)
+            _write(line, file)
 
+        def fail(sentence: str) -> NoReturn:
+            # a run prints the sentence itself, when nothing can come after it any more
+            if not _write(f"{FAILED}{sentence}", file) or not run:
+                print(f"{FAILED}{sentence}", file=sys.stderr, flush=True)
+            if run:
+                os._exit(1)  # at its usual end HDF5 crashes over what it could not write
+            raise SystemExit(1) from None
+
+        if run:  # and before that it reports at length
+            sys.unraisablehook = lambda event: _write(f"ignored: {event.exc_value}", file) and None
+            sys.excepthook = lambda kind, error, _: _write(f"ignored: {kind.__name__}: {error}", file) and None
         try:
             with _warnings_to(say) as kept:
                 yield say
             if warned is not None:
                 save(kept, warned)
         except (InputError, NotConverged) as error:
-            say(f"{FAILED}{error}")
-            raise SystemExit(1) from None
+            fail(str(error))
         except Exception as error:
             from palpate.own_file import own_fault
 
-            traceback.print_exc(file=file)
-            if sentence := own_fault(error):
-                say(f"{FAILED}{sentence}")
-                raise SystemExit(1) from None
-            say(f"{FAILED}{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
-            raise SystemExit(1) from None
+            _write(traceback.format_exc(), file)
+            if sentence := of_error(error, Path(log).parent) or own_fault(error):
+                fail(sentence)
+            fail(f"{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
         else:
-            print(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file=file)
+            _write(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file)
+
+
+@contextmanager
+def _opened(log: str) -> Iterator[TextIO | None]:
+    """Open a log, or give None where a full or read-only disk has no room for it."""
+    with ExitStack() as stack:
+        file = None
+        with suppress(OSError):
+            Path(log).parent.mkdir(parents=True, exist_ok=True)
+            file = stack.enter_context(open(log, "w", buffering=1, encoding="utf-8"))
+        yield file
+
+
+def _write(text: str, file: TextIO | None) -> bool:
+    """Write a line to a log; False if that cannot be done."""
+    try:
+        if file:
+            print(text, file=file)
+    except (OSError, ValueError):  # ValueError: it is closed
+        return False
+    return file is not None
 
 
 @contextmanager

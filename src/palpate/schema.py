@@ -1,6 +1,7 @@
 """The schema of the settings: read it, check settings against it, and fill in its defaults."""
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,8 +110,10 @@ def _explain(error: "ValidationError", root: dict) -> str:
     about = f" ({meaning})." if meaning else "."
     if "pattern" in error.schema:
         return f"{key} has an entry {found!r}; name it in lower-case letters, digits and underscores."
-    if rule == "type" and isinstance(found, str) and _is_number(found):
-        return f"{key} is the text {found!r}; write the number with a decimal point, like 1.0e-8{about}"
+    if rule == "type" and isinstance(found, str) and (remedy := _text_for(wanted, found)):
+        return f"{key} is the text {found!r}; {remedy}{about}"
+    if found is None or (rule in ("minProperties", "minItems") and not found):
+        return f"{key} is empty; give it {'a value' if found is None else 'an entry'}, or remove the key{about}"
     told = {
         "type": f"must be of type {' or '.join(wanted) if isinstance(wanted, list) else wanted}",
         "enum": f"must be one of {', '.join(map(str, wanted)) if isinstance(wanted, list) else wanted}",
@@ -133,6 +136,21 @@ def _unknown(key: str, found: dict, known: dict) -> str:
     if name in RENAMED:
         return f"{key} has the key {name} of an earlier version; {RENAMED[name]}."
     return f"{key} has an unknown key {name}; {suggest(str(name), list(known), 'it knows')}"
+
+
+def _text_for(wanted: str | list[str], text: str) -> str:
+    """Return the remedy for a text that stands where a number or a switch belongs; empty if none is known."""
+    kinds = {wanted} if isinstance(wanted, str) else set(wanted)
+    if kinds & {"number", "integer"}:
+        if _is_number(text):
+            return "write the number without quotes"
+        if _is_number(text.replace(",", ".")):
+            return f"write the number with a point, {text.replace(',', '.')}"
+        if re.match(r"[-+]?\.?\d", text):
+            return "write the number alone, in the unit that the key's name ends with"
+    if "boolean" in kinds and text.lower() in ("yes", "no", "on", "off"):
+        return f"write {'true' if text.lower() in ('yes', 'on') else 'false'}"
+    return ""
 
 
 def _is_number(text: str) -> bool:

@@ -69,7 +69,7 @@ def test_nan_is_refused_by_name(stored):
 def test_a_cut_file_is_refused(stored):
     _, path = stored
     path.write_bytes(path.read_bytes()[:3000])
-    with pytest.raises(InputError, match="not a complete body file"):
+    with pytest.raises(InputError, match=r"body\.h5 is damaged \(.*truncated.*\); delete it and type make\.$"):
         load(path)
-    with pytest.raises(InputError, match=r"body\.h5: not a complete body file"):
+    with pytest.raises(InputError, match=r"body\.h5 is missing; type make, which makes it\.$"):
         load(path.parent / "missing" / "body.h5")

@@ -123,5 +123,5 @@ def test_flipped_bytes_are_noticed(path):
 
 def test_a_cut_off_file_is_refused(path):
     path.write_bytes(path.read_bytes()[:5000])
-    with pytest.raises(InputError, match=r"database.h5: cannot be opened as HDF5"):
+    with pytest.raises(InputError, match=r"database\.h5 is damaged \(.*truncated.*\); delete it and type make\.$"):
         read(path)

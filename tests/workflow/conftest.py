@@ -71,7 +71,7 @@ def copy_of_workflow() -> Callable[[Path], Path]:
 
     def copy(root: Path) -> Path:
         root.mkdir(exist_ok=True)
-        for name in ("Snakefile", "workflow", "profiles", "src/palpate", "tests/smoke", "docs"):
+        for name in ("Snakefile", "workflow", "profiles", "src", "tests/smoke", "docs"):
             source = ROOT / name
             if source.is_file():
                 shutil.copy(source, root / name)

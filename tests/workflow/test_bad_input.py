@@ -45,6 +45,8 @@ def refused(run, smoke, write_config, tmp_path):
         done = run(tmp_path, write_config(smoke), "--", target)
         assert done.returncode == 1
         assert "Traceback" not in done.stdout
+        assert done.stdout.count("error: ") == 1
+        assert done.stdout.splitlines()[-1].startswith("error: ")
         assert not (tmp_path / target).exists()
         return done.stdout
 

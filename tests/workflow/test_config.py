@@ -114,7 +114,7 @@ def test_defaults_fill_what_is_left_out(smoke):
         (
             "solver.tolerance",
             "1e-8",
-            "solver.tolerance is the text '1e-8'; write the number with a decimal point",
+            "solver.tolerance is the text '1e-8'; write the number without quotes",
         ),
         (
             "bodies.liver.refinements",
@@ -137,7 +137,11 @@ def test_defaults_fill_what_is_left_out(smoke):
             [1, 2],
             "timing has the key complexity_samples of an earlier version; move",
         ),
-        ("scenes", {}, "scenes is {}, but must have at least 1 entry"),
+        ("scenes", {}, "scenes is empty; give it an entry, or remove the key"),
+        ("bodies.liver", {"young_pa": None}, "bodies.liver lacks kind; add it"),
+        ("bodies.liver.young_pa", "3 kPa", "bodies.liver.young_pa is the text '3 kPa'; write the number alone, in the"),
+        ("bodies.liver.young_pa", "3,5", "bodies.liver.young_pa is the text '3,5'; write the number with a point, 3.5"),
+        ("bodies.abdomen.snap", "yes", "bodies.abdomen.snap is the text 'yes'; write true"),
         ("seed", 2**40, "seed is 1099511627776, but must be at most 2147483647"),
         ("springs.young_pa", [3000, 300], "springs.young_pa is [3000, 300]; give the lower number first."),
         ("springs.duration_s", 1e-5, "springs.duration_s is 1e-05, and step_s 0.0004; give the time of one"),
@@ -225,7 +229,7 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("body", "livr", "scenes.bar_sag names the body livr, and bodies knows"),
+        ("body", "livr", "scenes.bar_sag names the body livr, which is not under bodies; did you mean liver?"),
         ("effects", "all", "scenes.bar_sag.effects is 'all'; write auto, or a list"),
         ("gravity", {"g": 1}, "scenes.bar_sag.gravity has an unknown key g"),
         ("own", {"wind": "wind.py"}, "scenes.bar_sag.own.wind is wind.py, where there is no file"),

@@ -1,6 +1,7 @@
 """A run that is killed at any moment is completed by the next, and two at once are refused."""
 
 import os
+import re
 import signal
 import subprocess
 import time
@@ -61,6 +62,29 @@ def test_what_a_killed_run_left_running_ends_by_itself(start, tmp_path):
     while jobs_of(run.pid) and time.monotonic() < deadline:
         time.sleep(0.2)
     assert not jobs_of(run.pid)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_run_says_how_to_go_on_and_leaves_nothing(start, tmp_path, number):
+    run = start("unit forces at contact 1")
+    run.send_signal(number)
+    printed = run.stdout.read().splitlines()
+    assert run.wait() != 0
+    assert printed[-2] == "stopping ..."
+    assert re.fullmatch(rf"stopped; type snakemake .*-- {TARGET} to go on", printed[-1])
+    assert not jobs_of(run.pid)
+    assert not list(tmp_path.rglob(".*.part*"))
+
+
+def test_a_job_killed_from_outside_is_named_last(start):
+    run = start("unit forces at contact 1")
+    for job in jobs_of(run.pid):
+        os.kill(job, signal.SIGKILL)
+    printed = run.stdout.read().splitlines()
+    assert run.wait() == 1
+    said = "error: compute the compliance of liver: its process was ended from outside (signal 9), most likely for lack"
+    assert printed[-1].startswith(said)
+    assert "results/logs/liver/compute_compliance_0.0m.log, .snakemake/log/" in printed[-2]
 
 
 def jobs_of(run: int) -> list[int]:

@@ -3,28 +3,43 @@
 import ast
 import fcntl
 import sys
-import time
 from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
 from palpate.config import asked_for, complete
 from palpate.dependencies import digest, files_of
+from palpate.environment import check_environment
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.job import FAILED, kernel_cache
 from palpate.kept_warnings import in_logs
 from palpate.plan.plan import Plan, when_known
-from palpate.schema import defaults, read_schema
+from palpate.schema import defaults, read_schema, studies
+from palpate.settings_file import read_settings
+from palpate.stale_results import stale_results
+from snakemake.io import get_wildcard_names, strip_wildcard_constraints
+from snakemake.utils import update_config
+from snakemake_logger_plugin_palpate import interrupt
+from snakemake_logger_plugin_palpate.targets import offer
 
 ROOT = Path(workflow.basedir)
-CONFIG_FILE = Path(relpath([*workflow.overwrite_configfiles, *workflow.configfiles][0]))
+CONFIG_FILES = [Path(relpath(file)) for file in workflow.overwrite_configfiles] or [Path("config.yaml")]
+CONFIG_FILE = CONFIG_FILES[0]
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
-STARTED = time.time()
 # what this run will do, once that is known
 planned = None
 
+# snakemake puts the interpreter's path into commands as it is, which a space in it breaks
+sys.executable = quote(sys.executable)
+
 try:
+    check_environment()
+    # read again: snakemake takes the last of two equal keys, and 1e-8 for a text
+    config = {}
+    for file in CONFIG_FILES:
+        update_config(config, read_settings(file))
+    update_config(config, dict(workflow.config_settings.config))
     config = complete(config, SCHEMA, CONFIG_FILE)
 except InputError as error:
     sys.exit(f"{FAILED}{error}")
@@ -55,7 +70,9 @@ wildcard_constraints:
 
 # jobs run beside each other, so each gets one thread; snakemake would hand timing jobs all of them
 THREADS = [f"{library}_NUM_THREADS=1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")]
+# and Ctrl-C ends them by way of the run
 shell.prefix(
+    f"trap '' INT; "
     f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)} NUMBA_CACHE_DIR={quote(str(kernel_cache()))}; "
 )
 
@@ -170,8 +187,24 @@ def print_warnings():
         print(f"warning: {line}", file=sys.stderr)
 
 
-def failures():
-    """What the jobs that failed in this run said, and where they said it."""
-    logs = [log for log in Path("results/logs").rglob("*.log") if log.stat().st_mtime >= STARTED]
-    lines = [(log, line) for log in logs for line in log.read_text().splitlines() if line.startswith(FAILED)]
-    return "\n" + "\n".join(f"{line}\n       (log: {log})" for log, line in lines)
+def mention_stale():
+    """Mention results of earlier settings, after a run of everything."""
+    jobs = list(workflow.dag.jobs)
+    if any(job.rule.name == "write_report" for job in jobs):
+        if stale := stale_results({str(file) for job in jobs for file in (*job.output, *job.log)}):
+            print(
+                f"{len(stale)} files in results/ are of nothing in {CONFIG_FILE}; make tidy removes them",
+                file=sys.stderr,
+            )
+
+
+def files_to_ask_for():
+    """The files that can be made from these settings, as far as their names are known before the jobs are."""
+    known = {"body": list(config["bodies"]), "regime": REGIMES, "scene": list(config.get("scenes", {}))}
+    known |= {"figure": list(FIGURES), "table": list(MERGED)}
+    found = []
+    for output in (output for made in workflow.rules for output in made.output):
+        names = get_wildcard_names(output)
+        if names <= set(known):
+            found += expand(strip_wildcard_constraints(output), **{name: known[name] for name in names})
+    return found

@@ -1,3 +1,4 @@
+import math
 import os
 
 os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)  # read when numba is imported: this job runs alone
@@ -11,5 +12,7 @@ with job(snakemake.log[0]) as say:
     sizes = snakemake.params.sizes or doubling(snakemake.threads)
     table = measure(component, sizes, lambda size: say(f"{component}: {size} done"))
     for row in table.drop_duplicates("stage").itertuples():
-        say(f"{row.stage}: time n^{row.seconds_exponent:.2f}, memory n^{row.memory_exponent:.2f}")
+        powers = {"time": row.seconds_exponent, "memory": row.memory_exponent}
+        said = ", ".join(f"{what} n^{power:.2f}" for what, power in powers.items() if math.isfinite(power))
+        say(f"{row.stage}: {said or 'no growth to fit'}")
     write_table(table, snakemake.output[0])

@@ -12,7 +12,7 @@ from palpate.bodies.body import Body, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
-from palpate.files import write_whole
+from palpate.files import read_hdf5, write_whole
 
 if TYPE_CHECKING:
     import h5py
@@ -43,20 +43,14 @@ def save(body: Body, path: str | Path) -> None:
 
 def load(path: str | Path) -> Body:
     """Read a body; raise InputError naming the field if the file is missing, damaged or of another version."""
-    import h5py
-
-    path = Path(path)
-    try:
-        with h5py.File(path, "r") as file:
-            return _read(path, file)
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a complete body file ({error}); delete it and run make again.") from error
+    with read_hdf5(path) as file:
+        return _read(Path(path), file)
 
 
 def _read(path: Path, file: "h5py.File") -> Body:
     attributes = file.attrs
     if attributes.get("kind") != "body" or attributes.get("version") != VERSION:
-        raise InputError(f"{path}: version is not {VERSION} of a body file; delete it and run make again.")
+        raise InputError(f"{path}: version is not {VERSION} of a body file; delete it and type make.")
     levels: list[TetMesh | Sheet] = []
     held: list[np.ndarray] = []
     for i in range(attributes["levels"]):
@@ -85,6 +79,6 @@ def _get(path: Path, dataset: "h5py.Dataset", columns: int | None, kind: str) ->
     fits = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
     if not fits or array.dtype.kind != kind or (kind == "f" and not np.isfinite(array).all()):
         raise InputError(
-            f"{path}: {dataset.name} has another shape or type, or contains NaN; delete the file and run make again."
+            f"{path}: {dataset.name} has another shape or type, or contains NaN; delete the file and type make."
         )
     return array

@@ -18,7 +18,7 @@ def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
     path = Path(path)
     table = read_table(path, declared.columns(path.stem))
     if rows and table.empty:
-        raise InputError(f"{path} has no rows: delete it and make it again")
+        raise InputError(f"{path} has no rows; delete it and type make.")
     return table
 
 

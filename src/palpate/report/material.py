@@ -82,7 +82,7 @@ class Report:
         for name in names:
             for one in wanted:
                 if one not in set(self.tables[name][kind]):
-                    raise InputError(f"{name}.csv has no rows of the {kind} {one}: delete it and make it again")
+                    raise InputError(f"{name}.csv has no rows of the {kind} {one}; delete it and type make.")
 
 
 def part_of(study: str) -> ModuleType:

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from palpate.bodies.body import Material
 from palpate.errors import InputError
-from palpate.files import write_whole
+from palpate.files import read_hdf5, write_whole
 from palpate.samples.database_fields import FIELDS, check, refuse
 
 if TYPE_CHECKING:
@@ -91,13 +91,7 @@ def write(db: Database, path: Path | str) -> None:
 
 def read(path: Path | str) -> Database:
     """Read a database; InputError naming the file and the field that is missing, damaged or wrong."""
-    import h5py
-
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be opened as HDF5; delete the file and run again.") from error
-    with file:
+    with read_hdf5(path) as file:
         if (found := _attribute(path, file, "format")) != FORMAT:
             refuse(str(path), "format", f"is {found} but this version reads {FORMAT}")
         values = {name: _load(path, file, name) for name in FIELDS}
@@ -137,4 +131,4 @@ def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse
         matrix.check_format(full_check=True)
         return matrix
     except (OSError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: field {name} is damaged; delete the file and run again.") from error
+        raise InputError(f"{path}: field {name} is damaged; delete the file and type make.") from error

@@ -77,4 +77,4 @@ def _check_shape(where: str, name: str, shape: tuple[int, ...], lengths: dict[st
 
 def refuse(where: str, name: str, what: str) -> None:
     """Raise the InputError of a field of a database file."""
-    raise InputError(f"{where}: field {name} {what}; delete the file and run again to make it anew.")
+    raise InputError(f"{where}: field {name} {what}; delete the file and type make.")

@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
-from palpate.files import write_whole
+from palpate.files import read_hdf5, write_whole
 from palpate.samples.loads import nodal_forces
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -77,7 +77,7 @@ def load_responses(paths: Iterable[Path]) -> Responses:
     """Read and join what ``save_responses`` wrote, in the order of the paths."""
     parts: dict[str, list] = {name: [] for name in Responses.__dataclass_fields__}
     for path in paths:
-        with h5py.File(path) as file:
+        with read_hdf5(path) as file:
             for name, values in parts.items():
                 values.append(file[name][:])
     return Responses(*(np.concatenate(values) for values in parts.values()))

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.errors import InputError
-from palpate.files import write_whole
+from palpate.files import read_hdf5, write_whole
 
 
 def subsample(body: Body, fine: np.ndarray) -> np.ndarray:
@@ -32,5 +32,5 @@ def save_subsampled(sample: np.ndarray, displacement: np.ndarray, path: Path | s
 
 def load_subsampled(path: Path | str) -> tuple[np.ndarray, np.ndarray]:
     """Read what ``save_subsampled`` wrote."""
-    with h5py.File(path) as file:
+    with read_hdf5(path) as file:
         return file["sample"][:], file["displacement"][:]

@@ -7,8 +7,7 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
-from palpate.files import write_whole
+from palpate.files import read_hdf5, write_whole
 
 ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
 TABLES = ("energy", "observed", "contacts")
@@ -74,23 +73,20 @@ def save(motion: Motion, path: Path | str) -> None:
 
 def load(path: Path | str) -> Motion:
     """Read a file of ``save``; InputError if it is missing or damaged."""
-    try:
-        with h5py.File(path, "r") as file:
-            energy, observed, contacts = (_read_table(file, table) for table in TABLES)
-            groups = file.get("obstacles", {})
-            obstacles = tuple(_read_obstacle(groups[number]) for number in sorted(groups, key=int))
-            arrays = {name: file[name][()] for name in ARRAYS}
-            return Motion(
-                scene=str(file.attrs["scene"]),
-                energy=energy,
-                obstacles=obstacles,
-                observed=observed,
-                contacts=contacts,
-                up=int(file.attrs["up"]),
-                **arrays,
-            )
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a complete motion file ({error}); delete it and run make again.") from error
+    with read_hdf5(path) as file:
+        energy, observed, contacts = (_read_table(file, table) for table in TABLES)
+        groups = file.get("obstacles", {})
+        obstacles = tuple(_read_obstacle(groups[number]) for number in sorted(groups, key=int))
+        arrays = {name: file[name][()] for name in ARRAYS}
+        return Motion(
+            scene=str(file.attrs["scene"]),
+            energy=energy,
+            obstacles=obstacles,
+            observed=observed,
+            contacts=contacts,
+            up=int(file.attrs["up"]),
+            **arrays,
+        )
 
 
 def _write_table(file: h5py.File, name: str, table: pd.DataFrame) -> None:

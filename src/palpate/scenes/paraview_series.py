@@ -18,7 +18,7 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
     is not finite.
     """
     if not np.isfinite(motion.positions).all():
-        raise InputError(f"scene {motion.scene}: positions are not finite; delete its motion and run make again.")
+        raise InputError(f"scene {motion.scene}: positions are not finite; delete its motion and type make.")
     folder = Path(folder)
     index = folder / f"{motion.scene}.pvd"
     index.unlink(missing_ok=True)

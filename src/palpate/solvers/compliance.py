@@ -11,7 +11,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, row_of
 from palpate.effects.patch_load import nodal_load
-from palpate.files import write_whole
+from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium
 
 ARRAYS = ("contacts", "fine", "restricted", "coarse")
@@ -71,6 +71,6 @@ def save_compliance(compliance: Compliance, path: Path) -> None:
 
 def load_compliance(path: Path) -> Compliance:
     """Read a file of ``save_compliance``."""
-    with h5py.File(path) as file:
+    with read_hdf5(path) as file:
         arrays = {name: file[name][:] for name in ARRAYS}
         return Compliance(**arrays, seconds=float(file.attrs["seconds"]))

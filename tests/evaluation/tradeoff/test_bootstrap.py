@@ -63,5 +63,5 @@ def test_what_is_missing_is_named(trade_off, trade_off_folder):
     with pytest.raises(InputError, match=r"^liver_small: the sample errors of detail_correction are missing"):
         read_errors(trade_off_folder / "data", liver)
     (place / "samples.csv").unlink()
-    with pytest.raises(InputError, match=r"samples\.csv is missing: make it"):
+    with pytest.raises(InputError, match=r"samples\.csv is missing; type make"):
         read_errors(trade_off_folder / "data", liver[liver["model"] != "detail_correction"])

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from palpate.errors import InputError
+from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
 from palpate.scenes.contact_settings import bodies_in, check_instruments
@@ -22,8 +22,8 @@ def check(config: dict, file: Path) -> None:
 def _check_bodies(place: str, scene: dict, bodies: dict) -> None:
     for body in bodies_in(scene):
         if body not in bodies:
-            known = ", ".join(bodies) or "none"
-            raise InputError(f"{place} names the body {body}, and bodies knows {known}; name one of them, or add it.")
+            remedy = suggest(body, list(bodies), "add it there, or name") if bodies else "add it there."
+            raise InputError(f"{place} names the body {body}, which is not under bodies; {remedy}")
         finest = bodies[body].get("refinements", 0)
         if scene["level"] > finest:
             raise InputError(f"{place}.level is {scene['level']}, and {body} has levels 0 to {finest}.")

@@ -1,0 +1,122 @@
+"""What goes wrong in a run is one sentence, last on the terminal, and the next run goes on."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import h5py
+import pytest
+
+from snakemake_logger_plugin_palpate import targets
+from snakemake_logger_plugin_palpate.explain import explain, quote
+
+BODY, MOTION = "results/data/bar/body.h5", "results/data/scenes/sag/motion.h5"
+
+
+@pytest.fixture
+def sagging(smoke, write_config) -> Path:
+    """Write settings of one body and one scene."""
+    scenes = {"sag": smoke["scenes"]["sag"]}
+    return write_config({"seed": 1, "bodies": {"bar": smoke["bodies"]["bar"]}, "scenes": scenes})
+
+
+@pytest.fixture
+def last(run, tmp_path, sagging):
+    """Run towards targets, and return the last line of a run that fails."""
+
+    def line(*arguments: str) -> str:
+        done = run(tmp_path, sagging, *arguments)
+        assert done.returncode == 1, done.stdout
+        assert "Traceback" not in done.stdout
+        return done.stdout.splitlines()[-1]
+
+    return line
+
+
+def test_a_run_names_its_jobs_and_counts_them(run, tmp_path, sagging):
+    done = run(tmp_path, sagging, "--", BODY)
+    assert done.stdout.splitlines()[1:] == ["1 of 1: make the body bar"]
+    done = run(tmp_path, sagging, "--", BODY)
+    assert done.stdout.splitlines()[1:] == ["everything is up to date"]
+
+
+def test_a_fault_of_yaml_has_its_line(last, sagging):
+    sagging.write_text(sagging.read_text() + "\tseed: 2\n")
+    line = len(sagging.read_text().splitlines())
+    assert last("-n") == f"error: {sagging}: line {line}, column 1 has a tab; indent with spaces."
+
+
+def test_a_key_given_twice_is_refused_although_snakemake_reads_it(last, sagging):
+    sagging.write_text(sagging.read_text() + "seed: 2\n")
+    line = len(sagging.read_text().splitlines())
+    assert (
+        last("-n")
+        == f"error: config.yaml: line {line} has the key seed again, which line 1 has; remove or rename one of them."
+    )
+
+
+def test_missing_and_empty_settings_are_named(run, tmp_path, sagging):
+    done = run(tmp_path, tmp_path / "none.yaml", "-n")
+    assert done.stdout.splitlines()[-1].startswith(f"error: {tmp_path}/none.yaml is missing; check its path")
+    sagging.write_text("")
+    done = run(tmp_path, sagging, "-n")
+    assert done.stdout.splitlines()[-1].endswith("config.yaml is empty; give it bodies, and the block of a study.")
+
+
+def test_a_target_that_nothing_makes_gets_the_nearest_name(last):
+    assert (
+        last("-n", "--", "results/figures/enregy.png")
+        == "error: nothing makes figures/enregy; did you mean figures/energy?"
+    )
+    assert (
+        last("-n", "--", "dynamic")
+        == "error: dynamic is not asked for in the settings; add its block, dynamic:, to them."
+    )
+    assert last("-n", "--", "results/data/baar/body.h5").startswith("error: nothing in the settings is called baar;")
+
+
+def test_nearest_names(monkeypatch):
+    for name in ("_asked", "_studies", "_files"):
+        monkeypatch.setattr(targets, name, [])
+    targets.offer(["scenes"], ["scenes", "ct"], ["results/figures/effects.png", "results/tables/effects.csv"])
+    assert targets.explain("effects") == "nothing makes effects; did you mean figures/effects or tables/effects?"
+    assert targets.explain("scnes") == "nothing makes scnes; did you mean scenes?"
+    assert targets.explain("ct") == "ct is not asked for in the settings; add its block, ct:, to them."
+    assert targets.explain("nonsense").startswith("nothing makes nonsense; ask for one of scenes, or for a file")
+
+
+def test_a_damaged_result_is_named_and_made_again(last, run, tmp_path, sagging):
+    assert run(tmp_path, sagging, "--", BODY).returncode == 0
+    (tmp_path / BODY).write_bytes((tmp_path / BODY).read_bytes()[:3000])
+    said = last("--", MOTION)
+    assert said.startswith(f"error: {BODY} is damaged (") and said.endswith("delete it and type make.")
+    (tmp_path / BODY).unlink()
+    assert run(tmp_path, sagging, "--", MOTION).returncode == 0
+    with h5py.File(tmp_path / MOTION) as file:
+        assert len(file["positions"]) == 5
+
+
+def test_a_folder_that_cannot_be_written_to_is_named(last, tmp_path):
+    (tmp_path / "results").mkdir()
+    if os.getuid():
+        (tmp_path / "results").chmod(0o555)
+    else:
+        mount = ["mount", "--bind", tmp_path / "results", tmp_path / "results"]
+        if subprocess.run(mount, capture_output=True, check=False).returncode:
+            pytest.skip("this user can neither mount nor be kept from writing")
+        subprocess.run(["mount", "-o", "remount,bind,ro", tmp_path / "results"], check=True)
+    try:
+        said = last("--", BODY)
+    finally:
+        if not os.getuid():
+            subprocess.run(["umount", tmp_path / "results"], check=True)
+    assert said.startswith("error: results/") and "cannot be written to; change who may write there" in said
+
+
+def test_what_snakemake_says_is_explained_or_quoted():
+    end = ("WorkflowError", "At least one job did not complete successfully.")
+    missing = ("MissingInputException", "Missing input files for rule a:\n    affected files:\n        liver.msh")
+    assert explain([missing, end]).startswith("liver.msh cannot be found, and nothing makes it; put it there")
+    odd = ("OddError", "Traceback (most recent call last):\n  File x\nOddError: it rains")
+    assert explain([odd, end]) == ""
+    assert quote([odd, end]) == "snakemake stopped (OddError: it rains); its log says where."

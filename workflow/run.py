@@ -1,0 +1,46 @@
+"""Run snakemake for make: stop at Ctrl-C from the first moment on, and let nothing follow the last words.
+
+Make would add a line of its own to a failure, so it is ended by SIGPIPE, which no shell reports.
+"""
+
+import os
+import signal
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NoReturn
+
+
+def stop(*_: Any) -> NoReturn:
+    """End before there is anything to clean up."""
+    leave(f"stopped; type {os.environ.get('PALPATE_COMMAND', 'make')} to go on")
+
+
+def leave(status: str | int) -> NoReturn:
+    """End with an exit status, or with a sentence and status 1; and make with it, unless all went well."""
+    if isinstance(status, str):
+        print(status, file=sys.stderr, flush=True)
+        status = 1
+    if status and Path(f"/proc/{os.getppid()}/comm").read_text().strip() == "make":
+        os.kill(os.getppid(), signal.SIGPIPE)
+    sys.stdout.flush()
+    os._exit(status)
+
+
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, stop)
+module, *arguments = sys.argv[1:]
+missing = [name for name in ("palpate", "snakemake") if not find_spec(name)]
+if missing:
+    leave(f"error: the environment lacks {' and '.join(missing)}; type make distclean, and then make.")
+try:
+    if module == "snakemake":
+        from snakemake.cli import main
+
+        main(arguments)
+    else:
+        from palpate.stale_results import main
+
+        leave(main(arguments))
+except SystemExit as ended:
+    leave(ended.code or 0)

@@ -34,7 +34,7 @@ class MeshFacts:
 
 
 def inspect(path: str | Path) -> MeshFacts:
-    """Collect the facts of a mesh file; raise InputError if it cannot be read or has neither tetrahedra nor a surface."""
+    """Collect the facts of a mesh file; raise InputError if it cannot be read or holds no body."""
     from palpate.bodies.body_from_mesh import remeshed_by_default, shape_of
 
     path = Path(path)

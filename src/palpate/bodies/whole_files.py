@@ -1,4 +1,4 @@
-"""Whether a mesh file was cut off, as by a broken download: readers accept some such files and crash on others."""
+"""Completeness of mesh files: readers accept some that a broken download cut off, and crash on others."""
 
 import re
 from collections.abc import Callable

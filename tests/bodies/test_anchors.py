@@ -28,7 +28,10 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
-        ({"nodes": [1, 8]}, r"anchors\.nodes names 8, which does not exist; its coarse nodes are 0 to 7"),
+        (
+            {"nodes": [1, 8]},
+            r"anchors\.nodes names 8, which does not exist; its coarse nodes are counted from 0, and go up to 7",
+        ),
         ({"nodes": [-1, 2, 3]}, "names -1"),
         ({"nodes": [1.5, 2, 3]}, r"names 1\.5"),
         ({"nodes": []}, r"anchors\.nodes holds no node"),

@@ -1,4 +1,4 @@
-"""What a mesh file holds of a body: tetrahedra, or the triangles of a surface."""
+"""Shape of a body in a mesh file: tetrahedra, or the triangles of a surface."""
 
 from pathlib import Path
 

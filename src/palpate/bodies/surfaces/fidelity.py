@@ -1,4 +1,4 @@
-"""How close a body is to the surface it was made from, and how well its elements are shaped."""
+"""Closeness of a body to the surface it was made from, and the shapes of its elements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,12 +29,12 @@ class Fidelity:
 
     @property
     def good(self) -> bool:
-        """Whether shape and elements are as good as a body should be."""
+        """Return true if shape and elements are as good as a body should be."""
         return self.penalty <= 1
 
     @property
     def close(self) -> bool:
-        """Whether the body has the shape of the surface it was made from."""
+        """Return true if the body has the shape of the surface it was made from."""
         return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME) <= 1
 
     @property

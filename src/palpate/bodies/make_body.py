@@ -4,15 +4,22 @@ import math
 import warnings
 from collections.abc import Callable
 
-from palpate.bodies.anchors import choose_anchors
+from palpate.bodies.anchors import choose_anchors, default_anchors
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.errors import InputError
 from palpate.kept_warnings import about
 
 LOCKING = 0.45
 """Poisson's ratio from which on linear tetrahedra are clearly too stiff, as ``hard_cases`` measures it."""
+
+# what to do about bad elements, of a mesh as it is in the file and of a remeshed one
+REMEDIES = {
+    False: "improve the mesh in the program that made it, or give surface_nodes: 140 to have it remeshed",
+    True: "give more surface_nodes",
+}
 
 
 def make_body(name: str, entry: dict) -> Body:
@@ -35,11 +42,20 @@ def _make(name: str, entry: dict) -> Body:
             "too little at 0.45 and 18 % at 0.49, against 5 % at 0.3; refine more, or give a lower number.",
             stacklevel=2,
         )
-    mesh = kinds[entry["kind"]](entry)
-    # only a CT shows more of the surface than the coarse mesh has
-    mesh, snap = mesh if isinstance(mesh, tuple) else (mesh, None)
+    made = kinds[entry["kind"]](entry)
+    # only a CT and a file show more of the surface than the coarse mesh has
+    mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
+    rule = entry.get("anchors") or default_anchors(name, mesh)
+    if remeshed and "nodes" in rule:
+        raise InputError(
+            f"body {name}: anchors.nodes counts nodes of a mesh that is remeshed; hold nodes by plane or sphere, or "
+            "give surface_nodes as many as the file has."
+        )
     # a sheet has one level and no such entry
-    return nest(name, mesh, entry.get("refinements", 0), choose_anchors(name, entry["anchors"], mesh), material, snap)
+    body = nest(name, mesh, entry.get("refinements", 0), choose_anchors(name, rule, mesh), material, snap)
+    if entry["kind"] in ("file", "ct"):
+        check_quality(body, REMEDIES[remeshed])
+    return body
 
 
 def _cylinder(entry: dict) -> TetMesh:
@@ -54,10 +70,10 @@ def _liver(entry: dict) -> TetMesh:
     return liver(entry["length_m"])
 
 
-def _file(entry: dict) -> TetMesh:
-    from palpate.bodies.body_from_mesh import load_file
+def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
+    from palpate.bodies.body_from_mesh import build
 
-    return load_file(entry["path"], entry["scale_m"], entry.get("spacing_m"))
+    return build(entry)
 
 
 def _box(entry: dict) -> TetMesh:
@@ -70,10 +86,10 @@ def _sheet(entry: dict) -> Sheet:
     return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
 
 
-def _ct(entry: dict) -> tuple[TetMesh, Callable | None]:
+def _ct(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
     from palpate.bodies.ct.mesh_from_ct import build
 
-    return build(entry)
+    return *build(entry), True
 
 
 def _material(name: str, entry: dict) -> Material:

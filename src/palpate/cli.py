@@ -5,9 +5,12 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class _Parser(argparse.ArgumentParser):
@@ -34,10 +37,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="palpate", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
-    advise.add_argument(
-        "--scene", required=True, help="a body and a regime of loads, such as liver_small, or one that moves"
-    )
-    limit = advise.add_mutually_exclusive_group(required=True)
+    advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
+    limit = advise.add_mutually_exclusive_group()
     limit.add_argument(
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
     )
@@ -63,21 +64,38 @@ def _share(text: str) -> float:
     return value
 
 
-def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float | None) -> str:
+def _advise(results: Path, scene: str | None, budget_ms: float | None, max_error: float | None) -> str:
+    """Advise for one scene or for all; without a limit, what the run was asked for."""
+    from palpate.figures import tables
+
+    pressed, moving, listed = (
+        results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy", "advice")
+    )
+    asked = budget_ms is None and max_error is None
+    paths = [listed] if asked else [path for path in (pressed, moving) if path.is_file() or path is pressed]
+    found = [tables.read(path) for path in paths]
+    known = [name for table in found for name in tables.scenes(table)]
+    if scene is not None and scene not in known:
+        raise InputError(f"--scene {scene} is not in {results}; choose from {', '.join(known)}.")
+    chosen = known if scene is None else [scene]
+    if asked:
+        from palpate.report.advice_list import advice_list
+
+        return advice_list(found[0][found[0]["scene"].isin(chosen)])
+    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
+    return "\n".join(_advise_scene(results, name, found, limits) for name in chosen)
+
+
+def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits: dict) -> str:
+    """Advise for one scene of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves."""
     from palpate.evaluation.tradeoff.advice import advise
     from palpate.evaluation.tradeoff.advice_motion import advise_motion
     from palpate.evaluation.tradeoff.bootstrap import read_errors
     from palpate.figures import tables
     from palpate.report.advice_words import lines
 
-    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
-    pressed, moving = (results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy"))
-    found = [tables.read(path) for path in (pressed, moving) if path.is_file() or path is pressed]
-    for table in found:
-        rows = tables.where(table, scene=scene)
-        if len(rows) and table is found[0]:
-            return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
-        if len(rows):
-            return lines(advise_motion(rows, **limits).iloc[0], rows)
-    known = ", ".join(name for table in found for name in tables.scenes(table))
-    raise InputError(f"--scene {scene} is not in {results}; choose from {known}.")
+    rows = tables.where(found[0], scene=scene)
+    if len(rows):
+        return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
+    rows = tables.where(found[1], scene=scene)
+    return lines(advise_motion(rows, **limits).iloc[0], rows)

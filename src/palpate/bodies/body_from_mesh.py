@@ -1,6 +1,5 @@
 """Bodies from mesh files: tetrahedra as they are, closed surfaces filled with tetrahedra."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +11,16 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_boundary, check_closed, check_coordinates, check_indices, check_tetrahedra
 from palpate.bodies.mesh_readers import RawMesh, read
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
+from palpate.bodies.units import choose_scale
 from palpate.errors import InputError
 
 # points closer than this fraction of the size are merged: an STL file repeats each corner, in single precision
 WELD = 1e-6
+# a surface with more nodes is remeshed unless the entry says otherwise
+KEPT_NODES = 400
 
 
-def load_file(path: str | Path, scale_m: float, spacing_m: float | None = None) -> TetMesh:
+def load_file(path: str | Path, scale_m: float | None = None, spacing_m: float | None = None) -> TetMesh:
     """Load the body in a mesh file and check it; ``scale_m`` is the length of the file's unit in metres.
 
     A file with tetrahedra gives those: its points, lines, triangles and quadrilaterals are ignored, but other solid
@@ -26,18 +28,35 @@ def load_file(path: str | Path, scale_m: float, spacing_m: float | None = None) 
     surface, welded and filled with an edge length of about ``spacing_m``.
     Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
     """
-    path, raw = Path(path), _read(path, scale_m)
+    path = Path(path)
+    points, triangles, tetrahedra = shape_of(path, _read(path))
+    points = points * choose_scale(str(path), points, scale_m)
+    if tetrahedra is not None:
+        mesh = TetMesh(points, check_tetrahedra(str(path), points, tetrahedra))
+        check_boundary(str(path), mesh)
+        return mesh
+    return tetrahedralize(points, check_closed(str(path), points, triangles), spacing_m, source=str(path))
+
+
+def shape_of(path: Path, raw: RawMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Pick what the body is made of: points (n, 3), triangles (m, 3), and tetrahedra (k, 4) or None.
+
+    Of tetrahedra, the triangles are those of the boundary; the triangles of a surface are welded. Raises InputError if
+    there is neither, or if there are other elements.
+    """
     others = sorted(set(raw.solids) - {"tetra"})
     if others:
         raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
     if "tetra" in raw.solids:
         check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(raw.points))
         nodes, tetrahedra = _drop_unused(raw.points, raw.solids["tetra"])
-        mesh = TetMesh(nodes, check_tetrahedra(str(path), nodes, tetrahedra))
-        check_boundary(str(path), mesh)
-        return mesh
-    points, triangles = weld(raw.points, _triangles(path, raw))
-    return tetrahedralize(points, check_closed(str(path), points, triangles), spacing_m, source=str(path))
+        return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
+    return *weld(raw.points, _triangles(path, raw)), None
+
+
+def remeshed_by_default(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> bool:
+    """Test whether a file's surface has so many nodes that it is remeshed unless the entry says otherwise."""
+    return tetrahedra is None and len(points) > KEPT_NODES
 
 
 def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -45,8 +64,8 @@ def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarr
 
     Raises InputError if the file cannot be read or no triangle is left.
     """
-    raw = _read(path, scale_m)
-    points, triangles = weld(raw.points, _triangles(Path(path), raw))
+    raw = _read(Path(path))
+    points, triangles = weld(scale_m * raw.points, _triangles(Path(path), raw))
     if not len(triangles):
         raise InputError(
             f"{path}: none of its triangles has three distinct corners with scale_m {scale_m:g}; "
@@ -55,12 +74,8 @@ def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarr
     return points, triangles
 
 
-def _read(path: str | Path, scale_m: float) -> RawMesh:
-    """Read a mesh file and convert it to metres."""
-    if not 0 < scale_m < np.inf:
-        raise InputError(f"{path}: scale_m is {scale_m}; give the length of the file's unit in metres.")
-    raw = read(Path(path))
-    raw = replace(raw, points=raw.points * scale_m)
+def _read(path: Path) -> RawMesh:
+    raw = read(path)
     check_coordinates(str(path), raw.points)
     return raw
 

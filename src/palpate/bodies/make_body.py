@@ -41,7 +41,7 @@ def _liver(entry: dict) -> TetMesh:
 def _file(entry: dict) -> TetMesh:
     from palpate.bodies.body_from_mesh import load_file
 
-    return load_file(entry["path"], entry["scale_m"], entry.get("spacing_m"))
+    return load_file(entry["path"], entry.get("scale_m"), entry.get("spacing_m"))
 
 
 def _box(entry: dict) -> TetMesh:

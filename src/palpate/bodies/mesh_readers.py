@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.bodies.mesh_checks import check_coordinates
 from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
-from palpate.bodies.surfaces.vtk_polydata import is_polydata, read_polydata
+from palpate.bodies.vtk_readers import SURFACES, is_polydata, read_surface
+from palpate.bodies.whole_files import CUT, check_whole
 from palpate.errors import InputError
 
-MESHIO = {".vtk": "vtk", ".vtu": "vtu", ".mesh": "medit", ".stl": "stl", ".obj": "obj", ".ply": "ply"}
+MESHIO = {".vtk": "vtk", ".vtu": "vtu", ".mesh": "medit"}
 # a gmsh file starts with one of these; gmsh would run anything else as a script
 GMSH_HEADS = (b"$MeshFormat", b"$NOD", b"$Comments", b"$PhysicalNames")
 
@@ -27,25 +29,33 @@ class RawMesh:
 
 
 def read(path: Path) -> RawMesh:
-    """Read a gmsh, VTK, VTU, medit, STL, OBJ or PLY file; raise InputError if that is impossible."""
+    """Read a gmsh, VTK, VTU, medit, STL, OBJ, PLY or OFF file; raise InputError if that is impossible."""
     suffix = path.suffix.lower()
-    if suffix != ".msh" and suffix not in MESHIO:
-        known = " ".join([".msh", *MESHIO])
+    if suffix not in (".msh", *MESHIO, *SURFACES):
+        known = " ".join([".msh", *MESHIO, *SURFACES])
         raise InputError(f"{path}: its name does not show a mesh format; convert it to one of {known}.")
     if not path.is_file():
         raise InputError(f"{path}: this mesh file does not exist; correct the body's path.")
     try:
+        data = path.read_bytes()
+        check_whole(suffix, data)
         if suffix == ".msh":
             return _read_gmsh(path)
-        if suffix == ".vtk" and is_polydata(path):
-            points, triangles = read_polydata(path)
-            return RawMesh(points, sheets={"triangle": triangles})
+        if suffix in SURFACES or (suffix == ".vtk" and is_polydata(data)):
+            points, triangles = read_surface(suffix, data)
+            # where binary data are damaged, the coordinates show it first
+            check_coordinates(str(path), points)
+            if suffix == ".vtk" and not len(triangles):
+                raise ValueError(CUT.format("it has points and no polygons"))
+            return RawMesh(points, sheets={"triangle": triangles} if len(triangles) else {})
         return _read_meshio(path, MESHIO[suffix])
     except InputError:
         raise
     # a damaged file can make a reader raise any exception, and meshio may even exit
     except (Exception, SystemExit) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
+        if reason.startswith("it is cut off"):
+            raise InputError(f"{path}: {reason}.") from error
         raise InputError(f"{path}: malformed {suffix} file ({reason}); write it again or convert it.") from error
 
 

@@ -51,6 +51,10 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
         )
     if not missing:
         _check_counts(place, body)
+    elif "contacts" in body:
+        raise InputError(
+            f"{place}.contacts limits what samples press, and there are none; give magnitudes, train and test, too."
+        )
     levels = body.get("refinements", 0) + 1
     if len(body.get("paper_surface", range(levels))) != levels:
         raise InputError(
@@ -85,6 +89,12 @@ def _check_counts(place: str, body: dict) -> None:
                 f"{place}.{key} is {body[key]}; make it a multiple of the {magnitudes} magnitudes, "
                 "so that whole contacts can be held out."
             )
+    needed = (body["train"] + body["test"]) // magnitudes
+    if body.get("contacts", needed) < needed:
+        raise InputError(
+            f"{place}.contacts is {body['contacts']}, and train and test need {needed}, one for each {magnitudes} "
+            f"samples; give at least {needed}, or leave it out for all."
+        )
     if body["refinements"] < 1:
         raise InputError(
             f"{place}.refinements is 0; give at least 1, because samples compare a coarse mesh with a fine one, "

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist, pdist
 
-from palpate.bodies.contacts import contacts_of, row_of
+from palpate.bodies.contacts import contacts_of, kept_contacts, pressed_contacts, row_of
 from palpate.errors import InputError
 
 
@@ -23,3 +24,28 @@ def test_other_nodes_are_refused(slab, which):
     }[which]
     with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node of the coarse mesh"):
         row_of(contacts_of(slab), int(contact), "slab, ")
+
+
+def test_without_a_count_all_are_kept(slab):
+    assert np.array_equal(kept_contacts(slab, None), contacts_of(slab))
+
+
+def test_kept_contacts_are_pressed_ones_and_no_more_than_there_are(slab):
+    able = pressed_contacts(slab, contacts_of(slab))
+    assert np.array_equal(kept_contacts(slab, 1000), able)
+    few = kept_contacts(slab, 7)
+    assert len(few) == 7 and (np.diff(few) > 0).all() and np.isin(few, able).all()
+    assert np.isin(kept_contacts(slab, 6), few).all()
+
+
+def test_kept_contacts_are_spread_evenly(beam):
+    """No contact is farther from a kept one than those are from each other, and chance leaves larger gaps."""
+
+    def gap(kept):
+        return cdist(beam.coarse.nodes[able], beam.coarse.nodes[kept]).min(axis=1).max()
+
+    able = pressed_contacts(beam, contacts_of(beam))
+    kept = kept_contacts(beam, 20)
+    assert gap(kept) <= pdist(beam.coarse.nodes[kept]).min() * (1 + 1e-12)
+    random = np.random.default_rng(1)
+    assert gap(kept) < 0.7 * np.mean([gap(random.choice(able, 20, replace=False)) for _ in range(50)])

@@ -13,6 +13,7 @@ from palpate.evaluation.accuracy import errors
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
 from palpate.models.model import setting_text
 from palpate.models.model_registry import model
+from palpate.solvers.compliance import Compliance
 
 BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
 LEARNT = ["ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *BLENDS]
@@ -51,6 +52,27 @@ def test_a_bad_contact_is_refused(slab_case, name):
         with pytest.raises(InputError, match="not a free surface node"):
             solver.respond(contact, np.ones(3))
     assert 0 < solver.memory_mb < 10
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, name):
+    """Where contacts are limited, models that store responses refuse the others, and simulations answer them."""
+    case, test, _ = slab_case
+    all_of = case.response
+    kept = np.union1d(case.database.contact, test.contact)
+    rows = [all_of.row(contact) for contact in kept]
+    few = Compliance(kept, all_of.fine[rows], all_of.restricted[rows], all_of.coarse[rows])
+    made = model(name, {})
+    setting = made.settings(case)[-1]
+    whole, limited = (made.prepare(replace(case, response=response), setting) for response in (all_of, few))
+    asked = int(test.contact[0]), test.force[0]
+    assert np.array_equal(limited.respond(*asked), whole.respond(*asked))
+    missing = int(np.setdiff1d(all_of.contacts, kept)[0])
+    if name in ("linear_fem", *OURS):
+        with pytest.raises(InputError, match=rf"^contact {missing} is not .* prepared; choose one that is\.$"):
+            limited.respond(missing, np.ones(3))
+    else:
+        assert np.isfinite(limited.respond(missing, 1e-3 * np.ones(3))).all()
 
 
 def test_what_the_middle_is_needs_three_levels(slab_case):

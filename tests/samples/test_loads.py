@@ -6,6 +6,7 @@ import pytest
 from palpate.errors import InputError
 from palpate.samples.loads import COLUMNS, choose_loads, force_of
 from palpate.samples.static_responses import press
+from palpate.solvers.compliance import compute_compliance
 
 MAGNITUDES = [0.5, 1.0]
 
@@ -57,6 +58,14 @@ def test_peaks_are_as_deep_as_asked(slab, slab_compliance, choose, peak):
     assert np.min(softer) > 1.0
     assert np.abs(reached[0] * softer / wanted - 1.0).max() < 0.025
     assert np.abs(reached[1] / wanted - 1.0).max() < (0.1 if peak < 0.1 else 0.35)
+
+
+def test_samples_lie_among_the_contacts_that_are_prepared(slab):
+    compliance = compute_compliance(slab, 0.0, count=6)
+    loads = choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 12, 1)
+    assert sorted(loads["contact"].unique()) == compliance.contacts.tolist()
+    with pytest.raises(InputError, match=r"^bodies\.slab: 7 contacts are asked for and 6 can be pressed; .* contacts"):
+        choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 14, 1)
 
 
 def test_counts_that_cannot_be_are_refused(choose):

@@ -75,3 +75,16 @@ def test_reads_what_was_written(slab_compliance, tmp_path):
     for name in ("contacts", "fine", "restricted", "coarse"):
         assert np.array_equal(getattr(again, name), getattr(slab_compliance, name))
     assert [p.name for p in path.parent.iterdir()] == ["compliance.h5"]
+
+
+def test_a_count_leaves_out_rows_and_changes_none(slab, slab_compliance):
+    few = compute_compliance(slab, 0.0, count=5)
+    assert len(few.contacts) == 5
+    rows = [slab_compliance.row(contact) for contact in few.contacts]
+    for name in ("fine", "restricted", "coarse"):
+        assert np.array_equal(getattr(few, name), getattr(slab_compliance, name)[rows])
+    missing = np.setdiff1d(slab_compliance.contacts, few.contacts)[0]
+    with pytest.raises(
+        InputError, match=rf"^contact {missing} is not .* one of the contacts that are prepared; choose"
+    ):
+        few.row(missing)

@@ -5,7 +5,7 @@ include: "functions/bodies.smk"
 
 
 # settings of a body that say how many samples it gets and what the paper had, not what it is
-NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
+NOT_OF_THE_BODY = {"magnitudes", "contacts", "train", "test", "paper_surface"}
 
 
 # bodies made from a CT, which get pictures and masses of their own
@@ -38,6 +38,7 @@ rule compute_compliance:
     log:
         "results/logs/{body}/compute_compliance_{radius}m.log",
     params:
+        contacts=lambda wildcards: config["bodies"][wildcards.body].get("contacts"),
         code=code_of("compute_compliance"),
     message:
         "compute the compliance of {wildcards.body}"

@@ -5,5 +5,5 @@ from palpate.solvers.compliance import compute_compliance, save_compliance
 with job(snakemake.log[0]) as say:
     body = load(snakemake.input.body)
     progress = steps(say, f"{body.name}: unit forces at contact")
-    compliance = compute_compliance(body, float(snakemake.wildcards.radius), progress)
+    compliance = compute_compliance(body, float(snakemake.wildcards.radius), progress, snakemake.params.contacts)
     save_compliance(compliance, snakemake.output[0])

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
+from palpate.bodies.contacts import pressed_contacts
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.compliance import Compliance
@@ -34,12 +35,12 @@ def choose_loads(
             f"bodies.{body.name}: train + test is {count}, which {len(magnitudes)} magnitudes do not divide; "
             "change train, test or magnitudes."
         )
-    able = np.setdiff1d(compliance.contacts, _beside_anchors(body))
+    able = pressed_contacts(body, compliance.contacts)
     n_contacts = count // len(magnitudes)
     if n_contacts > len(able):
         raise InputError(
             f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
-            "lower train and test, or give more magnitudes."
+            "lower train and test, give more magnitudes, or raise contacts where it is given."
         )
     contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
     solver = Equilibrium(body, 0)
@@ -67,11 +68,6 @@ def force_of(load: pd.Series) -> np.ndarray:
 def nodal_forces(body: Body, level: int, load: pd.Series) -> np.ndarray:
     """Return the nodal forces (n_nodes, 3) [N] of one row on one level of ``body``."""
     return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
-
-
-def _beside_anchors(body: Body) -> np.ndarray:
-    elements = body.coarse.tetrahedra
-    return np.unique(elements[np.isin(elements, body.anchors[0]).any(axis=1)])
 
 
 def _peak(displacement: np.ndarray) -> float:

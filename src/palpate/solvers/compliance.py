@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import contacts_of, row_of
+from palpate.bodies.contacts import kept_contacts, row_of
 from palpate.effects.patch_load import nodal_load
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -19,7 +19,7 @@ ARRAYS = ("contacts", "fine", "restricted", "coarse")
 
 @dataclass(frozen=True, eq=False)
 class Compliance:
-    """Linear responses [m/N] to unit forces along x, y and z at every free coarse surface node.
+    """Linear responses [m/N] to unit forces along x, y and z at every contact that is prepared.
 
     contacts : (n_contacts,) coarse node numbers, increasing
     fine : (n_contacts, 3, n_surface, 3) fine surface displacements, by force direction
@@ -35,17 +35,17 @@ class Compliance:
     seconds: float = 0.0
 
     def row(self, contact: int) -> int:
-        """Return the row of coarse node ``contact``; InputError if it cannot be pressed."""
+        """Return the row of coarse node ``contact``; InputError if it is not prepared."""
         return row_of(self.contacts, contact)
 
 
-def compute_compliance(body: Body, radius_m: float, progress: Callable = iter) -> Compliance:
-    """Solve the linear problems of the coarsest and finest level for every free contact (offline).
+def compute_compliance(body: Body, radius_m: float, progress: Callable = iter, count: int | None = None) -> Compliance:
+    """Solve the linear problems of the coarsest and finest level for each contact (offline).
 
-    ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
+    ``progress`` wraps the sequence of contacts, as ``tqdm`` does. ``count`` limits them, as ``kept_contacts`` says.
     """
     start = perf_counter()
-    contacts = contacts_of(body)
+    contacts = kept_contacts(body, count)
     n_coarse, surface = len(body.coarse.nodes), body.fine.surface
     fine = np.empty((len(contacts), 3, len(surface), 3))
     restricted = np.empty((len(contacts), 3, n_coarse, 3))

@@ -1,4 +1,4 @@
-"""The command ``palpate``: advice from the tables of a finished run."""
+"""The command ``palpate``: a first config for your own data, and advice from the tables of a run."""
 
 import argparse
 import math
@@ -24,7 +24,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
     try:
         asked = _parser().parse_args(arguments)
-        print(_advise(Path(asked.results), asked.scene, asked.budget_ms, asked.max_error), flush=True)
+        print(asked.act(asked), flush=True)
     except BrokenPipeError:  # whoever reads has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except InputError as error:
@@ -36,6 +36,13 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="palpate", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
+    init = commands.add_parser("init", help="write a config.yaml for a mesh, or for a CT and perhaps its mask")
+    init.add_argument("data", help="a mesh, a CT as one file, or a folder of DICOM slices")
+    init.add_argument("mask", nargs="?", help="a mask of the CT")
+    init.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
+    init.add_argument("--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of the organ [HU]")
+    init.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
+    init.set_defaults(act=_init)
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
     advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
     limit = advise.add_mutually_exclusive_group()
@@ -44,7 +51,16 @@ def _parser() -> argparse.ArgumentParser:
     )
     limit.add_argument("--max-error", type=_share, help="largest mean error, as a share of the peak displacement")
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
+    advise.set_defaults(act=lambda asked: _advise(Path(asked.results), asked.scene, asked.budget_ms, asked.max_error))
     return parser
+
+
+def _init(asked: argparse.Namespace) -> str:
+    from palpate.init.command import init
+
+    paths = [Path(path) for path in (asked.data, asked.mask) if path is not None]
+    label = [int(label) if label.isdecimal() else label for label in asked.label]
+    return init(paths, label, asked.threshold, asked.folder)
 
 
 def _positive(text: str) -> float:

@@ -1,0 +1,86 @@
+"""Choose what a first configuration assumes of a body: what holds it, how fine it is, and how it is pressed."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import contacts_of, pressed_contacts
+from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh import TetMesh
+from palpate.errors import InputError
+
+MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
+"""Of soft tissue, unless the user knows better."""
+# tetrahedra of the fine mesh up to which a run takes minutes; contacts that are prepared, if there are more
+FINE_TETRAHEDRA, CONTACTS = 60_000, 150
+# contacts that samples press, each with two loads; a third of them is held out
+PRESSED, MAGNITUDES = 24, [0.7, 1.3]
+# depths that are tried, as shares of the body's extent, and the share of the surface nodes that should be held
+DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.08
+# radius of the finger, as a share of the longest side
+FINGER = 0.1
+
+
+class Choice(NamedTuple):
+    """The body that results, and the keys of its entry and the radius [m] of the finger that were chosen for it."""
+
+    body: Body
+    entry: dict
+    radius_m: float
+
+
+def choose(name: str, entry: dict) -> Choice:
+    """Make the coarse mesh of an entry, choose the rest of the entry for it, and make the body; InputError if it fails.
+
+    entry : the keys that say where the mesh comes from; paths as they can be opened from here
+    """
+    all_of_it = {"plane": {"axis": "z", "side": "min", "depth_m": 1e9}}
+    coarse = make_body(name, MATERIAL | entry | {"refinements": 0, "anchors": all_of_it}).coarse
+    assert isinstance(coarse, TetMesh)
+    sides = [("y", "max")] if entry["kind"] == "ct" else [(axis, side) for axis in "xyz" for side in ("min", "max")]
+    anchors = {"plane": _hold(name, coarse, sides)}
+    refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
+    chosen = MATERIAL | {"refinements": refinements, "anchors": anchors}
+    body = make_body(name, entry | chosen)
+    able = len(pressed_contacts(body, contacts_of(body)))
+    test = min(PRESSED, able) // 3
+    if not test:
+        raise InputError(f"{name}: its mesh has {able} nodes that can be pressed; give one with more triangles.")
+    train = min(PRESSED, able) - test
+    chosen |= {"magnitudes": MAGNITUDES, "train": train * len(MAGNITUDES), "test": test * len(MAGNITUDES)}
+    if len(contacts_of(body)) > CONTACTS:
+        chosen["contacts"] = CONTACTS
+    return Choice(body, chosen, rounded(FINGER * coarse.size))
+
+
+def rounded(value: float) -> float:
+    """Round a positive number up to two digits."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.ceil(value / digit - 1e-9) * digit:.2g}")
+
+
+def _hold(name: str, mesh: TetMesh, sides: list[tuple[str, str]]) -> dict:
+    """Choose the plane that holds the body on one of ``sides``, the flattest: most area in the least depth."""
+    planes = [plane for axis, side in sides for plane in _planes(mesh, axis, side)]
+    if not planes:
+        raise InputError(f"{name}: no side of it has enough nodes to be held; give a mesh with more triangles.")
+    return max(planes, key=lambda found: (-found[0], found[1]))[2]
+
+
+def _planes(mesh: TetMesh, axis: str, side: str) -> list[tuple[float, float, dict]]:
+    """Find the least depth at which a side is held well: share of the extent, area in the plane [m²], rule."""
+    number = "xyz".index(axis)
+    along = mesh.nodes[mesh.surface, number] * (1 if side == "min" else -1)
+    distance = along - along.min()
+    for share in DEPTHS:
+        depth = rounded(share * distance.max())
+        held = mesh.surface[distance <= depth]
+        points = mesh.nodes[held] - mesh.nodes[held].mean(axis=0)
+        broad = np.linalg.svd(points, compute_uv=False)[1] > 0.1 * mesh.size if len(held) >= 3 else False
+        if broad and len(held) >= HELD * len(mesh.surface):
+            a, b, c = (mesh.nodes[corner] for corner in mesh.triangles[np.isin(mesh.triangles, held).all(axis=1)].T)
+            area = float(np.abs(np.cross(b - a, c - a)[:, number]).sum()) / 2
+            return [(share, area, {"axis": axis, "side": side, "depth_m": depth})]
+    return []

@@ -17,18 +17,24 @@ MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 FINE_TETRAHEDRA, CONTACTS = 60_000, 150
 # contacts that samples press, each with two loads; a third of them is held out
 PRESSED, MAGNITUDES = 24, [0.7, 1.3]
+# of the coarse mesh, where it is made anew; more only if the shape cannot be had with fewer
+SURFACE_NODES = (140, 280, 560)
 # depths that are tried, as shares of the body's extent, and the share of the surface nodes that should be held
 DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.08
-# radius of the finger, as a share of the longest side
-FINGER = 0.1
+# radius of the finger, and the largest displacement of the large regime, as shares of the longest side; the latter is
+# less where a contact lies over a held node, as no solver follows tissue that is pressed flat: this share of the way
+FINGER, PEAK, OF_WAY = 0.1, 0.05, 0.3
+# displacements of the small regime against the large one's
+SMALL = 0.25
 
 
 class Choice(NamedTuple):
-    """The body that results, and the keys of its entry and the radius [m] of the finger that were chosen for it."""
+    """The body that results, its coarse mesh, its whole entry, and the regimes that suit it."""
 
     body: Body
+    coarse: TetMesh
     entry: dict
-    radius_m: float
+    regimes: dict
 
 
 def choose(name: str, entry: dict) -> Choice:
@@ -36,14 +42,12 @@ def choose(name: str, entry: dict) -> Choice:
 
     entry : the keys that say where the mesh comes from; paths as they can be opened from here
     """
-    all_of_it = {"plane": {"axis": "z", "side": "min", "depth_m": 1e9}}
-    coarse = make_body(name, MATERIAL | entry | {"refinements": 0, "anchors": all_of_it}).coarse
-    assert isinstance(coarse, TetMesh)
+    entry, coarse = _resolved(name, entry)
     sides = [("y", "max")] if entry["kind"] == "ct" else [(axis, side) for axis in "xyz" for side in ("min", "max")]
     anchors = {"plane": _hold(name, coarse, sides)}
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
-    chosen = MATERIAL | {"refinements": refinements, "anchors": anchors}
-    body = make_body(name, entry | chosen)
+    chosen = entry | MATERIAL | {"refinements": refinements, "anchors": anchors}
+    body = make_body(name, chosen)
     able = len(pressed_contacts(body, contacts_of(body)))
     test = min(PRESSED, able) // 3
     if not test:
@@ -52,13 +56,44 @@ def choose(name: str, entry: dict) -> Choice:
     chosen |= {"magnitudes": MAGNITUDES, "train": train * len(MAGNITUDES), "test": test * len(MAGNITUDES)}
     if len(contacts_of(body)) > CONTACTS:
         chosen["contacts"] = CONTACTS
-    return Choice(body, chosen, rounded(FINGER * coarse.size))
+    largest = min(PEAK, OF_WAY * _way(body) / (max(MAGNITUDES) * coarse.size))
+    peaks = {"small": rounded(SMALL * largest), "large": rounded(largest)}
+    radius = rounded(FINGER * coarse.size)
+    return Choice(
+        body, coarse, chosen, {name: {"peak_of_size": peak, "radius_m": radius} for name, peak in peaks.items()}
+    )
+
+
+def _resolved(name: str, entry: dict) -> tuple[dict, TetMesh]:
+    """Make the coarse mesh with as many surface nodes as the shape needs; return the entry with that number, too."""
+    whole = MATERIAL | {"refinements": 0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 1e9}}}
+    counts = [{"surface_nodes": count} for count in SURFACE_NODES] if "surface_nodes" in entry else [{}]
+    for count in counts:
+        try:
+            mesh = make_body(name, entry | count | whole).coarse
+        except InputError as error:
+            if count is counts[-1] or "surface_nodes" not in str(error):
+                raise
+        else:
+            assert isinstance(mesh, TetMesh)
+            return entry | count, mesh
+    raise AssertionError("the last count returns or raises")
 
 
 def rounded(value: float) -> float:
     """Round a positive number up to two digits."""
     digit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{math.ceil(value / digit - 1e-9) * digit:.2g}")
+
+
+def _way(body: Body) -> float:
+    """Find the shortest way [m] from a contact along its inward normal, within 45 degrees, to a held node."""
+    mesh = body.coarse
+    pressed = pressed_contacts(body, contacts_of(body))
+    ways = mesh.nodes[None, body.anchors[0]] - mesh.nodes[pressed, None]
+    lengths = np.linalg.norm(ways, axis=2)
+    inward = -np.einsum("cai,ci->ca", ways, mesh.normals[pressed]) > lengths * math.sqrt(0.5)
+    return float(lengths[inward].min(initial=np.inf))
 
 
 def _hold(name: str, mesh: TetMesh, sides: list[tuple[str, str]]) -> dict:

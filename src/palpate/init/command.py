@@ -55,8 +55,8 @@ def _beside(path: Path, name: str) -> Path:
 
 
 def _command(file: Path) -> str:
-    inside = file.resolve().is_relative_to(_ROOT)
-    return f"make CONFIG={shlex.quote(relpath(file, _ROOT) if inside else str(file.resolve()))}"
+    seen = relpath(file, _ROOT)
+    return f"make CONFIG={shlex.quote(seen if seen.count('..') < 2 else str(file.resolve()))}"
 
 
 def _schema(file: Path) -> Path | None:
@@ -68,10 +68,11 @@ def _schema(file: Path) -> Path | None:
 
 def _report(data: Data, choice: Choice, said: list[str], file: Path, command: str) -> str:
     body, entry = choice.body, choice.entry
-    sides = " × ".join(f"{side:.3g}" for side in np.ptp(body.coarse.nodes, axis=0))
-    volume = f"{1e6 * body.coarse.volumes.sum():.4g} mL"
+    sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
+    volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
     meshes = " and ".join(f"{len(mesh.tetrahedra)}" for mesh in (body.coarse, body.fine))
     plane = entry["anchors"]["plane"]
+    radius = f"{1e3 * choice.regimes['large']['radius_m']:.3g} mm"
     end = "largest" if plane["side"] == "max" else "smallest"
     lines = [
         *(f"found    {line}" for line in data.found),
@@ -79,7 +80,7 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, command: st
         *(f"assumed  {line}" for line in data.assumed),
         f"assumed  it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes",
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
-        f"density {entry['density_kg_m3']} kg/m³, a finger of {1e3 * choice.radius_m:.3g} mm radius",
+        f"density {entry['density_kg_m3']} kg/m³, a finger of {radius} radius",
         *(f"warning: {line}" for line in said),
         f"wrote    {file}, with a comment on every line; change there what you know better, then",
         f"  {command}" if Path.cwd() == _ROOT else f"  cd {shlex.quote(str(_ROOT))} && {command}",

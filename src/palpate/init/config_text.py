@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from palpate.init.choose import Choice
 from palpate.init.data import Data
@@ -21,13 +22,13 @@ _HEAD = """\
 _TAIL = """\
 regimes:  # how hard the body is pressed
   small:  # a light touch
-    peak_of_size: 0.02  # largest displacement, as a share of the body's longest side
+    peak_of_size: {small:g}  # largest displacement, as a share of the body's longest side: {small_mm:.2g} mm
     radius_m: {radius_m:g}  # radius [m] of the finger that the force is spread over
   large:  # a firm press
-    peak_of_size: 0.08  # as above; above 0.1 the tissue under the finger may be crushed, which no solver follows
-    radius_m: {radius_m:g}  # as above
+    peak_of_size: {large:g}  # {large_mm:.2g} mm; too much presses tissue flat, which no solver follows
+    radius_m: {radius_m:g}  # radius [m] of the finger
 tradeoff:  # the study: each model, its error and its time
-  reference_samples: {reference_samples}  # samples simulated one level finer, for the error of the fine mesh itself
+  reference_samples: 1  # samples simulated one level finer, for the error of the fine mesh itself
   advice:  # for which times and errors a model is advised
     budgets_ms: [1, 16.7, 100]  # times of an answer [ms]: haptics, 60 pictures a second, an immediate reaction
     max_errors: [0.05, 0.01, 0.001]  # mean errors, as shares of the peak displacement
@@ -56,23 +57,23 @@ def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Pa
     schema : the file that editors complete keys with, if there is a relative path to it
     """
     line = f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else ""
-    radius = f"{1e3 * choice.radius_m:.3g} mm"
+    peaks = {name: regime["peak_of_size"] for name, regime in choice.regimes.items()}
+    lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}
     comments = _COMMENTS | data.comments | _chosen(choice)
-    entry = data.entry | choice.entry
-    lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in entry.items()]
+    lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in choice.entry.items()]
     body = "".join(lines).replace("    anchors:", f"{_OTHERS}    anchors:")
     parts = [
         _HEAD.format(schema=line, name=data.name, command=command),
         f"bodies:  # lower-case letters, digits and underscores name a body\n  {data.name}:  # {_size(choice)}\n{body}",
-        _TAIL.format(radius=radius, radius_m=choice.radius_m, reference_samples=1),
+        _TAIL.format(radius_m=choice.regimes["large"]["radius_m"], **peaks, **lengths),
         _CT.format(name=data.name) if data.entry["kind"] == "ct" else "",
     ]
     return _aligned("".join(parts))
 
 
 def _size(choice: Choice) -> str:
-    lengths = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(choice.body.coarse.nodes, axis=0))
-    return f"{lengths} mm, {1e6 * choice.body.coarse.volumes.sum():.4g} mL"
+    lengths = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
+    return f"{lengths} mm, {1e6 * choice.coarse.volumes.sum():.4g} mL"
 
 
 def _chosen(choice: Choice) -> dict[str, str]:
@@ -100,7 +101,7 @@ def _yaml(value: Any, folder: Path) -> str:
         return "{" + ", ".join(f"{key}: {_yaml(inner, folder)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(_yaml(inner, folder) for inner in value) + "]"
-    if isinstance(value, str) and re.fullmatch("[a-z][a-z_]+|[xz]", value):  # a bare y is a truth value to some
+    if isinstance(value, str) and yaml.safe_load(value) == value and re.fullmatch("[a-z][a-z_]*", value):
         return value
     return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
 

@@ -50,13 +50,14 @@ def recognise(paths: Sequence[Path], label: Sequence[int | str], threshold_hu: S
 def _mesh(path: Path) -> Data:
     facts = inspect(path)
     scale = facts.scale_m or float(f"{ASSUMED_M / facts.size:.3g}")
-    how = "guessed from the size" if facts.scale_m else "unknown, so that the body is 20 cm long"
+    how = "guessed from the size" if facts.scale_m else "not known; it makes the body 20 cm long"
     entry = {"kind": "file", "path": path, "scale_m": scale}
     inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
     comments = {
         "kind": "a mesh in a file",
         "path": f"seen from this folder; {facts.kind}: {facts.triangles} triangles on the surface",
-        "scale_m": f"length of the file's unit [m], {how}; its longest side is {in_words(scale * facts.size)}",
+        "scale_m": f"length of the file's unit [m], {how}"
+        + (f"; the longest side is {in_words(scale * facts.size)}" if facts.scale_m else ""),
     }
     if facts.remeshed:
         entry |= {"surface_nodes": 140, "snap": True}

@@ -46,7 +46,7 @@ def _of_extensions(path: Path) -> dict[int, str]:
         extensions = file.read(max(int(np.frombuffer(rest, f"{order}{kind}", 1, place)[0]) - header, 0))
     table = re.search(rb"<LabelTable.*?</LabelTable>", extensions, re.DOTALL)
     try:
-        labels = ElementTree.fromstring(table[0]) if table else []
+        labels = list(ElementTree.fromstring(table[0])) if table else []
     except ElementTree.ParseError:
         return {}
     return {

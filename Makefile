@@ -25,7 +25,7 @@ PATHS := src tests examples workflow/scripts
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all $(STUDIES) test smoke slurm-test example check bench snapshot lock clean help
+.PHONY: all $(STUDIES) env test smoke slurm-test example check bench snapshot lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -42,6 +42,8 @@ figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/si
 
 tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
 	@$(SNAKEMAKE) results/$@.csv
+
+env: $(STAMP)  ## build the environment only, in .venv
 
 test: $(STAMP)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile

@@ -12,6 +12,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 ORDER = [
     "linalg",
     "bodies",
+    "init",
     "effects",
     "solvers",
     "collision",
@@ -26,6 +27,7 @@ ORDER = [
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}
+BESIDE |= {(package, "init") for package in ORDER}
 BESIDE |= {("calibration", "enrichment"), ("samples", "collision")}
 """Packages that stand side by side: the first does not import the second, though it comes later."""
 

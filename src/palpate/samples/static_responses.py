@@ -56,8 +56,8 @@ def press(body: Body, level: int, loads: pd.DataFrame, tolerance: float, progres
             solutions.append(solver.solve(nodal, tolerance))
         except NotConverged as failure:
             raise NotConverged(
-                f"{body.name}, sample {load['sample']:.0f}: {failure}; lower peak_of_size of the regime, which may press "
-                "the tissue flat, or hold the body elsewhere (anchors).",
+                f"{body.name}, sample {load['sample']:.0f}: {failure}; lower the regime's peak_of_size, at which "
+                "tissue may be pressed flat, or hold the body elsewhere (anchors).",
                 failure.history,
             ) from failure
     return Responses(

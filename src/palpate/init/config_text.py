@@ -77,7 +77,7 @@ def _size(choice: Choice) -> str:
 
 
 def _chosen(choice: Choice) -> dict[str, str]:
-    """Comment on what was chosen for this body."""
+    """Explain what was chosen for this body, by key."""
     body, entry = choice.body, choice.entry
     coarse = len(body.coarse.tetrahedra)
     held, per = len(body.anchors[0]), len(entry["magnitudes"])

@@ -17,7 +17,7 @@ ASSUMED_M = 0.2
 
 @dataclass(frozen=True)
 class Data:
-    """What the files are: the keys of a body's entry that follow, comments on some of them, and lines to print."""
+    """Content of the files: the keys of a body's entry that follow, comments on some of them, and lines to print."""
 
     name: str
     entry: dict

@@ -12,7 +12,6 @@ DOCS = Path(__file__).parents[1] / "docs"
 ORDER = [
     "linalg",
     "bodies",
-    "init",
     "effects",
     "solvers",
     "collision",
@@ -24,10 +23,10 @@ ORDER = [
     "evaluation",
     "figures",
     "report",
+    "init",
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}
-BESIDE |= {(package, "init") for package in ORDER}
 BESIDE |= {("calibration", "enrichment"), ("samples", "collision")}
 """Packages that stand side by side: the first does not import the second, though it comes later."""
 

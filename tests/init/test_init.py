@@ -82,6 +82,7 @@ def test_what_is_written_passes_the_schema_and_makes_the_body(made):
     assert body.coarse.size == pytest.approx(0.2, rel=0.2)
     assert 0.05 * body.coarse.size < given["regimes"]["large"]["radius_m"] < 0.15 * body.coarse.size
     assert len(body.fine.tetrahedra) <= 60_000
+    assert (file.parent / "body.png").stat().st_size > 10_000
 
 
 def test_enough_contacts_are_held_out_to_judge_by(made):

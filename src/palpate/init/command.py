@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.errors import InputError
+from palpate.figures.enrichment import mesh_levels
 from palpate.files import write_whole
 from palpate.init.choose import Choice, choose
 from palpate.init.config_text import config_text
@@ -24,7 +25,7 @@ def init(
     threshold_hu: Sequence[float] | None = None,
     folder: Path | None = None,
 ) -> str:
-    """Write config.yaml for a mesh, or for a CT and perhaps its mask; return what to print about it.
+    """Write config.yaml, and a picture of the body, for a mesh or a CT and perhaps its mask; return what to print.
 
     folder : where to; by default one beside the data that has the body's name
     Raises InputError if the data cannot be used or the file is there already; then nothing is written.
@@ -42,6 +43,8 @@ def init(
         file.parent.mkdir(parents=True, exist_ok=True)
         with write_whole(file) as part:
             part.write_text(config_text(data, choice, file, command, _schema(file)), encoding="utf-8")
+        with write_whole(file.with_name("body.png")) as part:
+            mesh_levels.draw([choice.body]).savefig(part)
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
     return _report(data, choice, list(said), file, command)
@@ -82,6 +85,7 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, command: st
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
         f"density {entry['density_kg_m3']} kg/m³, a finger of {radius} radius",
         *(f"warning: {line}" for line in said),
+        f"wrote    {file.with_name('body.png')}, a picture of it; balls are what is held",
         f"wrote    {file}, with a comment on every line; change there what you know better, then",
         f"  {command}" if Path.cwd() == _ROOT else f"  cd {shlex.quote(str(_ROOT))} && {command}",
     ]

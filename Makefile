@@ -25,7 +25,7 @@ PATHS := src tests examples workflow/scripts
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all $(STUDIES) env test smoke slurm-test example check bench snapshot lock clean help
+.PHONY: all plan $(STUDIES) env test smoke slurm-test example check bench snapshot lock clean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -33,6 +33,9 @@ ifeq ($(origin CONFIG),command line)
 	@if test -f "$(RESULTS)/tables/advice.csv"; then $(BIN)/palpate advise --results "$(RESULTS)"; fi
 endif
 	@echo "The report: $(RESULTS)/report.html"
+
+plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
+	@out=$$($(SNAKEMAKE) --dry-run --quiet rules progress) || { echo "$$out"; exit 1; }
 
 $(STUDIES): $(STAMP)  # one study
 	@$(SNAKEMAKE) $@

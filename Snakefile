@@ -40,7 +40,17 @@ for study in ASKED:
 onstart:
     hold_folder()
     stay_idle()
+    announce()
+
+
+# a dry run calls no onstart
+when_known(lambda: workflow.dryrun and announce())
+
+
+onsuccess:
+    remember()
 
 
 onerror:
+    remember()
     print(failures(), file=sys.stderr)

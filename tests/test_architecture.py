@@ -24,6 +24,7 @@ ORDER = [
     "figures",
     "report",
     "init",
+    "plan",
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}

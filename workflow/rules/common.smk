@@ -13,12 +13,15 @@ from palpate.dependencies import digest, files_of
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.job import FAILED, kernel_cache
+from palpate.plan.plan import Plan, when_known
 from palpate.schema import defaults, read_schema
 
 ROOT = Path(workflow.basedir)
 CONFIG_FILE = Path(relpath([*workflow.overwrite_configfiles, *workflow.configfiles][0]))
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 STARTED = time.time()
+# what this run will do, once that is known
+planned = None
 
 try:
     config = complete(config, SCHEMA, CONFIG_FILE)
@@ -130,6 +133,27 @@ def stay_idle():
     With it, it does so once a second for each job that has ever ended, which in the end takes the half of a core.
     """
     workflow.scheduler.job_rate_limiter = None
+
+
+def plan():
+    """Return what this run will do, once snakemake knows it."""
+    return Plan(workflow.dag, config, CONFIG_FILE.parent, workflow.cores if workflow.local_exec else None)
+
+
+def announce():
+    """Print what a run will cost before it begins. An estimate is no reason to stop a run."""
+    global planned
+    try:
+        planned = plan()
+        print("\n".join(planned.describe()), file=sys.stderr)
+    except Exception as error:
+        print(f"no estimate of what this run will cost ({type(error).__name__}: {error})", file=sys.stderr)
+
+
+def remember():
+    """Keep what the jobs of this run took, for the next estimate."""
+    if planned is not None:
+        planned.remember(STARTED)
 
 
 def failures():

@@ -1,0 +1,122 @@
+"""Find how large a body's meshes are, or estimate it before they are made."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from palpate.bodies.mesh import TetMesh
+from palpate.errors import InputError
+
+HELD = 0.08
+"""Share of the coarse surface nodes that anchors usually hold."""
+SURFACE = (140, 528, 33)
+"""A filled surface of the tests: its nodes, tetrahedra and inner nodes, from which those of others are estimated."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """The size of one mesh: its nodes, those on the surface, and its tetrahedra, or the triangles of a sheet."""
+
+    nodes: int
+    surface: int
+    elements: int
+
+    def refined(self) -> "Level":
+        """Return the size after each tetrahedron is split into eight, by Euler's formula for a body without holes."""
+        edges = self.nodes + self.elements + self.surface - 3
+        return Level(self.nodes + edges, 4 * self.surface - 6, 8 * self.elements)
+
+
+@dataclass(frozen=True)
+class Size:
+    """The sizes of a body's levels, coarse first, and how many contacts are prepared."""
+
+    levels: tuple[Level, ...]
+    contacts: int
+
+    @property
+    def coarse(self) -> Level:
+        return self.levels[0]
+
+    @property
+    def fine(self) -> Level:
+        return self.levels[-1]
+
+
+def size_of(entry: dict, folder: Path, made: Path | None = None) -> Size:
+    """Return the size of the body of a config entry whose paths are relative to ``folder``.
+
+    made : the body's own file, if it is up to date; without it sizes of meshes that are read or filled are estimates
+    """
+    coarse = _made(made) if made is not None and made.is_file() else _coarse(entry, folder)
+    levels = [coarse]
+    for _ in range(entry.get("refinements", 0)):
+        levels.append(levels[-1].refined())
+    free = round((1.0 - HELD) * coarse.surface)
+    return Size(tuple(levels), min(entry.get("contacts", free), free))
+
+
+def filled(surface: int) -> Level:
+    """Estimate the size of a closed surface of so many nodes once it is filled with tetrahedra as long as its edges."""
+    nodes, tetrahedra, inner = SURFACE
+    ratio = surface / nodes
+    return Level(surface + round(inner * ratio**1.77), surface, round(tetrahedra * ratio**1.46))
+
+
+def _coarse(entry: dict, folder: Path) -> Level:
+    kinds: dict[str, Callable[[], Level]] = {
+        "cylinder": lambda: Level(266, 182, 936),
+        "liver": lambda: Level(190, 140, 628),
+        "box": lambda: _box(entry["divisions"]),
+        "sheet": lambda: _sheet(entry["divisions"]),
+        "ct": lambda: filled(entry["surface_nodes"]),
+        "file": lambda: _file(entry, folder),
+    }
+    return kinds[entry["kind"]]()
+
+
+def _box(divisions: list[int]) -> Level:
+    x, y, z = divisions
+    nodes, inner = (x + 1) * (y + 1) * (z + 1), (x - 1) * (y - 1) * (z - 1)
+    return Level(nodes, nodes - inner, 6 * x * y * z)
+
+
+def _sheet(divisions: list[int]) -> Level:
+    x, y = divisions
+    return Level((x + 1) * (y + 1), (x + 1) * (y + 1), 2 * x * y)
+
+
+def _file(entry: dict, folder: Path) -> Level:
+    """Count what is in a mesh file; one that cannot be read is refused when its body is made, and is small here."""
+    from palpate.bodies.mesh_readers import read
+
+    try:
+        raw = read(folder / entry["path"])
+    except InputError:
+        return filled(SURFACE[0])
+    if "tetra" in raw.solids:
+        tetrahedra = raw.solids["tetra"]
+        return Level(len(raw.points), _surface_of(tetrahedra), len(tetrahedra))
+    triangles = len(raw.sheets.get("triangle", ())) + 2 * len(raw.sheets.get("quad", ()))
+    surface = triangles // 2 + 2
+    return filled(min(surface, entry.get("surface_nodes") or surface))
+
+
+def _surface_of(tetrahedra: np.ndarray) -> int:
+    """Return the number of surface nodes of tetrahedra (m, 4)."""
+    nodes = np.zeros((int(tetrahedra.max()) + 1, 3))
+    return len(TetMesh(nodes, tetrahedra).surface)
+
+
+def _made(path: Path) -> Level:
+    """Read the size of the coarse level of a body's file."""
+    import h5py
+
+    with h5py.File(path) as file:
+        level = file["level_0"]
+        nodes = len(level["nodes"])
+        if "triangles" in level:
+            return Level(nodes, nodes, len(level["triangles"]))
+        return Level(nodes, _surface_of(level["tetrahedra"][()]), len(level["tetrahedra"]))

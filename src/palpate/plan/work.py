@@ -1,0 +1,136 @@
+"""Say what the work of a job consists of: amounts by their names, which timings.yaml gives seconds for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from palpate.plan.sizes import Size
+
+Amounts = dict[str, float]
+
+SOLVE_S = 5.6e-6
+"""Seconds that a converged solve takes for each tetrahedron under small loads, on the machine of timings.yaml."""
+LARGE = 3.3
+"""How much longer solves take under a load that moves the body by its whole size."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One job of a run: its rule, wildcards, log, threads, and the numbers of the jobs that it waits for."""
+
+    rule: str
+    wildcards: dict[str, str] = field(default_factory=dict)
+    log: str = ""
+    threads: int = 1
+    after: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Case:
+    """All that the work of a job follows from: the settings, and the sizes of their bodies by name."""
+
+    config: dict
+    sizes: dict[str, Size]
+
+    def samples(self, body: str) -> int:
+        """Return how many samples a body gets in a regime."""
+        return self.config["bodies"][body]["train"] + self.config["bodies"][body]["test"]
+
+    def harder(self, job: Job) -> float:
+        """Return how many times as long solves take under the loads of a job's regime as under small ones."""
+        peak = self.config["regimes"][job.wildcards["regime"]]["peak_of_size"]
+        return 1.0 + LARGE * (peak - 0.02)
+
+    def solve_s(self, tetrahedra: int, level: int) -> float:
+        """Estimate a converged solve [s]; on the coarsest level a factor of its stiffness grows faster than it does."""
+        return SOLVE_S * tetrahedra * (1.0 if level else max(1.0, tetrahedra / 1000) ** 0.35)
+
+    def asked_s(self, body: str, seconds: float) -> float:
+        """Estimate how long a setting is asked [s] whose answers take ``seconds``: once a test sample, or a budget."""
+        return max(self.config["tradeoff"]["budget_s"], self.config["bodies"][body]["test"] * seconds)
+
+
+def kind_of(job: Job, case: Case) -> str:
+    """Return the entry of timings.yaml that a job falls under: its rule, and what its time differs much by."""
+    more = {
+        "make_body": lambda: case.config["bodies"][job.wildcards["body"]]["kind"],
+        "measure_models": lambda: job.wildcards["family"],
+        "measure_scaling": lambda: job.wildcards["component"],
+        "fit_springs": lambda: f"{job.wildcards['method']} {job.wildcards['force']}",
+        "try_hard_cases": lambda: job.wildcards["family"],
+        **dict.fromkeys(("simulate_scene", "leave_out_effects", "time_effects"), lambda: _moves_by(job, case)),
+    }
+    return f"{job.rule} {more[job.rule]()}" if job.rule in more else job.rule
+
+
+def amounts(job: Job, case: Case) -> Amounts:
+    """Return the amounts of work of a job; of a rule that is not here, none."""
+    from palpate.plan.work_of_studies import STUDIES
+
+    found = (RULES | STUDIES).get(job.rule)
+    return found(job, case) if found else {}
+
+
+def _moves_by(job: Job, case: Case) -> str:
+    from palpate.scenes.contact_settings import has_contact
+
+    scene = case.config["scenes"][job.wildcards["scene"]]
+    return "contact" if has_contact(scene) else scene["integrator"]
+
+
+def _size(job: Job, case: Case) -> Size:
+    return case.sizes[job.wildcards["body"]]
+
+
+def _body(job: Job, case: Case) -> Amounts:
+    return {"fine_tetrahedra": _size(job, case).fine.elements}
+
+
+def _compliance(job: Job, case: Case) -> Amounts:
+    size = _size(job, case)
+    return {"columns": 3.0 * size.contacts * size.fine.elements, "stored": 9.0 * size.contacts * size.fine.surface}
+
+
+def _loads(job: Job, case: Case) -> Amounts:
+    coarse = case.solve_s(_size(job, case).coarse.elements, 0)
+    return {"solve_s": case.samples(job.wildcards["body"]) * coarse * case.harder(job)}
+
+
+def _fine(job: Job, case: Case) -> Amounts:
+    count, most = case.samples(job.wildcards["body"]), case.config["solver"]["samples_per_job"]
+    here = min(most, count - most * int(job.wildcards["batch"]))
+    return {"solve_s": here * case.solve_s(_size(job, case).fine.elements, 1) * case.harder(job)}
+
+
+def _fitted(job: Job, case: Case) -> Amounts:
+    return {"sample_nodes": float(case.samples(job.wildcards["body"]) * _size(job, case).fine.surface)}
+
+
+def _reference(job: Job, case: Case) -> Amounts:
+    finer = 8 * _size(job, case).fine.elements
+    peak = case.config["regimes"][job.wildcards["regime"]]["peak_of_size"]
+    steps = 1.0 + 15.0 * peak  # a force on a single node is harder to follow the finer the mesh is
+    return {"solve_s": case.config["tradeoff"]["reference_samples"] * case.solve_s(finer, 1) * steps}
+
+
+def _models(job: Job, case: Case) -> Amounts:
+    from palpate.plan.work_of_models import FAMILIES
+
+    family = FAMILIES.get(job.wildcards["family"])
+    return family(job, case) if family else {}
+
+
+RULES: dict[str, Callable[[Job, Case], Amounts]] = {
+    "make_body": _body,
+    "compute_compliance": _compliance,
+    "choose_loads": _loads,
+    "simulate_fine": _fine,
+    "simulate_coarse": _loads,
+    "subsample_coarse": _fitted,
+    "assemble_database": _fitted,
+    "evaluate_methods": _fitted,
+    "sweep_sigma": _fitted,
+    "draw_responses": _fitted,
+    "measure_reference_error": _reference,
+    "measure_models": _models,
+}
+"""The work of the rules that most studies need."""

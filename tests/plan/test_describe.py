@@ -1,0 +1,128 @@
+"""What a run will cost: right within a factor of 1.5 for runs that were recorded, and said in a line."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from palpate.config import complete
+from palpate.files import read_yaml
+from palpate.plan import describe as describing
+from palpate.plan.describe import case_of, describe, estimates, on_threads
+from palpate.plan.schedule import follow
+from palpate.plan.sizes import Level, Size
+from palpate.plan.timings import SHIPPED, Timings
+from palpate.plan.work import Case, Job, kind_of
+from palpate.schema import read_schema
+
+ROOT = Path(__file__).parents[2]
+RECORDED = Path(__file__).parent / "recorded"
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+GONE = {"image": None, "mask": None, "path": __file__}
+"""Files of bodies that are not here now, and what stands in their place."""
+NEW = Timings(read_yaml(SHIPPED), {})
+
+
+def recorded(name: str) -> tuple[list[Job], Case, list[float], dict]:
+    """Return the jobs of a run, its settings and sizes, what each job took [s], and the rest of its file."""
+    told = json.loads((RECORDED / f"{name}.json").read_text())
+    settings = told["settings"] if isinstance(told["settings"], dict) else read_yaml(ROOT / told["settings"])
+    for body in settings["bodies"].values():
+        body.update(
+            {key: None for key in ("image", "mask") if key in body} | ({"path": __file__} if "path" in body else {})
+        )
+    settings.get("tradeoff", {}).pop("own_models", None)
+    jobs = [Job(rule, wild, threads=threads, after=tuple(after)) for rule, wild, threads, after, _ in told["jobs"]]
+    sizes = {
+        body: Size(tuple(Level(*level) for level in levels), contacts)
+        for body, (levels, contacts) in told["sizes"].items()
+    }
+    case = Case(complete(settings, SCHEMA, ROOT / "config.yaml"), sizes)
+    return jobs, case, [row[-1] for row in told["jobs"]], told
+
+
+@pytest.mark.parametrize("name", ["default", "smoke", "file", "ct"])
+def test_a_recorded_run_took_what_is_estimated_within_half_as_much_again(name):
+    jobs, case, _, told = recorded(name)
+    found = estimates(jobs, case, NEW)
+    alone = on_threads(jobs, case, found, told["cores"])
+    course = follow(jobs, alone, [0.0] * len(jobs), told["cores"])
+    assert told["took_s"] / 1.5 < course.seconds < 1.5 * told["took_s"]
+
+
+def test_the_estimate_of_a_second_run_is_closer_still():
+    jobs, case, took, _ = recorded("default")
+    here = {}
+    for job, seconds in zip(jobs, took, strict=True):
+        kind = kind_of(job, case)
+        here.setdefault(kind, []).append([NEW.shipped_seconds(kind, describing.amounts(job, case)), seconds])
+    truth = sum(took) + len(jobs) * NEW.shipped_seconds("start", {})
+    new, again = (sum(estimates(jobs, case, Timings(read_yaml(SHIPPED), known))) for known in ({}, here))
+    assert abs(again / truth - 1) < 0.06 and abs(again / truth - 1) < abs(new / truth - 1)
+
+
+def test_a_run_is_described_in_a_line():
+    jobs, case, _, _ = recorded("smoke")
+    [line] = describe(jobs, case, NEW, 2)
+    assert re.fullmatch(r"123 jobs to do: about 2 minutes on 2 cores of this machine, up to 0\.\d GB of memory", line)
+    assert describe([], case, NEW, 2) == ["nothing to do: everything that was asked for is up to date"]
+    assert "1 job to do: about a minute on 1 core of" in describe([Job("write_report")], case, NEW, 1)[0]
+
+
+def test_on_a_cluster_only_processor_time_is_said():
+    jobs, case, _, _ = recorded("smoke")
+    [line] = describe(jobs, case, NEW, None)
+    assert line.startswith("123 jobs to do: about 3 minutes of one core of this machine; the cluster's may be")
+
+
+def test_more_cores_take_less_time_and_compiling_takes_more():
+    jobs, case, _, _ = recorded("default")
+    minutes = [int(re.search(r"about (\d+) minutes", describe(jobs, case, NEW, cores)[0])[1]) for cores in (1, 2, 8)]
+    assert minutes[0] > 1.8 * minutes[1] and minutes[1] > 1.4 * minutes[2]
+    assert sum(estimates(jobs, case, NEW, first=True)) - sum(estimates(jobs, case, NEW)) == pytest.approx(40, rel=0.01)
+
+
+@pytest.fixture
+def kidney():
+    """The jobs of an organ as found: a surface of 3285 nodes, all of them contacts, refined twice."""
+    jobs, case, _, _ = recorded("ct")
+    coarse = Level(10000, 3285, 48000)
+    size = Size((coarse, coarse.refined(), coarse.refined().refined()), 3183)
+    return jobs, Case(case.config, {"own": size})
+
+
+def test_hours_are_warned_of_with_what_to_change(kidney, monkeypatch):
+    monkeypatch.setattr(describing, "available_mb", lambda: 1e9)
+    cost, warning = describe(*kidney, NEW, 2)
+    assert re.search(r"about \d+\.\d hours on 2 cores", cost)
+    assert re.fullmatch(
+        r"warning: \d+\.\d hours is long, and 100% of it is bodies\.own; give it contacts \(such as 30; now 3183 are "
+        r"prepared\), or lower refinements or surface_nodes or train and test of bodies\.own, or let it run\.",
+        warning,
+    )
+
+
+def test_few_contacts_make_hours_less(kidney, monkeypatch):
+    jobs, case = kidney
+    few = Case(case.config, {"own": replace(case.sizes["own"], contacts=60)})
+    assert sum(estimates(jobs, few, NEW)) < 0.8 * sum(estimates(jobs, case, NEW))
+
+
+def test_more_memory_than_there_is_is_warned_of(kidney, monkeypatch):
+    monkeypatch.setattr(describing, "available_mb", lambda: 8000.0)
+    *_, warning = describe(*kidney, NEW, 2)
+    assert warning.startswith("warning: that is more than the 8.0 GB of memory that are free, so a job may be ended")
+    assert "give it contacts (such as 30; now 3183 are prepared), or lower" in warning
+    assert len(describe(*recorded("ct")[:2], NEW, 2)) == 1
+
+
+def test_sizes_of_bodies_that_need_not_be_made_are_read(slab, tmp_path):
+    from palpate.bodies.body_file import save
+
+    config = {"bodies": {"slab": {"kind": "ct", "surface_nodes": 900, "refinements": 1}}}
+    save(slab, tmp_path / "data/slab/body.h5")
+    use, make = Job("compute_compliance", {"body": "slab"}), Job("make_body", {"body": "slab"})
+    assert case_of(config, [use], Path(), tmp_path).sizes["slab"].coarse.elements == len(slab.coarse.tetrahedra)
+    assert case_of(config, [make, use], Path(), tmp_path).sizes["slab"].coarse.surface == 900

@@ -1,0 +1,58 @@
+"""Sizes of meshes that are known before they are made, and estimates of those that are not."""
+
+from pathlib import Path
+
+import pytest
+
+from palpate.bodies.body_file import save
+from palpate.bodies.make_body import make_body
+from palpate.plan.sizes import Level, Size, filled, size_of
+
+HERE = Path()
+ROUND = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
+LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2, "anchors": {"nodes": [3, 39, 64]}} | ROUND
+ROD = {"kind": "cylinder", "length_m": 0.2, "radius_m": 0.03, "refinements": 1, "anchors": {"nodes": [0, 1, 2]}} | ROUND
+BAR = {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 3], "refinements": 1, "anchors": {"nodes": [0, 1, 5]}}
+CLOTH = {"kind": "sheet", "sizes_m": [1, 1], "divisions": [4, 6], "thickness_m": 0.01, "anchors": {"nodes": [0]}}
+
+
+def sizes(body):
+    return [
+        Level(len(mesh.nodes), len(mesh.surface), len(getattr(mesh, "tetrahedra", mesh.triangles)))
+        for mesh in body.levels
+    ]
+
+
+@pytest.mark.parametrize("entry", [LIVER, ROD, BAR | ROUND], ids=["liver", "cylinder", "box"])
+def test_generated_bodies_have_the_sizes_that_were_counted(entry):
+    assert list(size_of(entry, HERE).levels) == sizes(make_body("new", entry))
+
+
+def test_a_sheet_has_the_size_that_was_counted():
+    cloth = make_body("new", CLOTH | ROUND)
+    assert size_of(CLOTH, HERE).coarse == Level(len(cloth.fine.nodes), len(cloth.fine.nodes), len(cloth.fine.triangles))
+
+
+def test_a_mesh_of_tetrahedra_is_counted_in_its_file(slab, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    mesh = slab.coarse
+    meshio.write_points_cells(tmp_path / "slab.vtk", mesh.nodes, [("tetra", mesh.tetrahedra)])
+    size = size_of({"kind": "file", "path": "slab.vtk", "refinements": 1}, tmp_path)
+    assert list(size.levels) == sizes(slab)
+
+
+@pytest.mark.parametrize(("surface", "tetrahedra"), [(140, 528), (300, 1626), (800, 6844), (1200, 12164)])
+def test_filled_surfaces_are_estimated_within_a_tenth(surface, tetrahedra):
+    """Counts of results/tables/node_mass.csv for the synthetic abdomen."""
+    assert filled(surface).elements == pytest.approx(tetrahedra, rel=0.1)
+
+
+def test_a_body_that_is_made_is_counted_and_no_longer_estimated(slab, tmp_path):
+    save(slab, tmp_path / "body.h5")
+    entry = {"kind": "ct", "surface_nodes": 5000, "refinements": 1}
+    assert list(size_of(entry, HERE, tmp_path / "body.h5").levels) == sizes(slab)
+
+
+def test_contacts_are_what_is_given_and_no_more_than_there_are():
+    assert size_of(LIVER | {"contacts": 30}, HERE).contacts == 30
+    assert size_of(LIVER | {"contacts": 3000}, HERE) == size_of(LIVER, HERE) == Size(size_of(LIVER, HERE).levels, 129)

@@ -15,7 +15,7 @@ from palpate.bodies.make_body import make_body
 from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError
-from palpate.init.command import init
+from palpate.init.command import _schema, init
 from palpate.init.data import body_name
 from palpate.schema import read_schema
 
@@ -165,6 +165,11 @@ def test_a_folder_that_cannot_be_written_gets_one_sentence(data, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
         init([data / "bar.vtk"], folder=tmp_path / "file")
+
+
+def test_editors_get_the_schema_only_inside_palpates_folder(tmp_path):
+    assert _schema(ROOT / "mine/config.yaml") == Path("../workflow/schemas/config.schema.yaml")
+    assert _schema(tmp_path / "config.yaml") is None
 
 
 def test_names_of_files_become_names_of_bodies():

@@ -131,6 +131,23 @@ def test_a_damaged_table_of_names_leaves_the_numbers(tmp_path, image, values):
     assert np.array_equal(read_mask(path, image, 5), values == 5)
 
 
+@pytest.mark.parametrize("shift_mm", [0.0, 4.0])
+def test_a_segmentation_cropped_by_slicer_is_put_in_its_place(tmp_path, image, values, shift_mm):
+    import SimpleITK
+
+    path = tmp_path / "cropped.seg.nrrd"
+    part = SimpleITK.GetImageFromArray(values[2:10, 1:, 2:])
+    part.SetSpacing([10.0, 10.0, 10.0])
+    part.SetOrigin([20.0 + shift_mm, 10.0, 20.0])
+    part.SetMetaData("Segmentation_ReferenceImageExtentOffset", "2 1 2")
+    SimpleITK.WriteImage(part, str(path))
+    if shift_mm:
+        with pytest.raises(InputError, match="is on another grid than scan"):
+            read_mask(path, image, 5)
+    else:
+        assert np.array_equal(read_mask(path, image, 5), values == 5)
+
+
 def test_overlapping_segments_are_refused(tmp_path, image, values):
     import SimpleITK
 

@@ -85,8 +85,9 @@ def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | 
     file = _read_file(path)
     names = label_names(path, file)
     found = _oriented(file)
-    mask = _array(found)
-    origin, spacing = _grid(found)
+    mask, (origin, spacing) = _array(found), _grid(found)
+    if file.HasMetaDataKey("Segmentation_ReferenceImageExtentOffset"):
+        mask, origin = _uncropped(mask, origin, image)
     apart = np.abs(origin - image.origin_m) / image.spacing_m
     stretched = np.abs(spacing - image.spacing_m) * image.hu.shape[::-1] / image.spacing_m
     turned = np.abs(_axes(found) - image.axes) * max(image.hu.shape)
@@ -96,6 +97,20 @@ def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | 
             f"({_describe_grid(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
         )
     return choose(path, mask, names, label, image.voxel_m3)
+
+
+def _uncropped(mask: np.ndarray, origin: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarray]:
+    """Enlarge a mask that 3D Slicer has cropped to its segments to ``image``'s grid; return it and its new origin.
+
+    One that is not made of voxels of the image stays as it is, to be refused.
+    """
+    first = np.round((origin - image.origin_m) / image.spacing_m).astype(int)
+    box = tuple(slice(start, start + count) for start, count in zip(first[::-1], mask.shape, strict=True))
+    if first.min() < 0 or any(side.stop > count for side, count in zip(box, image.hu.shape, strict=True)):
+        return mask, origin
+    whole = np.zeros(image.hu.shape, dtype=mask.dtype)
+    whole[box] = mask
+    return whole, origin - first * image.spacing_m
 
 
 def _read_file(path: Path) -> "SimpleITK.Image":

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 import yaml
 
+from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.liver import liver
 from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh import TetMesh
 from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError
+from palpate.init.choose import _hold, _patches
 from palpate.init.command import _schema, init
 from palpate.init.data import body_name
 from palpate.schema import read_schema
@@ -119,6 +122,18 @@ def test_a_bar_is_held_on_its_broad_side_and_an_organ_of_a_ct_by_the_back(made):
         assert plane["axis"] in "yz"
     if what in ("mask", "threshold"):
         assert (plane["axis"], plane["side"]) == ("y", "max")
+
+
+def test_an_arch_is_not_held_at_its_two_feet():
+    """Held at both it would snap through when pressed in its middle, which Newton's method cannot follow."""
+    arch = box([0.2, 0.04, 0.04], [10, 2, 2])
+    nodes = arch.nodes - [0.1, 0, 0]
+    arch = TetMesh(nodes + np.outer(8 * nodes[:, 0] ** 2, [0, 1, 0]), arch.tetrahedra)
+    plane = _hold("arch", arch, [(axis, side) for axis in "xyz" for side in ("min", "max")])
+    held = choose_anchors("arch", {"plane": plane}, arch)
+    assert np.ptp(arch.nodes[held, 0]) < 0.1 or plane["axis"] == "z"
+    feet = choose_anchors("arch", {"plane": {"axis": "y", "side": "max", "depth_m": 0.02}}, arch)
+    assert _patches(arch, held) == 1 and _patches(arch, feet) == 2
 
 
 def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):

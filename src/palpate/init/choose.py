@@ -4,6 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
@@ -97,25 +99,48 @@ def _way(body: Body) -> float:
 
 
 def _hold(name: str, mesh: TetMesh, sides: list[tuple[str, str]]) -> dict:
-    """Choose the plane that holds the body on one of ``sides``, the flattest: most area in the least depth."""
+    """Choose the plane that holds the body on one of ``sides``, the flattest: most area in the least depth.
+
+    Trap: a body that is held at two places is an arch, which snaps through when it is pressed between them; so one
+    patch is preferred.
+    """
     planes = [plane for axis, side in sides for plane in _planes(mesh, axis, side)]
     if not planes:
         raise InputError(f"{name}: no side of it has enough nodes to be held; give a mesh with more triangles.")
-    return max(planes, key=lambda found: (-found[0], found[1]))[2]
+    return min(planes, key=lambda plane: (plane.patches, plane.share, -plane.area)).rule
 
 
-def _planes(mesh: TetMesh, axis: str, side: str) -> list[tuple[float, float, dict]]:
-    """Find the least depth at which a side is held well: share of the extent, area in the plane [m²], rule."""
+class _Plane(NamedTuple):
+    """A rule, its depth as a share of the extent, and what it holds: area in the plane [m²], number of patches."""
+
+    rule: dict
+    share: float
+    area: float
+    patches: int
+
+
+def _planes(mesh: TetMesh, axis: str, side: str) -> list[_Plane]:
+    """List the planes on a side, deeper and deeper, that hold it well."""
     number = "xyz".index(axis)
     along = mesh.nodes[mesh.surface, number] * (1 if side == "min" else -1)
     distance = along - along.min()
+    found = []
     for share in DEPTHS:
         depth = rounded(share * distance.max())
         held = mesh.surface[distance <= depth]
         points = mesh.nodes[held] - mesh.nodes[held].mean(axis=0)
         broad = np.linalg.svd(points, compute_uv=False)[1] > 0.1 * mesh.size if len(held) >= 3 else False
         if broad and len(held) >= HELD * len(mesh.surface):
-            a, b, c = (mesh.nodes[corner] for corner in mesh.triangles[np.isin(mesh.triangles, held).all(axis=1)].T)
+            triangles = mesh.triangles[np.isin(mesh.triangles, held).all(axis=1)]
+            a, b, c = (mesh.nodes[corner] for corner in triangles.T)
             area = float(np.abs(np.cross(b - a, c - a)[:, number]).sum()) / 2
-            return [(share, area, {"axis": axis, "side": side, "depth_m": depth})]
-    return []
+            rule = {"axis": axis, "side": side, "depth_m": depth}
+            found.append(_Plane(rule, share, area, _patches(mesh, held)))
+    return found
+
+
+def _patches(mesh: TetMesh, held: np.ndarray) -> int:
+    """Count the connected pieces of the held nodes."""
+    both = np.searchsorted(held, mesh.edges[np.isin(mesh.edges, held).all(axis=1)])
+    graph = coo_array((np.ones(len(both)), both.T), shape=(len(held), len(held)))
+    return int(connected_components(graph, directed=False)[0])

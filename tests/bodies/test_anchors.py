@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.anchors import choose_anchors
+from palpate.bodies.anchors import choose_anchors, default_anchors
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import sheet
@@ -28,7 +28,14 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
-        ({"nodes": [1, 8]}, r"anchors\.nodes names 8, which does not exist; its coarse nodes are 0 to 7"),
+        (
+            {"nodes": [1, 8]},
+            r"anchors\.nodes names 8, which does not exist; its coarse nodes are counted from 0, and go up to 7",
+        ),
+        (
+            {"nodes": list(range(8))},
+            r"anchors\.nodes holds every node of the surface, .* hold fewer: the body is 1 × 1",
+        ),
         ({"nodes": [-1, 2, 3]}, "names -1"),
         ({"nodes": [1.5, 2, 3]}, r"names 1\.5"),
         ({"nodes": []}, r"anchors\.nodes holds no node"),
@@ -65,3 +72,12 @@ def test_every_piece_must_be_held(cube):
     with pytest.raises(InputError, match="no node of the piece of node 8, one of 2;"):
         choose_anchors("two", {"nodes": [0, 1, 2, 3]}, two)
     assert len(choose_anchors("two", {"plane": {"axis": "z", "side": "min", "depth_m": 0}}, two)) == 8
+
+
+def test_without_a_rule_the_low_end_of_the_longest_side_is_held(cube):
+    long = TetMesh(cube.nodes * [1, 1, 3], cube.tetrahedra)
+    with pytest.warns(
+        UserWarning, match=r"^anchors is not given; the nodes within 0\.3 m of its lowest z, .*give anchors"
+    ):
+        rule = default_anchors("cube", long)
+    assert choose_anchors("cube", rule, long).tolist() == [0, 1, 2, 3]

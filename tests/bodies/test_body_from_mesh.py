@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 import pyvista
 
-from palpate.bodies.body_from_mesh import load_file, load_surface, weld
+from palpate.bodies.body_from_mesh import load_file
+from palpate.bodies.mesh_shapes import load_surface
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
+from palpate.bodies.surfaces.weld import weld
 from palpate.errors import InputError
 
 
@@ -121,7 +123,7 @@ def test_neither_solid_nor_surface(cube, tmp_path):
 def test_surface_with_a_hole(octahedron, tmp_path):
     points, triangles = octahedron
     meshio.write(tmp_path / "open.stl", meshio.Mesh(points, [("triangle", triangles[2:])]), binary=True)
-    with pytest.raises(InputError, match=r"open\.stl: the surface has holes \(4 open edges"):
+    with pytest.raises(InputError, match=r"open\.stl: its surface has a hole of 4 edges, 1\.22 m across, around"):
         load_file(tmp_path / "open.stl", 0.5)
 
 

@@ -1,5 +1,6 @@
 """Rules that choose the held nodes of a body: by number, near an extreme plane, or inside a sphere."""
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
+
+# fraction of the longest side that is held where no rule is given
+HELD = 0.1
 
 Rule = Callable[[str, Any, Mesh], np.ndarray]
 
@@ -30,9 +34,31 @@ def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
     held = np.unique(rules[kind](body, value, mesh))
     if not len(held):
         raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
+    free = np.setdiff1d(mesh.surface, held)
+    if not len(free):
+        raise InputError(
+            f"body {body}: anchors.{kind} holds every node of the surface, so nothing can be pressed; hold fewer: "
+            f"the body is {' × '.join(f'{side:.3g}' for side in np.ptp(mesh.nodes, axis=0))} m."
+        )
     if not isinstance(mesh, Sheet):
         _check_pieces(body, held, mesh)
     return held
+
+
+def default_anchors(body: str, mesh: Mesh) -> dict:
+    """Choose to hold the low end of the longest axis, a tenth of its length, and warn of that."""
+    extent = np.ptp(mesh.nodes, axis=0)
+    axis = int(np.argmax(extent))
+    depth = float(f"{HELD * extent[axis]:.3g}")
+    # the end may be narrow: deeper, until it holds the body
+    while np.sum(mesh.nodes[:, axis] - mesh.nodes[:, axis].min() <= depth) < 4:
+        depth *= 1.5
+    warnings.warn(
+        f"anchors is not given; the nodes within {depth:.3g} m of its lowest {'xyz'[axis]}, one end of its longest "
+        "side, are held; give anchors where the organ is attached.",
+        stacklevel=3,
+    )
+    return {"plane": {"axis": "xyz"[axis], "side": "min", "depth_m": depth}}
 
 
 def _by_number(body: str, numbers: list, mesh: Mesh) -> np.ndarray:
@@ -40,7 +66,7 @@ def _by_number(body: str, numbers: list, mesh: Mesh) -> np.ndarray:
     if missing:
         raise InputError(
             f"body {body}: anchors.nodes names {missing[0]}, which does not exist; "
-            f"its coarse nodes are 0 to {len(mesh.nodes) - 1}."
+            f"its coarse nodes are counted from 0, and go up to {len(mesh.nodes) - 1}."
         )
     return np.array(numbers, dtype=np.int64)
 

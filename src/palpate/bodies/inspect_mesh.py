@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.bodies.mesh_checks import check_coordinates
-from palpate.bodies.mesh_readers import read
+from palpate.bodies.mesh_shapes import load_shape, remeshed_by_default
 from palpate.bodies.units import guess_scale, in_words
 
 
@@ -35,12 +34,8 @@ class MeshFacts:
 
 def inspect(path: str | Path) -> MeshFacts:
     """Collect the facts of a mesh file; raise InputError if it cannot be read or holds no body."""
-    from palpate.bodies.body_from_mesh import remeshed_by_default, shape_of
-
     path = Path(path)
-    raw = read(path)
-    check_coordinates(str(path), raw.points)
-    points, triangles, tetrahedra = shape_of(path, raw)
+    points, triangles, tetrahedra = load_shape(path)
     size = float(np.ptp(points, axis=0).max())
     guess = guess_scale(size)
     remeshed = remeshed_by_default(points, triangles, tetrahedra)

@@ -3,11 +3,18 @@
 import math
 from collections.abc import Callable
 
-from palpate.bodies.anchors import choose_anchors
+from palpate.bodies.anchors import choose_anchors, default_anchors
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.errors import InputError
+
+# what to do about bad elements, of a mesh as it is in the file and of a remeshed one
+REMEDIES = {
+    False: "improve the mesh in the program that made it, or give surface_nodes: 140 to have it remeshed",
+    True: "give more surface_nodes",
+}
 
 
 def make_body(name: str, entry: dict) -> Body:
@@ -19,11 +26,20 @@ def make_body(name: str, entry: dict) -> Body:
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
-    mesh = kinds[entry["kind"]](entry)
-    # only a CT shows more of the surface than the coarse mesh has
-    mesh, snap = mesh if isinstance(mesh, tuple) else (mesh, None)
+    made = kinds[entry["kind"]](entry)
+    # only a CT and a file show more of the surface than the coarse mesh has
+    mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
+    rule = entry.get("anchors") or default_anchors(name, mesh)
+    if remeshed and "nodes" in rule:
+        raise InputError(
+            f"body {name}: anchors.nodes counts nodes of a mesh that is remeshed; hold nodes by plane or sphere, or "
+            "give surface_nodes as many as the file has."
+        )
     # a sheet has one level and no such entry
-    return nest(name, mesh, entry.get("refinements", 0), choose_anchors(name, entry["anchors"], mesh), material, snap)
+    body = nest(name, mesh, entry.get("refinements", 0), choose_anchors(name, rule, mesh), material, snap)
+    if entry["kind"] in ("file", "ct"):
+        check_quality(body, REMEDIES[remeshed])
+    return body
 
 
 def _cylinder(entry: dict) -> TetMesh:
@@ -38,10 +54,10 @@ def _liver(entry: dict) -> TetMesh:
     return liver(entry["length_m"])
 
 
-def _file(entry: dict) -> TetMesh:
-    from palpate.bodies.body_from_mesh import load_file
+def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
+    from palpate.bodies.body_from_mesh import build
 
-    return load_file(entry["path"], entry.get("scale_m"), entry.get("spacing_m"))
+    return build(entry)
 
 
 def _box(entry: dict) -> TetMesh:
@@ -54,10 +70,10 @@ def _sheet(entry: dict) -> Sheet:
     return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
 
 
-def _ct(entry: dict) -> tuple[TetMesh, Callable | None]:
+def _ct(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
     from palpate.bodies.ct.mesh_from_ct import build
 
-    return build(entry)
+    return *build(entry), True
 
 
 def _material(name: str, entry: dict) -> Material:

@@ -1,10 +1,16 @@
 """Tables of a body's meshes: the shapes of their elements and their counts."""
 
+import warnings
+
 import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import EDGES, FACES, TetMesh
+from palpate.errors import InputError
+
+# dihedral angles [°] below which elements are reported, and below which a body is refused
+LEAST_DEG, REFUSED_DEG = 10.0, 1.0
 
 
 def quality(mesh: TetMesh) -> dict[str, float]:
@@ -16,6 +22,23 @@ def quality(mesh: TetMesh) -> dict[str, float]:
         "min_radius_ratio": float(radius_ratios(mesh).min()),
         "volume_m3": float(mesh.volumes.sum()),
     }
+
+
+def check_quality(body: Body, remedy: str) -> None:
+    """Warn of elements with small dihedral angles on any level; InputError below 1°, where results mean nothing."""
+    for level, mesh in enumerate(body.levels):
+        angles = dihedral_angles(mesh).min(axis=1)
+        bad = int((angles < LEAST_DEG).sum())
+        if not bad:
+            continue
+        sentence = (
+            f"{bad} of {len(angles)} elements of level {level} have dihedral angles below {LEAST_DEG:g}° "
+            f"(the smallest: {angles.min():.2g}°), which makes results there unreliable; {remedy}."
+        )
+        if angles.min() < REFUSED_DEG:
+            raise InputError(sentence)
+        warnings.warn(sentence, stacklevel=3)
+        return
 
 
 def dihedral_angles(mesh: TetMesh) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.bodies.surfaces.polydata import arrays
 from palpate.bodies.whole_files import is_binary_stl
 
 SURFACES = (".stl", ".obj", ".ply", ".off")
@@ -52,18 +53,10 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
         vtkObject.SetGlobalWarningDisplay(shown)
     if errors or reader.GetErrorCode():
         raise ValueError("VTK cannot read it")
-    return _arrays(cut.GetOutput())
-
-
-def _arrays(surface: Any) -> tuple[np.ndarray, np.ndarray]:
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    if not surface.GetNumberOfPoints():
+    points, triangles = arrays(cut.GetOutput())
+    if not len(points):
         raise ValueError("it has no points")
-    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
-    if not surface.GetNumberOfPolys():
-        return points, np.empty((0, 3), dtype=np.int64)
-    return points, vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
+    return points, triangles
 
 
 def _stl(data: bytes) -> Any:

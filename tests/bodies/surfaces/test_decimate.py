@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.mask_surface import volume
 from palpate.bodies.mesh_checks import check_closed
 from palpate.bodies.surfaces.decimate import collapse, remesh, vertex_normals
 from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.volume import volume
 
 
 @pytest.fixture

@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.bodies.ct.image import Image, read, read_mask
-from palpate.bodies.ct.mask_surface import coarse_surface, dense_surface, inflate
 from palpate.bodies.ct.segmentation import largest_filled, on_border, segment
-from palpate.bodies.ct.snap import snapper
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.decimate import vertex_normals
+from palpate.bodies.surfaces.mask_surface import coarse_surface, dense_surface
+from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
+from palpate.bodies.surfaces.volume import inflate
 from palpate.errors import InputError
 
 # ratio of vertices to those asked for up to which a surface is accepted
@@ -67,7 +69,10 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
         filled = tetrahedralize(points, triangles, source=image.source)
     except InputError as error:
         raise InputError(f"{too_few}, since it intersects itself where it is thin.") from error
-    return filled, snapper(*dense_surface(mask, image)) if entry.get("snap") else None
+    if not entry.get("snap"):
+        return filled, None
+    dense, corners = dense_surface(mask, image)
+    return filled, snapper(dense, vertex_normals(dense, corners))
 
 
 def _largest_piece(mask: np.ndarray, image: Image, source: str) -> np.ndarray:

@@ -78,7 +78,7 @@ def _floor(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray,
 
 
 def _mesh(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from palpate.bodies.body_from_mesh import load_surface
+    from palpate.bodies.mesh_shapes import load_surface
 
     return load_surface(settings["file"], settings.get("scale_m", 1.0))
 

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.mask_surface import surface
 from palpate.bodies.ct.masses import node_masses, organ_densities, raw_densities, voxel_mass
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 

@@ -1,4 +1,4 @@
-"""Finer meshes on the CT's surface."""
+"""Finer meshes on a given surface."""
 
 from itertools import pairwise
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.ct.snap import snapper
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 
 COARSE, DENSE = fibonacci_sphere(60), fibonacci_sphere(8000)
@@ -17,7 +17,7 @@ COARSE, DENSE = fibonacci_sphere(60), fibonacci_sphere(8000)
 def nested(material, radius=1.0):
     """A coarse ball of radius 1, refined twice onto a sphere of another."""
     coarse = tetrahedralize(COARSE, triangulate(COARSE))
-    settle = snapper(radius * DENSE, triangulate(DENSE))
+    settle = snapper(radius * DENSE, DENSE)
     held = np.array([0, 1, 59])
     return nest("ball", coarse, 2, held, material), nest("ball", coarse, 2, held, material, settle)
 

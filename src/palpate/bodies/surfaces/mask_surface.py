@@ -1,11 +1,13 @@
 """Closed surface of a mask: dense and smooth as in the CT, or with a given number of nodes."""
 
+from typing import Protocol
+
 import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
-from palpate.bodies.ct.image import Image
-from palpate.bodies.surfaces.decimate import area_normals, remesh, vertex_normals
+from palpate.bodies.surfaces.decimate import area_normals, remesh
 from palpate.bodies.surfaces.tetrahedralize import label_shells
+from palpate.bodies.surfaces.volume import inflate, signed_volumes, volume
 from palpate.errors import InputError
 
 # blur of the mask and spacing of the samples that a remeshing starts from, relative to the desired edge length
@@ -18,13 +20,28 @@ LOST, LOST_COARSE = 0.02, 0.1
 LEVELS, SECANTS, TOLERANCE = (0.45, 0.5), 8, 1e-4
 
 
-def surface(mask: np.ndarray, image: Image, nodes: int) -> tuple[np.ndarray, np.ndarray]:
+class Grid(Protocol):
+    """Places of a mask's voxels: a CT's image, or a grid around a surface."""
+
+    @property
+    def spacing_m(self) -> np.ndarray: ...
+
+    @property
+    def voxel_m3(self) -> float: ...
+
+    @property
+    def source(self) -> str: ...
+
+    def to_world(self, index: np.ndarray) -> np.ndarray: ...
+
+
+def surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarray, np.ndarray]:
     """Build a surface with the volume of the mask's voxels: points (nodes, 3) [m], triangles wound outward."""
     points, triangles = coarse_surface(mask, image, nodes)
     return inflate(points, triangles, mask.sum() * image.voxel_m3), triangles
 
 
-def coarse_surface(mask: np.ndarray, image: Image, nodes: int) -> tuple[np.ndarray, np.ndarray]:
+def coarse_surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarray, np.ndarray]:
     """Build a surface whose points lie on the mask's surface, so that its volume is some per cent too small.
 
     Parts thinner than a fraction of an edge cannot be resolved by so few nodes, and are first removed by blurring.
@@ -51,7 +68,7 @@ def coarse_surface(mask: np.ndarray, image: Image, nodes: int) -> tuple[np.ndarr
     return remesh(*start, *dense, nodes)
 
 
-def dense_surface(mask: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarray]:
+def dense_surface(mask: np.ndarray, image: Grid) -> tuple[np.ndarray, np.ndarray]:
     """Build the mask's smooth surface: (n, 3) [m] and (m, 3), of one piece, without cavities, wound outward."""
     mask_volume = mask.sum() * image.voxel_m3
     points, triangles = _find_level(*_blur(mask, image, 0.0), mask_volume)[1]
@@ -63,7 +80,7 @@ def dense_surface(mask: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarra
     return points, triangles
 
 
-def _blur(mask: np.ndarray, image: Image, blur_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _blur(mask: np.ndarray, image: Grid, blur_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Blur the mask (z, y, x) until no step between slices remains; also return its origin and its spacing [m]."""
     spacing = image.spacing_m[::-1]
     blur = max(blur_m, image.spacing_m.max()) / spacing
@@ -123,40 +140,10 @@ def _contour(
     return _keep_largest(vtk_to_numpy(found.GetPoints().GetData()).astype(float), triangles.astype(np.int64))
 
 
-def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.ndarray:
-    """Move all points along their normals by one common distance such that the surface has the given volume.
-
-    A coarse polyhedron with its corners on a mostly convex surface is too small by some per cent.
-    """
-    for _ in range(20):
-        normals = vertex_normals(points, triangles)
-        missing = volume_m3 - volume(points, triangles)
-        if abs(missing) <= 1e-12 * volume_m3:
-            break
-        # the rate at which the volume grows with the distance
-        rate = (
-            np.einsum("tj,tj->", area_normals(points, triangles), sum(normals[triangles[:, i]] for i in range(3))) / 6
-        )
-        points = points + missing / rate * normals
-    return points
-
-
-def volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    """Compute the volume [m³] inside a closed surface wound outward; 0 of an empty one."""
-    return float(_signed_volumes(points, triangles).sum() / 6)
-
-
-def _signed_volumes(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute six times the signed volume between each triangle and the mean of the points, (m,)."""
-    middle = points.sum(axis=0) / max(len(points), 1)
-    a, b, c = (points[triangles[:, i]] - middle for i in range(3))
-    return np.einsum("ij,ij->i", np.cross(a, b), c)
-
-
 def _keep_largest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Keep the piece of the surface with the largest volume, wound outward, without cavities and islands."""
     piece = label_shells(triangles, len(points))
-    sizes = np.bincount(piece, _signed_volumes(points, triangles))
+    sizes = np.bincount(piece, signed_volumes(points, triangles))
     kept = triangles[piece == np.argmax(np.abs(sizes))]
     kept = kept if sizes[np.argmax(np.abs(sizes))] > 0 else kept[:, ::-1]
     used, number = np.unique(kept, return_inverse=True)

@@ -1,0 +1,126 @@
+"""Mending of a triangulated surface as it is found: repeated triangles, mixed winding, holes."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.surfaces.holes import Hole, close_holes, find_holes
+from palpate.bodies.surfaces.polydata import arrays, polydata
+from palpate.bodies.surfaces.tetrahedralize import label_shells
+from palpate.bodies.surfaces.volume import signed_volumes
+from palpate.bodies.surfaces.weld import weld
+from palpate.bodies.units import in_words
+from palpate.errors import InputError
+
+# points closer than this fraction of the size are merged where that closes gaps
+GAP = 1e-4
+# a hole up to this fraction of the size across is closed; a flat one, where the body was cut, up to the second
+SMALL_HOLE, FLAT_HOLE = 0.15, 0.4
+
+
+@dataclass
+class Mended:
+    """A surface and what was done to it.
+
+    points, triangles : (n, 3) [m] and (m, 3), wound outward, inward around a hollow
+    notes : what was mended, each a few words with numbers
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    notes: list[str] = field(default_factory=list)
+
+
+def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
+    """Mend a welded surface, (n, 3) [m] and (m, 3), as far as that needs no guess of its shape.
+
+    Edges where three triangles meet and places where the surface intersects itself remain.
+    Raises InputError if a large hole leaves its shape open.
+    """
+    notes = []
+    kept = _drop_repeated(points, triangles)
+    if len(kept) < len(triangles):
+        notes.append(f"{len(triangles) - len(kept)} repeated or flat triangles removed")
+    size = float(np.ptp(points, axis=0).max())
+    if find_holes(points, kept):
+        joined = weld(points, kept, GAP)
+        before, after = (sum(hole.edges for hole in find_holes(*mesh)) for mesh in ((points, kept), joined))
+        if after < before:
+            notes.append(f"points up to {in_words(GAP * size)} apart merged")
+            points, kept = joined[0], _drop_repeated(*joined)
+    turned = orient(points, kept)
+    count = int((turned != kept).any(axis=1).sum())
+    if count == len(kept):
+        notes.append("all triangles turned outward")
+    elif count:
+        notes.append(f"{count} of {len(kept)} triangles turned")
+    holes = find_holes(points, turned)
+    for hole in holes:
+        _check_hole(source, hole, size)
+    if holes:
+        largest = max(holes, key=lambda hole: hole.width_m)
+        notes.append(f"{len(holes)} holes closed (the largest of {largest.edges} edges, {in_words(largest.width_m)})")
+        points, closed = close_holes(points, turned)
+        turned = orient(points, closed)
+    return Mended(points, turned, notes)
+
+
+def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Wind neighbouring triangles alike, and the outermost shells outward, (m, 3).
+
+    A shell inside the largest keeps its winding relative to that: opposite around a hollow, alike if it is a part.
+    """
+    alike = _wind_alike(points, triangles)
+    label = label_shells(alike, len(points))
+    shells = [label == number for number in np.unique(label)]
+    for shell in shells:
+        # as most of its triangles are in the file
+        if (alike[shell] != triangles[shell]).any(axis=1).mean() > 0.5:
+            alike[shell] = alike[shell][:, ::-1]
+    volumes = [_enclosed(points[alike[shell]]) for shell in shells]
+    outer = int(np.argmax(np.abs(volumes)))
+    corners = points[alike[shells[outer]]].reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    for shell, volume in zip(shells, volumes, strict=True):
+        nested = ((points[alike[shell]] > low) & (points[alike[shell]] < high)).all()
+        if (volumes[outer] if nested else volume) < 0:
+            alike[shell] = alike[shell][:, ::-1]
+    return alike
+
+
+def _enclosed(corners: np.ndarray) -> float:
+    """Compute six times the signed volume that triangles, (m, 3, 3), enclose."""
+    return float(signed_volumes(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)).sum())
+
+
+def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Drop triangles of no area and all but one of those with the same corners, in the given order."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    longest = np.ptp(points[triangles], axis=1).max(axis=1)
+    kept = triangles[area > 1e-10 * longest**2]
+    first = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)[1]
+    return kept[np.sort(first)]
+
+
+def _wind_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Wind each triangle like its neighbours, (m, 3), by VTK."""
+    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+
+    normals: Any = vtkPolyDataNormals()
+    normals.ConsistencyOn()
+    normals.SplittingOff()
+    normals.SetInputData(polydata(points, triangles))
+    normals.Update()
+    return arrays(normals.GetOutput())[1]
+
+
+def _check_hole(source: str, hole: Hole, size: float) -> None:
+    limit = FLAT_HOLE if hole.flat else SMALL_HOLE
+    if hole.width_m > limit * size:
+        place = ", ".join(f"{x:.3g}" for x in hole.centre_m)
+        raise InputError(
+            f"{source}: its surface has a hole of {hole.edges} edges, {in_words(hole.width_m)} across, around "
+            f"({place}) m; close it in a mesh program, or download the file again if it was cut off."
+        )

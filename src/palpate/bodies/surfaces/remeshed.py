@@ -1,0 +1,105 @@
+"""A coarse body of few surface nodes from a dense surface as it is found, whose finer meshes follow that surface."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
+from palpate.bodies.surfaces.decimate import _undo_folds, project, vertex_normals
+from palpate.bodies.surfaces.even_triangulation import flip
+from palpate.bodies.surfaces.fidelity import Fidelity, fidelity
+from palpate.bodies.surfaces.mend import Mended
+from palpate.bodies.surfaces.snap import snapper
+from palpate.bodies.surfaces.solid import Solid
+from palpate.bodies.surfaces.volume import inflate
+from palpate.errors import InputError
+
+# numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them
+NODES = (140, 200, 280)
+# moves of the nodes onto the surface, between which edges are flipped
+SETTLES = 3
+# nodes of a hollow's surface at least
+LEAST_NODES = 40
+
+Snap = Callable[[TetMesh, int], TetMesh]
+
+
+@dataclass
+class Remeshed:
+    """A coarse mesh, the function that snaps its finer meshes or None, its nodes, and how close it is to the file's."""
+
+    mesh: TetMesh
+    snap: Snap | None
+    nodes: int
+    fidelity: Fidelity
+
+
+def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) -> Remeshed:
+    """Build a coarse body of ``nodes`` surface nodes; without a number, of the fewest that show its shape well.
+
+    Raises InputError if the nodes are too few for the body to be built.
+    """
+    reasons: list[InputError] = []
+    best: Remeshed | None = None
+    for count in (nodes,) if nodes is not None else NODES:
+        try:
+            tried = _remesh(solid, mended, count, snap)
+        except InputError as error:
+            reasons.append(error)
+            continue
+        if best is None or tried.fidelity.penalty < best.fidelity.penalty:
+            best = tried
+        if tried.fidelity.good:
+            break
+    if best is None:
+        raise reasons[-1]
+    return best
+
+
+def _remesh(solid: Solid, mended: Mended, nodes: int, snap: bool) -> Remeshed:
+    settle = None if not snap else _settler(solid)
+    shells = [
+        _shell(solid, mask, count, settle, hollow=number > 0)
+        for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], _shares(solid, nodes), strict=True))
+    ]
+    starts = np.cumsum([0, *(len(points) for points, _ in shells)])
+    points = np.vstack([points for points, _ in shells])
+    triangles = np.vstack([t + start for (_, t), start in zip(shells, starts[:-1], strict=True)])
+    mesh = fill(points, triangles, solid, nodes, thin_wall=bool(solid.hollows))
+    follow = snapper(solid.places, solid.normals) if snap else None
+    return Remeshed(mesh, follow, nodes, fidelity(mesh, follow, solid, mended))
+
+
+def _shell(
+    solid: Solid, mask: np.ndarray, count: int, settle: Callable | None, hollow: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    points, triangles = coarse_shell(mask, solid, count)
+    if settle is None:
+        points = inflate(points, triangles, float(mask.sum()) * solid.voxel_m3)
+    if hollow:
+        triangles = triangles[:, ::-1]
+    return (points, triangles) if settle is None else settle(points, triangles)
+
+
+def _shares(solid: Solid, nodes: int) -> Iterable[int]:
+    """Share the nodes among the outer surface and those of the hollows, by area."""
+    areas = np.array([mask.sum() for mask in (solid.mask, *solid.hollows)]) ** (2 / 3)
+    inner = np.maximum(LEAST_NODES, np.round(nodes * areas[1:] / areas.sum())).astype(int).tolist()
+    return [max(LEAST_NODES, nodes - sum(inner)), *inner] if inner else [nodes]
+
+
+def _settler(solid: Solid) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Make a function that moves a coarse surface's points onto the body's surface."""
+    tree = cKDTree(solid.places)
+
+    def settle(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        for _ in range(SETTLES):
+            moved = project(points, vertex_normals(points, triangles), solid.places, solid.normals, tree)
+            points = _undo_folds(points, moved, triangles)
+            triangles = flip(points, triangles)
+        return points, triangles
+
+    return settle

@@ -1,0 +1,68 @@
+"""Snapping of finer meshes to a given dense surface instead of the coarse mesh's facets."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import LEAST_DEG
+from palpate.bodies.refinement import refine
+from palpate.bodies.surfaces.decimate import project
+from palpate.bodies.surfaces.relax import element_quality, relax
+
+HALVINGS = 3
+
+
+def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int], TetMesh]:
+    """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, to the given surface.
+
+    points, normals : places on the surface, dense enough to take it as flat around each, and its outward unit normals,
+        (n, 3) [m] and (n, 3)
+    New nodes inside move where that keeps elements well-shaped. Trap: surface nodes whose move would still make a bad
+    element, or one whose refinement is bad, move back by halves, which may require that their neighbours do, too;
+    this terminates, at the latest when all have moved back.
+    """
+    tree = cKDTree(points)
+
+    def snap(mesh: TetMesh, first: int) -> TetMesh:
+        movable = np.arange(len(mesh.nodes)) >= first
+        facing = mesh.normals
+        nodes = mesh.nodes.copy()
+        moving = mesh.surface[mesh.surface >= first]
+        nodes[moving] = project(nodes[moving], facing[moving], points, normals, tree)
+
+        def onto(places: np.ndarray, node: int) -> np.ndarray:
+            return project(places, np.repeat(facing[node : node + 1], len(places), axis=0), points, normals, tree)
+
+        for _ in range(HALVINGS):
+            nodes = relax(TetMesh(nodes, mesh.tetrahedra), movable, onto)
+            bad = _bad_nodes(nodes, mesh.tetrahedra)
+            bad = bad[movable[bad]]
+            if not len(bad):
+                break
+            nodes[bad] = (nodes[bad] + mesh.nodes[bad]) / 2
+        return TetMesh(_undo_bad(mesh, nodes), mesh.tetrahedra)
+
+    return snap
+
+
+def _undo_bad(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
+    """Move the nodes of bad elements back to where they are in ``mesh``, (n, 3) [m]."""
+    while True:
+        bad = _bad_nodes(nodes, mesh.tetrahedra)
+        bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]
+        if not len(bad):
+            return nodes
+        nodes[bad] = mesh.nodes[bad]
+
+
+def _bad_nodes(nodes: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """List the nodes of elements that are bad, or whose refinement would be, increasing."""
+    quality = element_quality(nodes, elements)
+    good = np.flatnonzero(quality >= LEAST_DEG)
+    # each element by itself, so that its eight children are next to each other
+    apart = np.arange(4 * len(good)).reshape(-1, 4)
+    finer, _ = refine(TetMesh(nodes[elements[good]].reshape(-1, 3), apart))
+    quality[good] = element_quality(finer.nodes, finer.tetrahedra).reshape(-1, 8).min(axis=1)
+    return np.unique(elements[quality < LEAST_DEG])

@@ -1,6 +1,7 @@
 """Choose what a first configuration assumes of a body: what holds it, how fine it is, and how it is pressed."""
 
 import math
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +12,16 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.remeshed import NODES
 from palpate.errors import InputError
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""
 # tetrahedra of the fine mesh up to which a run takes minutes; contacts that are prepared, if there are more
-FINE_TETRAHEDRA, CONTACTS = 60_000, 150
+FINE_TETRAHEDRA, CONTACTS = 80_000, 150
 # contacts that samples press, each with two loads; a third of them is held out
 PRESSED, MAGNITUDES = 24, [0.7, 1.3]
-# of the coarse mesh, where it is made anew; more only if the shape cannot be had with fewer
+# of the coarse mesh from a CT; more only if the shape cannot be had with fewer
 SURFACE_NODES = (140, 280, 560)
 # depths that are tried, as shares of the body's extent, and the share of the surface nodes that should be held
 DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.08
@@ -68,18 +70,25 @@ def choose(name: str, entry: dict) -> Choice:
 
 def _resolved(name: str, entry: dict) -> tuple[dict, TetMesh]:
     """Make the coarse mesh with as many surface nodes as the shape needs; return the entry with that number, too."""
-    whole = MATERIAL | {"refinements": 0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 1e9}}}
-    counts = [{"surface_nodes": count} for count in SURFACE_NODES] if "surface_nodes" in entry else [{}]
-    for count in counts:
+    if "surface_nodes" not in entry:
+        return entry, _coarse(name, entry)
+    if entry["kind"] == "file":  # chooses well without being told
+        mesh = _coarse(name, {key: value for key, value in entry.items() if key != "surface_nodes"})
+        return entry | {"surface_nodes": min(NODES, key=lambda count: abs(count - len(mesh.surface)))}, mesh
+    for count in SURFACE_NODES:
         try:
-            mesh = make_body(name, entry | count | whole).coarse
+            return entry | {"surface_nodes": count}, _coarse(name, entry | {"surface_nodes": count})
         except InputError as error:
-            if count is counts[-1] or "surface_nodes" not in str(error):
+            if count == SURFACE_NODES[-1] or "surface_nodes" not in str(error):
                 raise
-        else:
-            assert isinstance(mesh, TetMesh)
-            return entry | count, mesh
     raise AssertionError("the last count returns or raises")
+
+
+def _coarse(name: str, entry: dict) -> TetMesh:
+    with warnings.catch_warnings(action="ignore"):  # they come again when the whole body is made
+        mesh = make_body(name, entry | MATERIAL | {"refinements": 0}).coarse
+    assert isinstance(mesh, TetMesh)
+    return mesh
 
 
 def rounded(value: float) -> float:

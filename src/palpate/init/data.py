@@ -55,7 +55,7 @@ def _mesh(path: Path) -> Data:
     inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
     comments = {
         "kind": "a mesh in a file",
-        "path": f"seen from this folder; {facts.kind}: {facts.triangles} triangles on the surface",
+        "path": f"seen from this folder; {facts.kind}, {facts.triangles} triangles on the surface",
         "scale_m": f"length of the file's unit [m], {how}"
         + (f"; the longest side is {in_words(scale * facts.size)}" if facts.scale_m else ""),
     }

@@ -34,7 +34,7 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
         ),
         (
             {"nodes": list(range(8))},
-            r"anchors\.nodes holds every node of the surface, .* hold fewer: the body is 1 × 1",
+            r"nodes holds every node of the surface, .* hold fewer: the body is 1 × 1",
         ),
         ({"nodes": [-1, 2, 3]}, "names -1"),
         ({"nodes": [1.5, 2, 3]}, r"names 1\.5"),
@@ -76,8 +76,6 @@ def test_every_piece_must_be_held(cube):
 
 def test_without_a_rule_the_low_end_of_the_longest_side_is_held(cube):
     long = TetMesh(cube.nodes * [1, 1, 3], cube.tetrahedra)
-    with pytest.warns(
-        UserWarning, match=r"^anchors is not given; the nodes within 0\.3 m of its lowest z, .*give anchors"
-    ):
+    with pytest.warns(UserWarning, match=r"^anchors is not given; the nodes within 0\.3 m of its lowest z, "):
         rule = default_anchors("cube", long)
     assert choose_anchors("cube", rule, long).tolist() == [0, 1, 2, 3]

@@ -27,6 +27,8 @@ def quality(mesh: TetMesh) -> dict[str, float]:
 def check_quality(body: Body, remedy: str) -> None:
     """Warn of elements with small dihedral angles on any level; InputError below 1°, where results mean nothing."""
     for level, mesh in enumerate(body.levels):
+        if not isinstance(mesh, TetMesh):
+            continue
         angles = dihedral_angles(mesh).min(axis=1)
         bad = int((angles < LEAST_DEG).sum())
         if not bad:

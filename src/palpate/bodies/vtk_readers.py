@@ -96,10 +96,7 @@ def _off(data: bytes) -> Any:
 def _polydata(data: bytes) -> Any:
     from vtkmodules.vtkIOLegacy import vtkPolyDataReader
 
-    reader = vtkPolyDataReader()
-    reader.ReadFromInputStringOn()
-    reader.SetBinaryInputString(data, len(data))
-    return reader
+    return _with_stream(vtkPolyDataReader(), data, "ReadFromInputStreamOn")
 
 
 def _with_stream(reader: Any, data: bytes, *switches: str) -> Any:

@@ -10,15 +10,12 @@ from palpate.bodies.ct.image import Image, read, read_mask
 from palpate.bodies.ct.segmentation import largest_filled, on_border, segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
 from palpate.bodies.surfaces.decimate import vertex_normals
-from palpate.bodies.surfaces.mask_surface import coarse_surface, dense_surface
+from palpate.bodies.surfaces.mask_surface import dense_surface
 from palpate.bodies.surfaces.snap import snapper
-from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.bodies.surfaces.volume import inflate
 from palpate.errors import InputError
-
-# ratio of vertices to those asked for up to which a surface is accepted
-MAX_EXCESS = 1.2
 
 
 def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
@@ -59,16 +56,10 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
     """
     image, mask = segment_entry(entry)
     wanted = entry["surface_nodes"]
-    points, triangles = coarse_surface(mask, image, wanted)
-    too_few = f"{image.source}: {wanted} surface nodes are too few for this organ; give more surface_nodes"
-    if len(points) > MAX_EXCESS * wanted:
-        raise InputError(f"{too_few} (without folds and closed gaps it needs {len(points)}).")
+    points, triangles = coarse_shell(mask, image, wanted)
     if not entry.get("snap"):
         points = inflate(points, triangles, mask.sum() * image.voxel_m3)
-    try:
-        filled = tetrahedralize(points, triangles, source=image.source)
-    except InputError as error:
-        raise InputError(f"{too_few}, since it intersects itself where it is thin.") from error
+    filled = fill(points, triangles, image, wanted)
     if not entry.get("snap"):
         return filled, None
     dense, corners = dense_surface(mask, image)

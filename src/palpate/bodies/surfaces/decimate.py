@@ -33,7 +33,7 @@ def remesh(
         triangles = flip(points, triangles)
         moved = _smooth_tangentially(points, triangles)
         moved = project(moved, vertex_normals(points, triangles), dense, normals, tree)
-        points = _undo_folds(points, moved, triangles)
+        points = undo_folds(points, moved, triangles)
     return points, flip(points, triangles)
 
 
@@ -134,7 +134,7 @@ def _merge_vertices(fans: Fans, a: int, b: int) -> None:
             fans[corner].add(moved)
 
 
-def _undo_folds(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def undo_folds(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return the moved vertices, (n, 3), without the moves that would invert or flatten a triangle."""
     before = area_normals(points, triangles)
     while True:

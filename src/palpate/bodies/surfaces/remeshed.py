@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
-from palpate.bodies.surfaces.decimate import _undo_folds, project, vertex_normals
+from palpate.bodies.surfaces.decimate import project, undo_folds, vertex_normals
 from palpate.bodies.surfaces.even_triangulation import flip
 from palpate.bodies.surfaces.fidelity import Fidelity, fidelity
 from palpate.bodies.surfaces.mend import Mended
@@ -98,7 +98,7 @@ def _settler(solid: Solid) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarra
     def settle(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         for _ in range(SETTLES):
             moved = project(points, vertex_normals(points, triangles), solid.places, solid.normals, tree)
-            points = _undo_folds(points, moved, triangles)
+            points = undo_folds(points, moved, triangles)
             triangles = flip(points, triangles)
         return points, triangles
 

@@ -46,7 +46,12 @@ def job(log: str) -> Iterator[Callable[[str], None]]:
             say(f"{FAILED}{error}")
             raise SystemExit(1) from None
         except Exception as error:
+            from palpate.own_file import own_fault
+
             traceback.print_exc(file=file)
+            if sentence := own_fault(error):
+                say(f"{FAILED}{sentence}")
+                raise SystemExit(1) from None
             say(f"{FAILED}{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
             raise SystemExit(1) from None
         else:

@@ -37,9 +37,9 @@ def test_the_guide_shows_the_example():
         ("x = 1", r"no function settings\(case\)"),
         (SETTINGS, r"no function prepare\(case, setting\)"),
         ("def settings(case):\n    return 3\n" + PREPARE, "no list of dictionaries"),
-        ("def settings(case):\n    return [case.nothing]\n" + PREPARE, "does not work"),
+        ("def settings(case):\n    return [case.nothing]\n" + PREPARE, r"does not work \(line 2, AttributeError: "),
         (SETTINGS + "def prepare(case, setting):\n    return 3\n", "lacks respond or memory_mb"),
-        (SETTINGS + SOLVER % "return 1 / 0" + PREPARE, "ZeroDivisionError"),
+        (SETTINGS + SOLVER % "return 1 / 0" + PREPARE, r"\(line 6, ZeroDivisionError: "),
         (SETTINGS + SOLVER % "return force" + PREPARE, "shape"),
     ],
 )
@@ -60,3 +60,4 @@ def test_one_that_is_not_finite_has_failed(tmp_path, slab_case):
     )
     samples, settings = measure(case, "mine", load("mine", file), test, numbers, 1, 0.1)
     assert settings["failures"].item() == len(samples) and "not finite" in settings["failure"].item()
+    assert settings["failure"].item().startswith(f"{file}: ")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from palpate.bodies.body_file import save
@@ -45,6 +46,20 @@ def test_a_mesh_of_tetrahedra_is_counted_in_its_file(slab, tmp_path):
 def test_filled_surfaces_are_estimated_within_a_tenth(surface, tetrahedra):
     """Counts of results/tables/node_mass.csv for the synthetic abdomen."""
     assert filled(surface).elements == pytest.approx(tetrahedra, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "nodes"), [(None, 200), (300, 300), (5000, 1002)], ids=["as usual", "as given", "kept"]
+)
+def test_a_surface_in_a_file_is_kept_if_it_is_small_and_remeshed_if_not(tmp_path, wanted, nodes):
+    meshio = pytest.importorskip("meshio")
+    triangles = np.arange(3 * 2000).reshape(-1, 3)  # a closed surface of 2000 has 1002 nodes
+    meshio.write_points_cells(
+        tmp_path / "ball.stl", np.random.default_rng(1).random((6000, 3)), [("triangle", triangles)]
+    )
+    entry = {"kind": "file", "path": "ball.stl", "refinements": 1, "surface_nodes": wanted}
+    size = size_of(entry, tmp_path)
+    assert size.coarse == filled(nodes) and size.remeshed == (nodes != 1002)
 
 
 def test_a_body_that_is_made_is_counted_and_no_longer_estimated(slab, tmp_path):

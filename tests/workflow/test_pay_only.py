@@ -120,7 +120,7 @@ def refused(run, smoke, write_config, tmp_path):
         ),
         (
             {"effects": ["corotational", "push"]},
-            "error: scenes.sag.effects names push, and the scene does not describe",
+            "error: config.yaml: scenes.sag.effects names push, and the scene does not",
         ),
         (
             {"integrator": "symplectic_euler"},

@@ -28,7 +28,7 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
 
 
 def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):
-    (tmp_path / "mine.py").write_text("")
+    (tmp_path / "mine.py").write_text("settings = prepare = print\n")
     trading["tradeoff"]["own_models"] = {"mine": "mine.py"}
     assert plan(tmp_path, write_config(trading), "tradeoff")["measure_models"] == 3
 

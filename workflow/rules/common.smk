@@ -153,7 +153,7 @@ def announce():
 def remember():
     """Keep what the jobs of this run took, for the next estimate."""
     if planned is not None:
-        planned.remember(STARTED)
+        planned.remember()
 
 
 def failures():

@@ -135,7 +135,8 @@ def checked(displacement: np.ndarray, n_surface: int, place: str = "a model") ->
     if numbers.shape != (n_surface, 3):
         raise InputError(f"{place}: respond gave the shape {numbers.shape}; return ({n_surface}, 3) [m].")
     if not np.isfinite(numbers).all():
-        raise NotConverged("the displacement has a value that is not finite", [float("nan")])
+        whose = f"{place}: " if place.endswith(".py") else ""  # a file of the user's
+        raise NotConverged(f"{whose}the displacement has a value that is not finite", [float("nan")])
     return displacement
 
 

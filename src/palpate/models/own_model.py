@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.errors import InputError, NotConverged
 from palpate.models.model import Case, Model, Setting, Solver
-from palpate.scenes.own_effect import import_file
+from palpate.own_file import MODEL_FUNCTIONS, failure, import_file
 
 GUIDE = "see docs/add-a-model.md"
 
@@ -17,7 +17,7 @@ GUIDE = "see docs/add-a-model.md"
 def load(name: str, path: Path) -> Model:
     """Load the model in the file ``path``, which raises InputError naming the file for whatever is wrong with it."""
     module = import_file(path, f"tradeoff.own_models.{name}")
-    for function in ("settings(case)", "prepare(case, setting)"):
+    for function in MODEL_FUNCTIONS:
         if not callable(getattr(module, function.partition("(")[0], None)):
             raise InputError(f"{path}: has no function {function}; {GUIDE}.")
 
@@ -46,4 +46,4 @@ def _told(path: Path, call: Callable, *arguments: Any) -> Any:
     except NotConverged:
         raise
     except Exception as error:
-        raise InputError(f"{path}: does not work ({type(error).__name__}: {error}); mend it, {GUIDE}.") from error
+        raise InputError(f"{path}: does not work ({failure(error)}); correct it, {GUIDE}.") from error

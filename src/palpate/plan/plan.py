@@ -1,6 +1,7 @@
 """The plan of a run: its jobs as snakemake knows them before the first one starts, and what they will cost."""
 
 import logging
+import time
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +21,7 @@ class Plan:
     """
 
     def __init__(self, dag: Any, config: dict, folder: Path, cores: int | None):
-        self._jobs, self._cores = jobs_of(dag), cores
+        self._jobs, self._cores, self._since = jobs_of(dag), cores, time.time()
         self._case, self._timings = case_of(config, self._jobs, folder), read_timings()
 
     def describe(self) -> list[str]:
@@ -28,14 +29,14 @@ class Plan:
         first = not kernel_cache().is_dir()
         return describe(self._jobs, self._case, self._timings, self._cores, first)
 
-    def remember(self, since: float) -> None:
-        """Keep the times of the jobs that have ended since then, as of ``time.time``, if they ran on this machine."""
+    def remember(self) -> None:
+        """Keep the times of the jobs that have ended since the plan was made, if they ran on this machine."""
         if self._cores is None:
             return
         taken: dict[str, list[list[float]]] = defaultdict(list)
         for job in self._jobs:
             kind = kind_of(job, self._case)
-            seconds = seconds_taken(Path(job.log), since, is_parallel(kind))
+            seconds = seconds_taken(Path(job.log), self._since, is_parallel(kind))
             if seconds is not None:
                 taken[kind].append([self._timings.shipped_seconds(kind, amounts(job, self._case)), seconds])
         remember(taken)

@@ -15,6 +15,10 @@ SURFACE = (140, 528, 33)
 """A filled surface of the tests: its nodes, tetrahedra and inner nodes, from which those of others are estimated."""
 
 
+KEPT, REMESHED = 400, 200
+"""Nodes up to which the surface in a file is filled as it is, and about how many a larger one is remeshed to."""
+
+
 @dataclass(frozen=True)
 class Level:
     """The size of one mesh: its nodes, those on the surface, and its tetrahedra, or the triangles of a sheet."""
@@ -31,10 +35,11 @@ class Level:
 
 @dataclass(frozen=True)
 class Size:
-    """The sizes of a body's levels, coarse first, and how many contacts are prepared."""
+    """The sizes of a body's levels, coarse first, how many contacts are prepared, and if a file has to be remeshed."""
 
     levels: tuple[Level, ...]
     contacts: int
+    remeshed: bool = False
 
     @property
     def coarse(self) -> Level:
@@ -50,12 +55,17 @@ def size_of(entry: dict, folder: Path, made: Path | None = None) -> Size:
 
     made : the body's own file, if it is up to date; without it sizes of meshes that are read or filled are estimates
     """
-    coarse = _made(made) if made is not None and made.is_file() else _coarse(entry, folder)
+    if made is not None and made.is_file():
+        coarse, remeshed = _made(made), False
+    elif entry["kind"] == "file":
+        coarse, remeshed = _file(entry, folder)
+    else:
+        coarse, remeshed = _coarse(entry), False
     levels = [coarse]
     for _ in range(entry.get("refinements", 0)):
         levels.append(levels[-1].refined())
     free = round((1.0 - HELD) * coarse.surface)
-    return Size(tuple(levels), min(entry.get("contacts", free), free))
+    return Size(tuple(levels), min(entry.get("contacts", free), free), remeshed)
 
 
 def filled(surface: int) -> Level:
@@ -65,14 +75,13 @@ def filled(surface: int) -> Level:
     return Level(surface + round(inner * ratio**1.77), surface, round(tetrahedra * ratio**1.46))
 
 
-def _coarse(entry: dict, folder: Path) -> Level:
+def _coarse(entry: dict) -> Level:
     kinds: dict[str, Callable[[], Level]] = {
         "cylinder": lambda: Level(266, 182, 936),
         "liver": lambda: Level(190, 140, 628),
         "box": lambda: _box(entry["divisions"]),
         "sheet": lambda: _sheet(entry["divisions"]),
         "ct": lambda: filled(entry["surface_nodes"]),
-        "file": lambda: _file(entry, folder),
     }
     return kinds[entry["kind"]]()
 
@@ -88,20 +97,26 @@ def _sheet(divisions: list[int]) -> Level:
     return Level((x + 1) * (y + 1), (x + 1) * (y + 1), 2 * x * y)
 
 
-def _file(entry: dict, folder: Path) -> Level:
-    """Count what is in a mesh file; one that cannot be read is refused when its body is made, and is small here."""
+def _file(entry: dict, folder: Path) -> tuple[Level, bool]:
+    """Return the size of the coarse mesh of a file, and whether it has to be remeshed to that.
+
+    A file that cannot be read is refused when its body is made, and is small here.
+    """
     from palpate.bodies.mesh_readers import read
 
     try:
         raw = read(folder / entry["path"])
     except InputError:
-        return filled(SURFACE[0])
+        return filled(SURFACE[0]), False
+    wanted = entry.get("surface_nodes")
     if "tetra" in raw.solids:
         tetrahedra = raw.solids["tetra"]
-        return Level(len(raw.points), _surface_of(tetrahedra), len(tetrahedra))
-    triangles = len(raw.sheets.get("triangle", ())) + 2 * len(raw.sheets.get("quad", ()))
-    surface = triangles // 2 + 2
-    return filled(min(surface, entry.get("surface_nodes") or surface))
+        given = Level(len(raw.points), _surface_of(tetrahedra), len(tetrahedra))
+        most = wanted or given.surface
+    else:
+        triangles = len(raw.sheets.get("triangle", ())) + 2 * len(raw.sheets.get("quad", ()))
+        given, most = filled(triangles // 2 + 2), wanted or KEPT
+    return (given, False) if given.surface <= most else (filled(wanted or REMESHED), True)
 
 
 def _surface_of(tetrahedra: np.ndarray) -> int:

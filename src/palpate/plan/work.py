@@ -82,7 +82,8 @@ def _size(job: Job, case: Case) -> Size:
 
 
 def _body(job: Job, case: Case) -> Amounts:
-    return {"fine_tetrahedra": _size(job, case).fine.elements}
+    size = _size(job, case)
+    return {"fine_tetrahedra": size.fine.elements, "remeshed": float(size.remeshed)}
 
 
 def _compliance(job: Job, case: Case) -> Amounts:

@@ -17,23 +17,15 @@ from palpate.solvers.system import System
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
     """Return the effects that the scene calls for, the elastic one first.
 
-    Raises InputError unless each is known and exactly one of them is elastic.
+    Raises InputError unless each is known and has its block, and exactly one of them is elastic.
     """
     if isinstance(scene.effects, str):  # "auto"
         if wrong := effect_registry.unknown([], scene.own):
             raise InputError(f"{scene.place}.{wrong}")
         return [decision.effect for decision in decide(scene, particles) if decision.called]
-    if wrong := effect_registry.unknown(scene.effects, scene.own):
+    if wrong := effect_registry.fault(scene.effects, scene.own, scene.settings, scene.held):
         raise InputError(f"{scene.place}.{wrong}")
     elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
-    if len(elastic) != 1:
-        found = " and ".join(elastic) or "none"
-        raise InputError(
-            f"{scene.place}.effects must name exactly one of {', '.join(effect_registry.ELASTIC)}, but names {found}; "
-            "name one, or write effects: auto."
-        )
-    if not scene.held and "held" in scene.effects:
-        raise InputError(f"{scene.place} says held: false, and its effects name held; remove one of them.")
     return elastic + [name for name in scene.effects if name not in elastic]
 
 
@@ -74,7 +66,4 @@ def _settings(scene: Scene, name: str) -> dict[str, Any]:
         return scene.settings[name]
     if name in scene.own:
         return {}
-    default = effect_registry.EFFECTS[name].settings
-    if default is None:
-        raise InputError(f"{scene.place}.effects names {name}, and the scene does not describe it; add a block {name}.")
-    return dict(default)
+    return dict(effect_registry.EFFECTS[name].settings or {})

@@ -11,6 +11,10 @@ from typing import Any
 
 from palpate.errors import describe_unknown
 
+FORMS = ("solid", "surface", "sheet")
+"""Forms of bodies: with tetrahedra inside, the surface alone, a flat sheet."""
+SOLID, SHEET = FORMS[:1], FORMS[2:]
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -20,30 +24,33 @@ class Entry:
     role : "elastic" (holds a body together; a scene has exactly one), "damping" (takes energy out of it) or "other"
     settings : of an effect that a scene names without a block; None if the block is required
     damping : of an elastic effect, the damping that ``effects: auto`` chooses if the scene has no block of any
+    forms : the forms of bodies that it suits; elastic : the elastic effects that it works with
     """
 
     module: str
     role: str = "other"
     settings: Mapping[str, Any] | None = None
     damping: str = ""
+    forms: tuple[str, ...] = FORMS
+    elastic: tuple[str, ...] = ("corotational", "triangles", "springs", "shape_matching")
 
 
 EFFECTS = {
-    "corotational": Entry("palpate.effects.corotational", "elastic", {}, "rayleigh"),
-    "triangles": Entry("palpate.effects.triangles", "elastic", {}, "rayleigh"),
+    "corotational": Entry("palpate.effects.corotational", "elastic", {}, "rayleigh", forms=SOLID),
+    "triangles": Entry("palpate.effects.triangles", "elastic", {}, "rayleigh", forms=SHEET),
     "springs": Entry("palpate.effects.springs", "elastic", {}, "kelvin"),
     "shape_matching": Entry("palpate.effects.shape_matching.goal_shapes", "elastic", None, damping="velocity_damping"),
     "gravity": Entry("palpate.effects.gravity"),
     "held": Entry("palpate.effects.held", settings={}),
     "push": Entry("palpate.effects.push"),
-    "bending": Entry("palpate.effects.bending", settings={}),
-    "volume": Entry("palpate.effects.volume_force", settings={}),
+    "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
+    "volume": Entry("palpate.effects.volume_force", settings={}, forms=SOLID),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
     "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
-    "plasticity": Entry("palpate.effects.plasticity"),
+    "plasticity": Entry("palpate.effects.plasticity", elastic=("corotational", "shape_matching")),
     "rayleigh": Entry("palpate.effects.rayleigh", "damping", {"mass_1_s": 1.0, "stiffness_s": 0.01}),
-    "kelvin": Entry("palpate.effects.kelvin", "damping", {"ratio": 0.1}),
-    "maxwell": Entry("palpate.effects.maxwell", "damping"),
+    "kelvin": Entry("palpate.effects.kelvin", "damping", {"ratio": 0.1}, elastic=("springs",)),
+    "maxwell": Entry("palpate.effects.maxwell", "damping", elastic=("springs",)),
     "velocity_damping": Entry("palpate.effects.velocity_damping", "damping", {"rate_1_s": 1.0}),
 }
 """One line for each effect."""
@@ -70,6 +77,27 @@ def integrator(name: str) -> ModuleType:
     return importlib.import_module(INTEGRATORS[name])
 
 
+def fault(names: list[str], own: Iterable[str], described: Iterable[str], held: bool = True) -> str:
+    """Describe what is wrong with the list of a scene's effects; empty if nothing is.
+
+    described : the blocks that the scene has; held : whether its anchors hold the body
+    """
+    if found := unknown(names, own):
+        return found
+    elastic = [name for name in names if name in ELASTIC]
+    if len(elastic) != 1:
+        return (
+            f"effects must name exactly one of {', '.join(ELASTIC)}, but names {' and '.join(elastic) or 'none'}; "
+            "name one, or write effects: auto."
+        )
+    if not held and "held" in names:
+        return "effects names held, and the scene says held: false; remove one of them."
+    for name in names:
+        if name in EFFECTS and EFFECTS[name].settings is None and name not in described:
+            return f"effects names {name}, and the scene does not describe it; add a block {name}."
+    return ""
+
+
 def unknown(names: list[str], own: Iterable[str]) -> str:
     """Describe the first fault in the names of effects; empty if there is none.
 
@@ -77,6 +105,6 @@ def unknown(names: list[str], own: Iterable[str]) -> str:
     """
     for name in own:
         if name in EFFECTS or name in RESERVED:
-            return f"own.{name} has a name that palpate uses itself; call it something else"
+            return f"own.{name} has a name that palpate uses itself; call it something else."
     found = describe_unknown(names, [*own, *EFFECTS])
     return f"effects names {found}" if found else ""

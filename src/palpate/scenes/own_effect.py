@@ -1,6 +1,5 @@
 """Load effects from the user's own files, and check each before a scene runs."""
 
-import importlib.util
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -11,6 +10,7 @@ from palpate.bodies.particles import Particles
 from palpate.effects import effect as hooks
 from palpate.effects.effect import Effect, offers
 from palpate.errors import InputError
+from palpate.own_file import EFFECT_FUNCTIONS, failure, import_file
 
 ACTING = (
     hooks.Force,
@@ -34,34 +34,23 @@ def load(name: str, path: Path, place: str) -> ModuleType:
     """Import the module in the file ``path``; InputError unless it has a function ``make``."""
     module = import_file(path, f"{place}.own.{name}")
     if not hasattr(module, "make"):
-        raise InputError(f"{path}: has no function make(particles, settings, elastic); {GUIDE}.")
-    return module
-
-
-def import_file(path: Path, key: str) -> ModuleType:
-    """Import a file of the user's, given at ``key`` of the config; InputError if that fails."""
-    spec = importlib.util.spec_from_file_location(f"palpate_{key.replace('.', '_')}", path)
-    if spec is None or spec.loader is None or not Path(path).is_file():
-        raise InputError(f"{key} is {path}, which is not a Python file; give the path of one.")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{path}: cannot be imported ({type(error).__name__}: {error}); correct it.") from error
+        raise InputError(f"{path}: has no function {EFFECT_FUNCTIONS[0]}; {GUIDE}.")
     return module
 
 
 def make(
     path: Path, module: ModuleType, particles: Particles, settings: dict[str, Any], elastic: Effect | None
 ) -> Effect:
-    """Make the effect of ``module`` and call it once at rest; InputError naming the file and the fault."""
+    """Make the effect of ``module`` and call it at rest and near it; InputError naming the file and the fault."""
+    from palpate.scenes.own_derivatives import disagreement
+
     try:
         effect = module.make(particles, settings, elastic)
-        fault = _fault(effect, particles)
+        fault = _fault(effect, particles) or disagreement(effect, particles)
     except InputError:
         raise
     except Exception as error:
-        raise InputError(f"{path}: does not work ({type(error).__name__}: {error}); correct it, {GUIDE}.") from error
+        raise InputError(f"{path}: does not work ({failure(error)}); correct it, {GUIDE}.") from error
     if fault:
         raise InputError(f"{path}: {fault}; correct it, {GUIDE}.")
     return effect

@@ -6,6 +6,7 @@ from palpate.config import check_samples
 from palpate.errors import InputError
 from palpate.files import check_file
 from palpate.models import model_registry
+from palpate.own_file import MODEL_FUNCTIONS, check_source
 
 
 def check(config: dict, file: Path) -> None:
@@ -19,4 +20,5 @@ def check(config: dict, file: Path) -> None:
         )
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
+        check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
     check_samples(file, "tradeoff", config)

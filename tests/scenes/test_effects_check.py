@@ -1,0 +1,134 @@
+"""Effects that exclude, need or do not suit each other are refused from the settings alone, before a body is made."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.files import read_yaml
+from palpate.schema import read_schema
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+ROUND = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
+BODIES = {
+    "bar": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0} | ROUND,
+    "hard": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0} | ROUND | {"young_pa": 2e4},
+    "cloth": {"kind": "sheet", "sizes_m": [1, 1], "divisions": [6, 6], "thickness_m": 0.001} | ROUND,
+}
+SCENE = {"body": "bar", "integrator": "backward_euler", "step_s": 0.01, "duration_s": 0.1}
+GRAVITY = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
+STRETCH = {"structural_n_m": 1, "shear_n_m": 1, "bending_n_m": 0}
+SHAPES = {"shape_matching": {}, "integrator": "goal_position"}
+YIELD = {"plasticity": {"yield_strain": 0.1, "max_strain": 0.5}}
+
+
+def check(**scene):
+    settings = {"bodies": BODIES, "scenes": {"s": SCENE | scene}}
+    return complete(settings, SCHEMA, Path("my.yaml"))
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        {"effects": ["corotational", "gravity", "held", "rayleigh"]} | GRAVITY,
+        {"effects": "auto"} | GRAVITY,
+        {"effects": "auto", "body": "cloth"} | GRAVITY,
+        {"effects": ["springs", "volume", "kelvin"], "integrator": "symplectic_euler"},
+        {"effects": ["springs", "body_springs"], "surface": True, "springs": STRETCH},
+        {"effects": ["triangles", "bending"], "body": "cloth"},
+        {"effects": ["shape_matching", "plasticity"]} | SHAPES | YIELD,
+        {"effects": "auto"} | SHAPES | YIELD | GRAVITY,
+        {"effects": ["corotational"], "push": {"loads": [{"at_m": [0, 0, 0], "force_n": [0, 0, 1]}]}},
+        {"effects": ["shape_matching", "rayleigh"], "rayleigh": {"stiffness_s": 0}} | SHAPES,
+        {"effects": "auto", "kelvin": {}},  # nothing moves it, so nothing damps it
+        {"others": [{"body": "bar", "shift_m": [0, 0, 2]}]},
+    ],
+)
+def test_effects_that_suit_each_other_pass(scene):
+    check(**scene)
+
+
+def test_the_shipped_scenes_pass():
+    for file in (ROOT / "config.yaml", ROOT / "tests/smoke/config.yaml"):
+        assert complete(read_yaml(file), SCHEMA, file)["scenes"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        (
+            {"effects": ["corotational", "springs"]},
+            ".effects must name exactly one of .* but names corotational and spr",
+        ),
+        ({"effects": ["gravity"]} | GRAVITY, ".effects must name exactly one of .* but names none; name one, or write"),
+        (
+            {"effects": ["corotational", "push"]},
+            ".effects names push, and the scene does not describe it; add a block p",
+        ),
+        ({"effects": ["corotational", "gravity"]}, ".effects names gravity, and the scene does not describe it; add a"),
+        (
+            {"effects": ["springs", "maxwell"]},
+            ".effects names maxwell, and the scene does not describe it; add a block",
+        ),
+        ({"effects": ["corotational", "held"], "held": False}, ".effects names held, and the scene says held: false;"),
+        ({"effects": "auto", "springs": {}, "shape_matching": {}}, " describes both springs and shape_matching; keep"),
+        (
+            {"effects": ["corotational"], "body": "cloth"},
+            ".effects names corotational, which needs a body with tetrahe",
+        ),
+        (
+            {"effects": ["triangles"]},
+            ".effects names triangles, which needs a body of kind sheet, and bar is moved as a",
+        ),
+        ({"effects": ["corotational"], "surface": True}, ".effects names corotational, which needs a body with tetrah"),
+        ({"effects": ["corotational", "bending"]}, ".effects names bending, which needs a body of kind sheet, and bar"),
+        ({"effects": ["triangles", "volume"], "body": "cloth"}, ".effects names volume, which needs a body with tetra"),
+        ({"effects": ["corotational", "kelvin"]}, ".effects names kelvin, which works with springs, and the elastic e"),
+        (
+            {"effects": "auto", "kelvin": {}} | GRAVITY,
+            " says effects: auto, which calls for kelvin, which works with s",
+        ),
+        ({"effects": ["springs", "plasticity"]} | YIELD, ".effects names plasticity, which works with corotational or"),
+        ({"effects": "auto", "body": "cloth"} | YIELD, " says effects: auto, which calls for plasticity, which works"),
+        ({"effects": ["corotational"], "integrator": "goal_position"}, ".integrator is goal_position, which needs sha"),
+        ({"effects": "auto", "shape_matching": {}}, ".integrator is backward_euler, and shape_matching needs goal_pos"),
+        (
+            {"effects": "auto", "shape_matching": {}, "integrator": "symplectic_euler"},
+            ".integrator is symplectic_euler",
+        ),
+        ({"effects": ["springs"], "springs": STRETCH}, ".springs.structural_n_m has no use: a solid's springs follow"),
+        ({"effects": ["springs"], "surface": True}, ".springs lacks structural_n_m, and a surface alone has no other"),
+        ({"springs": dict.fromkeys(STRETCH, 0), "body": "cloth"}, ".springs has no stiffness above 0; give structural"),
+        (
+            SHAPES | {"shape_matching": {"clusters": {"kind": "cubes"}}},
+            ".shape_matching.clusters lacks edge_m; give th",
+        ),
+        (
+            SHAPES | {"shape_matching": {"clusters": {"kind": "tetrahedra"}}, "surface": True},
+            ".*kind is tetrahedra, and",
+        ),
+        ({"effects": ["shape_matching", "rayleigh"]} | SHAPES, ".rayleigh.stiffness_s is above 0, and shape_matching"),
+        (
+            SHAPES | {"plasticity": YIELD["plasticity"] | {"max_strain": 1}},
+            ".plasticity.max_strain is 1; give a number",
+        ),
+        (
+            {"others": [{"body": "hard", "shift_m": [0, 0, 2]}]},
+            ".others: bar has young_pa 10000 and hard 20000; bodies",
+        ),
+    ],
+)
+def test_effects_that_do_not_are_refused_in_one_sentence(scene, said):
+    with pytest.raises(InputError, match=rf"^my\.yaml: scenes\.s{said}") as caught:
+        check(**scene)
+    assert str(caught.value).endswith(".") and "\n" not in str(caught.value)
+
+
+def test_the_check_imports_no_effect_and_no_solver():
+    code = "import sys, palpate.scenes.effects_check; print([m for m in sys.modules if m.startswith('palpate.')])"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "effects_check" in found and "palpate.effects" not in found and "palpate.solvers" not in found

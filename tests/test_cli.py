@@ -6,9 +6,13 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from palpate.cli import main
+from palpate.evaluation.tradeoff.advice import advise
+from palpate.evaluation.tradeoff.bootstrap import read_errors
+from palpate.figures.tables import read
 
 
 def said(capsys, folder, *words) -> tuple[int, str]:
@@ -37,6 +41,33 @@ def test_an_error_gets_a_model(capsys, trade_off_folder):
     assert "of the allowed error is left" in text
 
 
+def test_without_a_scene_every_scene_gets_advice(capsys, trade_off_folder):
+    assert main(["advise", "--results", str(trade_off_folder), "--budget-ms", "16.7"]) == 0
+    text = capsys.readouterr().out
+    assert re.findall(r"^(\w+), within 16.7 ms: ", text, flags=re.MULTILINE) == ["liver_small", "own_large"]
+
+
+def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folder):
+    settings = read(trade_off_folder / "tables/accuracy_vs_time.csv")
+    limits = {"budgets_ms": [0.001, 16.7], "max_errors": [0.003]}
+    scenes = [rows for _, rows in settings.groupby("scene")]
+    found = [advise(rows, read_errors(trade_off_folder / "data", rows), **limits) for rows in scenes]
+    pd.concat(found).to_csv(trade_off_folder / "tables/advice.csv", index=False)
+    words = ["advise", "--results", str(trade_off_folder)]
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(" (")[0] for line in lines if not line.startswith(" ")] == [
+        "Advice for liver_small",
+        "Advice for own_large",
+    ]
+    assert lines[2] == "  within 16.7 ms          corrected coarse FEM (samples=60): 0.4 %, 6 ms"
+    assert lines[1].startswith("  within 0.001 ms         none: the fastest setting, ")
+    assert main([*words, "--scene", "own_large"]) == 0
+    assert capsys.readouterr().out.splitlines() == lines[4:]
+    assert main([*words, "--scene", "mine"]) == 1
+    assert "--scene mine is not in" in capsys.readouterr().err
+
+
 def test_none_is_an_answer(capsys, trade_off_folder):
     code, text = said(capsys, trade_off_folder, "--budget-ms", "0.001", "--scene", "own_large")
     assert code == 0
@@ -55,7 +86,7 @@ def test_none_is_an_answer(capsys, trade_off_folder):
         (["--max-error", "nan"], "nan is not a number above 0"),
         (["--max-error", "5"], "5 is not a share below 1; 5 % is 0.05"),
         (["--budget-ms", "1", "--max-error", "0.1"], "not allowed with"),
-        ([], "one of the arguments --budget-ms --max-error is required"),
+        ([], r"advice\.csv is missing; type make"),
         (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing; type make"),
     ],
 )

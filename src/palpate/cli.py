@@ -1,13 +1,16 @@
-"""The command ``palpate``: advice from the tables of a finished run."""
+"""The command ``palpate``: a first config for your own data, and advice from the tables of a run."""
 
 import argparse
 import math
 import os
 import sys
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class _Parser(argparse.ArgumentParser):
@@ -21,7 +24,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
     try:
         asked = _parser().parse_args(arguments)
-        print(_advise(Path(asked.results), asked.scene, asked.budget_ms, asked.max_error), flush=True)
+        print(asked.act(asked), flush=True)
     except BrokenPipeError:  # whoever reads has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except InputError as error:
@@ -33,17 +36,31 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="palpate", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
+    init = commands.add_parser("init", help="write a config.yaml for a mesh, or for a CT and perhaps its mask")
+    init.add_argument("data", help="a mesh, a CT as one file, or a folder of DICOM slices")
+    init.add_argument("mask", nargs="?", help="a mask of the CT")
+    init.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
+    init.add_argument("--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of the organ [HU]")
+    init.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
+    init.set_defaults(act=_init)
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
-    advise.add_argument(
-        "--scene", required=True, help="a body and a regime of loads, such as liver_small, or one that moves"
-    )
-    limit = advise.add_mutually_exclusive_group(required=True)
+    advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
+    limit = advise.add_mutually_exclusive_group()
     limit.add_argument(
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
     )
     limit.add_argument("--max-error", type=_share, help="largest mean error, as a share of the peak displacement")
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
+    advise.set_defaults(act=lambda asked: _advise(Path(asked.results), asked.scene, asked.budget_ms, asked.max_error))
     return parser
+
+
+def _init(asked: argparse.Namespace) -> str:
+    from palpate.init.command import init
+
+    paths = [Path(path) for path in (asked.data, asked.mask) if path is not None]
+    label = [int(label) if label.isdecimal() else label for label in asked.label]
+    return init(paths, label, asked.threshold, asked.folder)
 
 
 def _positive(text: str) -> float:
@@ -63,22 +80,38 @@ def _share(text: str) -> float:
     return value
 
 
-def _advise(results: Path, scene: str, budget_ms: float | None, max_error: float | None) -> str:
+def _advise(results: Path, scene: str | None, budget_ms: float | None, max_error: float | None) -> str:
+    """Advise for one scene or for all; without a limit, what the run was asked for."""
+    from palpate.figures import tables
+
+    pressed, moving, listed = (
+        results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy", "advice")
+    )
+    asked = budget_ms is None and max_error is None
+    paths = [listed] if asked else [path for path in (pressed, moving) if path.is_file()] or [pressed]
+    found = [tables.read(path) for path in paths]
+    known = [name for table in found for name in tables.scenes(table)]
+    if scene is not None and scene not in known:
+        raise InputError(f"--scene {scene} is not in {results}; choose from {', '.join(known)}.")
+    chosen = known if scene is None else [scene]
+    if asked:
+        from palpate.report.advice_list import advice_list
+
+        return advice_list(found[0][found[0]["scene"].isin(chosen)])
+    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
+    return "\n".join(_advise_scene(results, name, found, limits) for name in chosen)
+
+
+def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits: dict) -> str:
+    """Advise for one scene of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves."""
     from palpate.evaluation.tradeoff.advice import advise
     from palpate.evaluation.tradeoff.advice_motion import advise_motion
     from palpate.evaluation.tradeoff.bootstrap import read_errors
     from palpate.figures import tables
     from palpate.report.advice_words import lines
 
-    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
-    pressed, moving = (results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy"))
-    there = [path for path in (pressed, moving) if path.is_file()] or [pressed]
-    found = [tables.read(path) for path in there]
-    for path, table in zip(there, found, strict=True):
-        rows = tables.where(table, scene=scene)
-        if len(rows) and path is pressed:
-            return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
-        if len(rows):
-            return lines(advise_motion(rows, **limits).iloc[0], rows)
-    known = ", ".join(name for table in found for name in tables.scenes(table))
-    raise InputError(f"--scene {scene} is not in {results}; choose from {known}.")
+    table = next(table for table in found if scene in tables.scenes(table))
+    rows = tables.where(table, scene=scene)
+    if "regime" in table:
+        return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
+    return lines(advise_motion(rows, **limits).iloc[0], rows)

@@ -73,6 +73,8 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
 def _check_ct(place: str, body: dict) -> None:
     if body["mask"] is not None and body["image"] is None:
         raise InputError(f"{place}.mask is given and image is not; give the image that the mask was drawn on.")
+    if body["label"] is not None and body["mask"] is None:
+        raise InputError(f"{place}.label is given and mask is not; give the mask that has this label.")
     low, high = body["threshold_hu"]
     if low >= high:
         raise InputError(f"{place}.threshold_hu is [{low:g}, {high:g}]; give the lower number first.")

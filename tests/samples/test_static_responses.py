@@ -60,12 +60,14 @@ def test_contacts_that_cannot_be_pressed_are_refused(slab, loads):
         press(slab, 0, loads.assign(contact=contact), 1e-6)
 
 
-def test_failure_names_the_sample(slab, loads, monkeypatch):
+def test_failure_names_the_sample_and_the_remedy(slab, loads, monkeypatch):
     def never(*_):
         raise NotConverged("it stopped", [1.0, 0.5])
 
     monkeypatch.setattr(module.Equilibrium, "solve", never)
-    with pytest.raises(NotConverged, match=r"^slab, sample 4: it stopped$") as failure:
+    with pytest.raises(
+        NotConverged, match=r"^slab, sample 4: it stopped; lower the regime.s peak_of_size, .* \(anchors\)\.$"
+    ) as failure:
         press(slab, 0, loads, 1e-6)
     assert failure.value.history == [1.0, 0.5]
 

@@ -29,7 +29,7 @@ def look(model: str) -> Look:
 
 def label(model: str, setting: str) -> str:
     """Return a setting as it is named inside a sentence: "POD + RBF (modes=8)"."""
-    name = look(model).label
+    name = f"paper 1's {look(model).label}" if minor(model) else look(model).label
     return name if setting == "default" else f"{name} ({setting})"
 
 

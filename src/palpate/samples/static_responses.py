@@ -55,7 +55,11 @@ def press(body: Body, level: int, loads: pd.DataFrame, tolerance: float, progres
         try:
             solutions.append(solver.solve(nodal, tolerance))
         except NotConverged as failure:
-            raise NotConverged(f"{body.name}, sample {load['sample']:.0f}: {failure}", failure.history) from failure
+            raise NotConverged(
+                f"{body.name}, sample {load['sample']:.0f}: {failure}; lower the regime's peak_of_size, at which "
+                "tissue may be pressed flat, or hold the body elsewhere (anchors).",
+                failure.history,
+            ) from failure
     return Responses(
         loads["sample"].to_numpy(),
         np.array([s.x for s in solutions]) - solver.mesh.nodes,

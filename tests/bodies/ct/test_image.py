@@ -162,7 +162,8 @@ def test_masks_without_or_with_many_labels_are_reported(tmp_path, scan):
     image = Image(scan, np.array([0.01, -0.02, 0.03]), np.array([0.001, 0.002, 0.003]))
     with pytest.raises(InputError, match="the mask is empty"):
         read_mask(write(tmp_path / "mask.nii.gz", np.zeros(scan.shape, dtype=np.uint8)), image)
-    with pytest.raises(InputError, match="has the values 0, 2, 5; give one with 0 outside and one label"):
+    sentence = r"the mask has 2 labels: 2 \(36 mL\), 5 \(0\.006 mL\); choose with label, a number or a name or a list"
+    with pytest.raises(InputError, match=sentence):
         read_mask(write(tmp_path / "mask.nii.gz", (2 * (scan > -500) + 3 * (scan > 500)).astype(np.uint8)), image)
 
 

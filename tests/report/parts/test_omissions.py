@@ -28,3 +28,12 @@ def test_a_part_without_failures_is_passed_over():
     report = material("enrichment", {})
     report.studies = {"toy": SimpleNamespace(TITLE="Toy")}
     assert omissions.found(report).empty
+
+
+def test_what_papers_leave_open_is_said_only_where_one_is_repeated(results):
+    table = {"enrichment_accuracy": results["enrichment_accuracy"].fillna(0.1)}
+    of_mine, of_paper = (material("enrichment", table, published).of("omissions") for published in ({}, {"nodes": 140}))
+    assert [title for _, title, _ in omissions.sections(of_mine)] == ["What failed"]
+    (_, title, text), _ = omissions.sections(of_paper)
+    assert title == "Numbers that the papers do not give" and "Paper 1 gives neither the material" in text
+    assert "aper" not in of_mine.note("omissions")

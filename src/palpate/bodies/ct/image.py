@@ -1,5 +1,6 @@
 """CT images in Hounsfield units on a right-handed grid in metres, from files and DICOM folders."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -7,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.bodies.ct import nifti
+from palpate.bodies.ct.label_names import label_names
+from palpate.bodies.ct.labels import choose
 from palpate.errors import InputError
 
 if TYPE_CHECKING:
@@ -73,12 +76,18 @@ def read(path: str | Path) -> Image:
     return Image(np.maximum(hu, AIR_HU), *_grid(image), str(path), _axes(image))
 
 
-def read_mask(path: str | Path, image: Image) -> np.ndarray:
-    """Read a mask of ``image``'s voxels, (nz, ny, nx) bool; raise InputError if it is empty or on another grid."""
+def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | str] | None = None) -> np.ndarray:
+    """Read a mask of ``image``'s voxels, (nz, ny, nx) bool; raise InputError if it is empty or on another grid.
+
+    label : number or name of the label to take, or several to join; needed only if the mask has several
+    """
     path = Path(path)
-    found = _oriented(_read_file(path))
-    mask = _array(found)
-    origin, spacing = _grid(found)
+    file = _read_file(path)
+    names = label_names(path, file)
+    found = _oriented(file)
+    mask, (origin, spacing) = _array(found), _grid(found)
+    if file.HasMetaDataKey("Segmentation_ReferenceImageExtentOffset"):
+        mask, origin = _uncropped(mask, origin, image)
     apart = np.abs(origin - image.origin_m) / image.spacing_m
     stretched = np.abs(spacing - image.spacing_m) * image.hu.shape[::-1] / image.spacing_m
     turned = np.abs(_axes(found) - image.axes) * max(image.hu.shape)
@@ -87,14 +96,21 @@ def read_mask(path: str | Path, image: Image) -> np.ndarray:
             f"{path}: the mask ({_describe_grid(mask, origin, spacing)}) is on another grid than {image.source} "
             f"({_describe_grid(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
         )
-    labels = np.unique(mask)
-    if len(labels) > 2 or (len(labels) == 2 and labels[0] != 0):
-        raise InputError(
-            f"{path}: the mask has the values {_list_values(labels)}; give one with 0 outside and one label."
-        )
-    if labels[-1] == 0:
-        raise InputError(f"{path}: the mask is empty; give one that marks the organ.")
-    return mask != 0
+    return choose(path, mask, names, label, image.voxel_m3)
+
+
+def _uncropped(mask: np.ndarray, origin: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarray]:
+    """Enlarge a mask that 3D Slicer has cropped to its segments to ``image``'s grid; return it and its new origin.
+
+    One that is not made of voxels of the image stays as it is, to be refused.
+    """
+    first = np.round((origin - image.origin_m) / image.spacing_m).astype(int)
+    box = tuple(slice(start, start + count) for start, count in zip(first[::-1], mask.shape, strict=True))
+    if first.min() < 0 or any(side.stop > count for side, count in zip(box, image.hu.shape, strict=True)):
+        return mask, origin
+    whole = np.zeros(image.hu.shape, dtype=mask.dtype)
+    whole[box] = mask
+    return whole, origin - first * image.spacing_m
 
 
 def _read_file(path: Path) -> "SimpleITK.Image":
@@ -110,7 +126,13 @@ def _read_file(path: Path) -> "SimpleITK.Image":
         image = SimpleITK.ReadImage(str(path))
     except RuntimeError as error:
         raise InputError(f"{path}: SimpleITK cannot read it; write or download it again.") from error
-    if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
+    layers = image.GetNumberOfComponentsPerPixel()
+    if layers > 1 and image.HasMetaDataKey("Segment0_Name"):
+        raise InputError(
+            f"{path}: its segments overlap and lie in {layers} layers; export those to use as one label map "
+            "(in 3D Slicer: Segmentations, Export)."
+        )
+    if image.GetDimension() != 3 or layers != 1:
         raise InputError(f"{path}: it is not a single volume of scalars; extract one 3-D volume from it.")
     return image
 
@@ -142,8 +164,3 @@ def _axes(image: "SimpleITK.Image") -> np.ndarray:
 def _describe_grid(voxels: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> str:
     numbers = [*voxels.shape[::-1], *(1e3 * spacing), *(1e3 * origin)]
     return "{}×{}×{} voxels of {:.4g}×{:.4g}×{:.4g} mm from {:.4g}, {:.4g}, {:.4g} mm".format(*numbers)
-
-
-def _list_values(values: np.ndarray) -> str:
-    text = ", ".join(f"{value:g}" for value in values[:4])
-    return text + (f" and {len(values) - 4} more" if len(values) > 4 else "")

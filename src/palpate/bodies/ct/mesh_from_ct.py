@@ -25,7 +25,7 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
     pieces of a mask are left out.
     """
     image = read(entry["image"]) if entry.get("image") is not None else abdomen()[0]
-    mask = read_mask(entry["mask"], image) if entry.get("mask") is not None else None
+    mask = read_mask(entry["mask"], image, entry.get("label")) if entry.get("mask") is not None else None
     if entry.get("crop_m"):
         box = _crop_box(image, np.array(entry["crop_m"], dtype=float))
         mask = mask[box] if mask is not None else None

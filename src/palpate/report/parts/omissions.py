@@ -25,7 +25,10 @@ def numbers(report: Report) -> dict[str, str]:
 
 
 def sections(report: Report) -> list[Section]:
-    """Return the list of every failure."""
+    """Return the list of every failure and, if a paper is repeated, what it leaves open."""
     failed = found(report)
     shown = markup.table(failed, "Every failure") if len(failed) else "<p>Nothing failed.</p>"
-    return [("failures_section", "What failed", shown)]
+    failures = ("failures_section", "What failed", shown)
+    if not any(report.published.values()):
+        return [failures]
+    return [("papers_section", "Numbers that the papers do not give", report.note("papers")), failures]

@@ -1,0 +1,92 @@
+"""Carry out ``palpate init``: look at the data, choose, write the configuration, report."""
+
+import shlex
+import warnings
+from collections.abc import Sequence
+from os.path import relpath
+from pathlib import Path
+
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.figures.enrichment import mesh_levels
+from palpate.files import write_whole
+from palpate.init.choose import Choice, choose
+from palpate.init.config_text import config_text
+from palpate.init.data import Data, recognise
+
+_ROOT = Path(__file__).parents[3]
+"""Palpate's folder, where ``make`` is typed."""
+
+
+def init(
+    paths: Sequence[Path],
+    label: Sequence[int | str] = (),
+    threshold_hu: Sequence[float] | None = None,
+    folder: Path | None = None,
+) -> str:
+    """Write config.yaml, and a picture of the body, for a mesh or a CT and perhaps its mask; return what to print.
+
+    folder : where to; by default one beside the data that has the body's name
+    Raises InputError if the data cannot be used or the file is there already; then nothing is written.
+    """
+    data = recognise(paths, label, threshold_hu)
+    file = (folder or _beside(paths[-1], data.name)) / "config.yaml"
+    if file.exists():
+        raise InputError(f"{file} exists and is kept; delete it, or give another folder with --folder.")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        choice = choose(data.name, data.entry)
+    said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
+    command = _command(file)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with write_whole(file) as part:
+            part.write_text(config_text(data, choice, file, command, _schema(file)), encoding="utf-8")
+        with write_whole(file.with_name("body.png")) as part:
+            mesh_levels.draw([choice.body]).savefig(part)
+    except OSError as error:
+        raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
+    return _report(data, choice, list(said), file, command)
+
+
+def _beside(path: Path, name: str) -> Path:
+    """Return the folder beside the data that has the body's name, and another one if that is the data."""
+    folder = path.resolve().parent / name
+    folder = Path(relpath(folder)) if not relpath(folder).startswith("..") else folder
+    return folder if folder.resolve() != path.resolve() else folder.with_name(f"{name}_config")
+
+
+def _command(file: Path) -> str:
+    seen = relpath(file, _ROOT)
+    return f"make CONFIG={shlex.quote(seen if seen.count('..') < 2 else str(file.resolve()))}"
+
+
+def _schema(file: Path) -> Path | None:
+    """Return the relative path of the schema, for a file in palpate's folder, which may then move with it."""
+    schema = _ROOT / "workflow/schemas/config.schema.yaml"
+    inside = schema.is_file() and file.resolve().is_relative_to(_ROOT)
+    return Path(relpath(schema, file.resolve().parent)) if inside else None
+
+
+def _report(data: Data, choice: Choice, said: list[str], file: Path, command: str) -> str:
+    body, entry = choice.body, choice.entry
+    sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
+    volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
+    meshes = " and ".join(f"{len(mesh.tetrahedra)}" for mesh in (body.coarse, body.fine))
+    plane = entry["anchors"]["plane"]
+    radius = f"{1e3 * choice.regimes['large']['radius_m']:.3g} mm"
+    end = "largest" if plane["side"] == "max" else "smallest"
+    lines = [
+        *(f"found    {line}" for line in data.found),
+        f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
+        *(f"assumed  {line}" for line in data.assumed),
+        f"assumed  it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes",
+        f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
+        f"density {entry['density_kg_m3']} kg/m³, a finger of {radius} radius",
+        *(f"warning: {line}" for line in said),
+        f"wrote    {file.with_name('body.png')}, a picture of it; balls are what is held",
+        f"wrote    {file}, with a comment on every line; change there what you know better, then",
+        f"  {command}" if Path.cwd() == _ROOT else f"  cd {shlex.quote(str(_ROOT))} && {command}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,115 @@
+"""Text of a first configuration: every key with a comment."""
+
+import json
+import re
+from collections.abc import Mapping
+from os.path import relpath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from palpate.init.choose import Choice
+from palpate.init.data import Data
+
+_HEAD = """\
+{schema}# What accuracy costs for {name}: written by palpate init, to be changed by you. SI units: m, kg, s, N, Pa.
+# In palpate's folder, run it with
+#   {command}
+# All other keys: docs/add-a-body.md; a scene in which this body moves can stand here, too: docs/add-a-scene.md.
+"""
+_TAIL = """\
+regimes:  # how hard the body is pressed
+  small:  # a light touch
+    peak_of_size: {small:g}  # largest displacement, as a share of the body's longest side: {small_mm:.2g} mm
+    radius_m: {radius_m:g}  # radius [m] of the finger that the force is spread over
+  large:  # a firm press
+    peak_of_size: {large:g}  # {large_mm:.2g} mm; too much presses tissue flat, which no solver follows
+    radius_m: {radius_m:g}  # radius [m] of the finger
+tradeoff:  # the study: each model, its error and its time
+  reference_samples: 1  # samples simulated one level finer, for the error of the fine mesh itself
+  advice:  # for which times and errors a model is advised
+    budgets_ms: [1, 16.7, 100]  # times of an answer [ms]: haptics, 60 pictures a second, an immediate reaction
+    max_errors: [0.05, 0.01, 0.001]  # mean errors, as shares of the peak displacement
+"""
+_CT = """\
+ct:  # pictures of the body in the CT, and its mass; look at results/figures/ct_slices_{name}.png first
+  surface_nodes: [140]  # of the mesh that is weighed
+"""
+_COMMENTS = {
+    "surface_nodes": "nodes of the coarse surface, which is made anew with that many",
+    "snap": "whether the finer meshes follow the surface of the data",
+    "young_pa": "Young's modulus [Pa], assumed",
+    "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where these elements are too stiff",
+    "density_kg_m3": "density [kg/m³], assumed",
+    "magnitudes": "forces at each contact, as shares of the regime's",
+    "contacts": "nodes that can be pressed, spread over the surface; the others are not prepared",
+}
+
+
+_OTHERS = "    # instead of a plane: {sphere: {center_m: [x, y, z], radius_m: r}}, or {nodes: [numbers from 0]}\n"
+
+
+def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Path | None) -> str:
+    """Return the configuration in YAML; its paths are relative to the folder of ``file``, where it will be.
+
+    schema : the file that editors complete keys with, if there is a relative path to it
+    """
+    line = f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else ""
+    peaks = {name: regime["peak_of_size"] for name, regime in choice.regimes.items()}
+    lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}
+    comments = _COMMENTS | data.comments | _chosen(choice)
+    lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in choice.entry.items()]
+    body = "".join(lines).replace("    anchors:", f"{_OTHERS}    anchors:")
+    parts = [
+        _HEAD.format(schema=line, name=data.name, command=command),
+        f"bodies:  # lower-case letters, digits and underscores name a body\n  {data.name}:  # {_size(choice)}\n{body}",
+        _TAIL.format(radius_m=choice.regimes["large"]["radius_m"], **peaks, **lengths),
+        _CT.format(name=data.name) if data.entry["kind"] == "ct" else "",
+    ]
+    return _aligned("".join(parts))
+
+
+def _size(choice: Choice) -> str:
+    lengths = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
+    return f"{lengths} mm, {1e6 * choice.coarse.volumes.sum():.4g} mL"
+
+
+def _chosen(choice: Choice) -> dict[str, str]:
+    """Explain what was chosen for this body, by key."""
+    body, entry = choice.body, choice.entry
+    coarse = len(body.coarse.tetrahedra)
+    held, per = len(body.anchors[0]), len(entry["magnitudes"])
+    plane = entry["anchors"]["plane"]
+    end = "largest" if plane["side"] == "max" else "smallest"
+    return {
+        "refinements": f"1:8 splits of the {coarse} coarse tetrahedra; each makes a run about 10 times as long",
+        "anchors": f"held: the {held} nodes within {1e3 * plane['depth_m']:g} mm of the {end} {plane['axis']}",
+        "train": f"samples that models learn from: {entry['train'] // per} contacts × {per} forces",
+        "test": f"samples that they are judged by: {entry['test'] // per} other contacts × {per} forces",
+    }
+
+
+def _yaml(value: Any, folder: Path) -> str:
+    """Write a value as YAML on one line; a path relative to ``folder``, in quotes where YAML needs some."""
+    if isinstance(value, Path):
+        text = Path(relpath(value, folder)).as_posix()
+        plain = text.replace("/", "").replace(".", "").replace("_", "").replace("-", "")
+        return text if plain.isascii() and plain.isalnum() else json.dumps(text, ensure_ascii=False)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_yaml(inner, folder)}" for key, inner in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_yaml(inner, folder) for inner in value) + "]"
+    if isinstance(value, str) and yaml.safe_load(value) == value and re.fullmatch("[a-z][a-z_]*", value):
+        return value
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
+
+
+def _aligned(text: str) -> str:
+    """Put comments of lines of usual length into one column."""
+    found = []
+    for line in text.splitlines():
+        code, mark, comment = line.partition("  # ")
+        found.append(f"{code:30}  # {comment}" if mark and code.strip() else line)
+    return "\n".join(found) + "\n"

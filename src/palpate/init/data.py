@@ -1,0 +1,93 @@
+"""Recognise what a user's files are: a mesh, or a CT with or without a mask."""
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from palpate.bodies.ct.image import FORMATS
+from palpate.bodies.inspect_mesh import inspect
+from palpate.bodies.units import in_words
+from palpate.errors import InputError
+
+# length [m] that a mesh gets whose unit cannot be guessed
+ASSUMED_M = 0.2
+
+
+@dataclass(frozen=True)
+class Data:
+    """Content of the files: the keys of a body's entry that follow, comments on some of them, and lines to print."""
+
+    name: str
+    entry: dict
+    comments: dict[str, str]
+    found: list[str]
+    assumed: list[str]
+
+
+def recognise(paths: Sequence[Path], label: Sequence[int | str], threshold_hu: Sequence[float] | None) -> Data:
+    """Look at one mesh, or at a CT and perhaps its mask; InputError with one sentence if they cannot be used.
+
+    label : of the mask, as numbers or names; several are joined
+    threshold_hu : lowest and highest CT number of the organ, without a mask
+    """
+    image, mask = paths[0], paths[1] if len(paths) > 1 else None
+    for path in paths:
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file or folder; give a mesh, or a CT and perhaps its mask.")
+    if not (image.is_dir() or image.name.lower().endswith(FORMATS)):
+        if mask is not None or label or threshold_hu:
+            raise InputError(f"{image}: a mesh takes no mask, label or threshold; give the mesh alone, or a CT first.")
+        return _mesh(image)
+    if mask is None and label:
+        raise InputError(f"{image}: a label needs a mask; give the mask after the CT.")
+    if mask is not None and threshold_hu:
+        raise InputError(f"{image}: with a mask the threshold is not used; give one of the two.")
+    return _ct(image, mask, list(label), threshold_hu)
+
+
+def _mesh(path: Path) -> Data:
+    facts = inspect(path)
+    scale = facts.scale_m or float(f"{ASSUMED_M / facts.size:.3g}")
+    how = "guessed from the size" if facts.scale_m else "not known; it makes the body 20 cm long"
+    entry = {"kind": "file", "path": path, "scale_m": scale}
+    inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
+    comments = {
+        "kind": "a mesh in a file",
+        "path": f"seen from this folder; {facts.kind}, {facts.triangles} triangles on the surface",
+        "scale_m": f"length of the file's unit [m], {how}"
+        + (f"; the longest side is {in_words(scale * facts.size)}" if facts.scale_m else ""),
+    }
+    if facts.remeshed:
+        entry |= {"surface_nodes": 140, "snap": True}
+    found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}"]
+    assumed = [f"a unit of the file is {scale:g} m ({how})"]
+    return Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, assumed)
+
+
+def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Sequence[float] | None) -> Data:
+    entry: dict = {"kind": "ct", "image": image}
+    comments = {"kind": "an organ in a CT", "image": "the CT, seen from this folder"}
+    assumed = []
+    if mask is not None:
+        entry["mask"] = mask
+        comments["mask"] = "0 outside the organ; on the CT's grid"
+        if label:
+            entry["label"] = label[0] if len(label) == 1 else label
+            comments["label"] = "of the mask: a number, a name, or a list to join"
+    else:
+        entry["threshold_hu"] = list(threshold_hu or (30, 120))
+        comments["threshold_hu"] = "lowest and highest CT number [HU] of the organ, which is the largest piece in it"
+        if not threshold_hu:
+            assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
+    entry |= {"surface_nodes": 140, "snap": False}
+    source = label[0] if label and isinstance(label[0], str) else (mask or image).name
+    return Data(body_name(re.sub(r"(\.nii)?\.\w+$", "", str(source))), entry, comments, [], assumed)
+
+
+def body_name(text: str) -> str:
+    """Make a body's name of a file's: lower-case letters, digits and underscores, the first a letter."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
+    name = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")
+    return name if re.match("[a-z]", name) else f"body_{name}".rstrip("_")

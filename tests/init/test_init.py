@@ -1,0 +1,196 @@
+"""``palpate init``: a first configuration that runs as it stands, and says what it assumes."""
+
+import re
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import yaml
+
+from palpate.bodies.anchors import choose_anchors
+from palpate.bodies.box import box
+from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.liver import liver
+from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh import TetMesh
+from palpate.cli import main
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.init.choose import _hold, _patches
+from palpate.init.command import _schema, init
+from palpate.init.data import body_name
+from palpate.schema import read_schema
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory) -> Path:
+    """A folder, with a space in its name, of an organ as STL in mm, tetrahedra in odd units, and a CT with a mask."""
+    import SimpleITK
+
+    folder = tmp_path_factory.mktemp("my data")
+    mesh = liver(0.2)
+    meshio.write_points_cells(folder / "Übung 2.stl", 1e3 * mesh.nodes, [("triangle", mesh.triangles)], binary=True)
+    bar = box([0.2, 0.05, 0.05], [8, 2, 2])
+    meshio.write_points_cells(folder / "bar.vtk", bar.nodes / 0.2, [("tetra", bar.tetrahedra)])
+    image, truth = abdomen(spacing_m=(0.005, 0.005, 0.005))
+    mask = 5 * truth["liver"].astype(np.uint8)
+    mask[:5, :5, :5] = 7
+    for name, values in (("scan.nii.gz", image.hu), ("organs.seg.nrrd", mask)):
+        found = SimpleITK.GetImageFromArray(values)
+        found.SetSpacing((1e3 * image.spacing_m).tolist())
+        found.SetOrigin((1e3 * image.origin_m).tolist())
+        if name == "organs.seg.nrrd":
+            found.SetMetaData("Segment0_LabelValue", "5")
+            found.SetMetaData("Segment0_Name", "liver")
+        SimpleITK.WriteImage(found, str(folder / name))
+    return folder
+
+
+def written(file: Path) -> tuple[str, dict, dict]:
+    """Return the name and the entry of the only body of a configuration, and the whole, which the schema accepts."""
+    given = yaml.safe_load(file.read_text(encoding="utf-8"))
+    config = complete(given, SCHEMA, file)
+    ((name, entry),) = config["bodies"].items()
+    return name, entry, given
+
+
+@pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask", "threshold"])
+def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
+    """Which data, the configuration that is written for them, and what is printed."""
+    files, words = {
+        "stl": (["Übung 2.stl"], {}),
+        "tetrahedra": (["bar.vtk"], {}),
+        "mask": (["scan.nii.gz", "organs.seg.nrrd"], {"label": ["liver"]}),
+        "threshold": (["scan.nii.gz"], {"threshold_hu": [30, 120]}),
+    }[request.param]
+    folder = data / f"config of {request.param}"
+    printed = init([data / name for name in files], folder=folder, **words)
+    return request.param, folder / "config.yaml", printed
+
+
+def test_what_is_written_passes_the_schema_and_makes_the_body(made):
+    what, file, printed = made
+    name, entry, given = written(file)
+    assert name == {"stl": "ubung_2", "tetrahedra": "bar", "mask": "liver", "threshold": "scan"}[what]
+    paths = {key: str(file.parent / entry[key]) for key in ("path", "image", "mask") if entry.get(key)}
+    assert paths and all(entry[key].startswith("../") and Path(path).is_file() for key, path in paths.items())
+    body = make_body(name, entry | paths)
+    held = len(body.anchors[0])
+    assert len(body.coarse.surface) / 20 < held < len(body.coarse.surface) / 2
+    assert f"by {held} coarse nodes" in printed
+    assert body.coarse.size == pytest.approx(0.2, rel=0.2)
+    assert 0.05 * body.coarse.size < given["regimes"]["large"]["radius_m"] < 0.15 * body.coarse.size
+    assert len(body.fine.tetrahedra) <= 80_000
+    assert (file.parent / "body.png").stat().st_size > 10_000
+
+
+def test_enough_contacts_are_held_out_to_judge_by(made):
+    _, entry, given = written(made[1])
+    per = len(entry["magnitudes"])
+    assert entry["test"] / per >= 8 and entry["train"] / per >= 16
+    assert list(given["regimes"]) == ["small", "large"] and "tradeoff" in given
+
+
+def test_every_key_has_a_comment(made):
+    text = made[1].read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
+    assert [line for line in lines if not re.search(r"^ *\w+:.*  # \S", line)] == []
+    assert len(lines) > 20 and max(map(len, text.splitlines())) <= 130
+
+
+def test_what_was_assumed_is_printed_and_the_last_line_is_the_next_command(made):
+    what, file, printed = made
+    said = {
+        "stl": "a unit of the file is 0.001 m (guessed from the size)",
+        "tetrahedra": "a unit of the file is 0.2 m (not known; it makes the body 20 cm long)",
+        "mask": "Young's modulus 3000 Pa",
+        "threshold": "it is held where its y is largest",
+    }[what]
+    assert f"assumed  {said}" in printed
+    assert re.search(r"found    a body of [\d.]+ × [\d.]+ × [\d.]+ m and [\d.]+ mL", printed)
+    assert printed.splitlines()[-1].endswith(f"make CONFIG='{file}'")  # quotes, as it has a space
+
+
+def test_a_bar_is_held_on_its_broad_side_and_an_organ_of_a_ct_by_the_back(made):
+    what, file, _ = made
+    plane = written(file)[1]["anchors"]["plane"]
+    if what == "tetrahedra":
+        assert plane["axis"] in "yz"
+    if what in ("mask", "threshold"):
+        assert (plane["axis"], plane["side"]) == ("y", "max")
+
+
+def test_an_arch_is_not_held_at_its_two_feet():
+    """Held at both it would snap through when pressed in its middle, which Newton's method cannot follow."""
+    arch = box([0.2, 0.04, 0.04], [10, 2, 2])
+    nodes = arch.nodes - [0.1, 0, 0]
+    arch = TetMesh(nodes + np.outer(8 * nodes[:, 0] ** 2, [0, 1, 0]), arch.tetrahedra)
+    plane = _hold("arch", arch, [(axis, side) for axis in "xyz" for side in ("min", "max")])
+    held = choose_anchors("arch", {"plane": plane}, arch)
+    assert np.ptp(arch.nodes[held, 0]) < 0.1 or plane["axis"] == "z"
+    feet = choose_anchors("arch", {"plane": {"axis": "y", "side": "max", "depth_m": 0.02}}, arch)
+    assert _patches(arch, held) == 1 and _patches(arch, feet) == 2
+
+
+def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):
+    assert main(["init", str(data / "bar.vtk")]) == 0
+    file = data / "bar/config.yaml"
+    assert str(file) in capsys.readouterr().out
+    file.write_text("mine")
+    assert main(["init", str(data / "bar.vtk")]) == 1
+    assert (
+        capsys.readouterr().err
+        == f"error: {file} exists and is kept; delete it, or give another folder with --folder.\n"
+    )
+    assert file.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none.stl"], "none.stl: there is no such file or folder; give a mesh, or a CT and perhaps its mask."),
+        (["bar.vtk", "organs.seg.nrrd"], "bar.vtk: a mesh takes no mask, label or threshold; give the mesh alone, or"),
+        (["scan.nii.gz", "--label", "5"], "scan.nii.gz: a label needs a mask; give the mask after the CT."),
+        (["scan.nii.gz", "organs.seg.nrrd"], "the mask has 2 labels: 5 liver (1071 mL), 7 (16 mL); choose with label"),
+        (
+            ["scan.nii.gz", "organs.seg.nrrd", "--label", "livre"],
+            "no voxel of label livre (did you mean liver?); it has",
+        ),
+        (
+            ["scan.nii.gz", "organs.seg.nrrd", "--threshold", "1", "2"],
+            "with a mask the threshold is not used; give one",
+        ),
+        (["scan.nii.gz", "--threshold", "2000", "3000"], "no voxel lies between 2000 and 3000 HU"),
+        (["scan.nii.gz", "--threshold", "low"], "expected 2 arguments; see palpate init --help."),
+    ],
+)
+def test_what_cannot_be_used_gets_one_sentence_and_nothing_is_written(capsys, data, tmp_path, words, said):
+    paths = [str(data / word) if "." in word else word for word in words]
+    assert main(["init", *paths, "--folder", str(tmp_path / "new")]) == 1
+    printed = capsys.readouterr().err
+    assert printed.startswith("error: ") and printed.count("\n") == 1 and said in printed
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_folder_that_cannot_be_written_gets_one_sentence(data, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
+        init([data / "bar.vtk"], folder=tmp_path / "file")
+
+
+def test_editors_get_the_schema_only_inside_palpates_folder(tmp_path):
+    assert _schema(ROOT / "mine/config.yaml") == Path("../workflow/schemas/config.schema.yaml")
+    assert _schema(tmp_path / "config.yaml") is None
+
+
+def test_names_of_files_become_names_of_bodies():
+    assert [body_name(text) for text in ("Left Kidney", "3d-liver_v2", "Größe", "肝臓")] == [
+        "left_kidney",
+        "body_3d_liver_v2",
+        "groe",
+        "body",
+    ]

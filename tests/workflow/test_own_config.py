@@ -1,0 +1,65 @@
+"""``make CONFIG=mine/config.yaml`` runs a config in its folder, and ``palpate init`` writes one that can be run."""
+
+import subprocess
+from pathlib import Path
+
+import meshio
+import pytest
+
+from palpate.bodies.box import box
+from palpate.init.command import init
+
+ROOT = Path(__file__).parents[2]
+
+
+def make(*words: str) -> subprocess.CompletedProcess:
+    """Run make without doing anything, as if the environment were there: it prints its commands."""
+    command = ["make", "--dry-run", "--no-print-directory", "--old-file=.venv/.whole", *words]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+
+
+@pytest.fixture
+def mine(tmp_path) -> Path:
+    """A config in a folder with a space in its name, as init writes it for a box."""
+    block = box([0.1, 0.05, 0.05], [6, 3, 3])
+    meshio.write_points_cells(tmp_path / "block.vtk", 1e3 * block.nodes, [("tetra", block.tetrahedra)])
+    init([tmp_path / "block.vtk"], folder=tmp_path / "my block")
+    return tmp_path / "my block/config.yaml"
+
+
+def test_it_runs_in_the_folder_of_the_config_and_ends_with_advice_and_report(mine):
+    lines = make(f"CONFIG={mine}").stdout.splitlines()
+    place = f'--directory "{mine.parent}" --configfile "{mine}"'
+    assert lines[0].endswith(f"profiles/default {place}")
+    assert f'palpate advise --results "{mine.parent}/results"' in lines[1]
+    assert lines[-1] == f'echo "The report: {mine.parent}/results/report.html"'
+    for target, asked in (("tradeoff", "tradeoff"), ("figures/advice", "results/figures/advice.png")):
+        (line,) = make(f"CONFIG={mine}", target).stdout.splitlines()
+        assert line.endswith(f"{place} {asked}")
+
+
+def test_without_a_config_the_shipped_one_runs_here():
+    lines = make().stdout.splitlines()
+    assert lines[0].endswith("--workflow-profile profiles/default") and len(lines) == 2
+    assert lines[1] == 'echo "The report: results/report.html"'
+
+
+def test_the_smoke_run_is_one_of_them():
+    (line,) = make("smoke").stdout.splitlines()[:1]
+    assert line.split()[1:] == ["--no-print-directory", "CONFIG=tests/smoke/config.yaml", "FOLDER=.smoke"]
+    lines = make("CONFIG=tests/smoke/config.yaml", "FOLDER=.smoke").stdout
+    assert '--directory ".smoke" --configfile "tests/smoke/config.yaml"' in lines
+
+
+def test_a_config_that_is_not_there_gets_one_sentence():
+    done = make("CONFIG=nowhere.yaml")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert (
+        "CONFIG is nowhere.yaml, and there is no such file; palpate init writes one for a mesh or a CT" in done.stderr
+    )
+
+
+def test_what_init_writes_can_be_planned(mine, plan):
+    jobs = plan(mine.parent, mine)
+    assert jobs["make_body"] == 1 and jobs["write_report"] == 1
+    assert jobs["simulate_fine"] == 2 * 4  # two regimes of 48 samples, 15 a job

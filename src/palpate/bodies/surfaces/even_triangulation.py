@@ -1,5 +1,7 @@
 """Coarse, well-shaped triangulation of a smooth closed surface with a given number of vertices."""
 
+import math
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +11,8 @@ from scipy.spatial import ConvexHull, cKDTree
 # sides of a thin lobe apart
 NORMAL_WEIGHT = 0.3
 LLOYD_STEPS = 40
+
+_Vector = tuple[float, float, float]
 
 
 def fibonacci_sphere(count: int) -> np.ndarray:
@@ -54,11 +58,11 @@ def triangulate_evenly(
 def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Flip edges while that raises the smaller of the two triangles' smallest angles."""
     valence = np.bincount(triangles.ravel())
-    triangles = triangles.tolist()
+    points, triangles = points.tolist(), triangles.tolist()
     owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
-    queue = [edge for edge in owner if edge[0] < edge[1]]
+    queue = deque(edge for edge in owner if edge[0] < edge[1])
     while queue:
-        a, b = queue.pop(0)
+        a, b = queue.popleft()
         if (a, b) not in owner:
             continue
         first, second = owner[a, b], owner[b, a]
@@ -99,15 +103,32 @@ def _farthest_points(features: np.ndarray, count: int) -> list[int]:
     return chosen
 
 
-def _smallest_angle(points: np.ndarray, triangles: Sequence[list[int]]) -> float:
-    """Compute the smallest angle of some triangles [rad]."""
-    corners = points[np.asarray(triangles)]
-    u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    return np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)).min()
+def _smallest_angle(points: list[list[float]], triangles: Sequence[list[int]]) -> float:
+    """Compute the smallest angle of some triangles [rad]; in plain numbers, as arrays are slow for so few."""
+    smallest = math.inf
+    for triangle in triangles:
+        for i in range(3):
+            o, p, q = points[triangle[i]], points[triangle[i - 2]], points[triangle[i - 1]]
+            u, v = (p[0] - o[0], p[1] - o[1], p[2] - o[2]), (q[0] - o[0], q[1] - o[1], q[2] - o[2])
+            n = _cross(u, v)
+            length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            smallest = min(smallest, math.atan2(length, u[0] * v[0] + u[1] * v[1] + u[2] * v[2]))
+    return smallest
 
 
-def _folded(points: np.ndarray, triangles: Sequence[list[int]]) -> bool:
+def _folded(points: list[list[float]], triangles: Sequence[list[int]]) -> bool:
     """Test whether two triangles form a sharp fold (normals more than about 78° apart)."""
-    a, b, c = points[np.asarray(triangles)].transpose(1, 0, 2)
-    n, m = np.cross(b - a, c - a)
-    return n @ m < 0.2 * np.linalg.norm(n) * np.linalg.norm(m)
+    normals = []
+    for triangle in triangles:
+        a, b, c = (points[corner] for corner in triangle)
+        normals.append(_cross((b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])))
+    n, m = normals
+    return _dot(n, m) < 0.2 * math.sqrt(_dot(n, n)) * math.sqrt(_dot(m, m))
+
+
+def _cross(u: _Vector, v: _Vector) -> _Vector:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def _dot(u: _Vector, v: _Vector) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]

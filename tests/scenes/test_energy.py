@@ -22,16 +22,16 @@ from palpate.solvers import backward_euler
 
 ROOT = Path(__file__).parents[2]
 SHORTER = {
-    "liver_press": {"level": 0},
-    "liver_palpation": {"level": 0},
-    "cube_pile": {"duration_s": 0.3},
+    "liver_press": {"level": 0, "step_s": 0.05},
+    "liver_palpation": {"level": 0, "step_s": 0.02},
+    "cube_pile": {"duration_s": 0.15},
     "bar_sag": {"duration_s": 0.3},
     "cube_poke": {},
-    "sheet_drape": {"duration_s": 0.16},
-    "clay_dent": {"duration_s": 0.6},
+    "sheet_drape": {"duration_s": 0.1},
+    "clay_dent": {"duration_s": 0.6, "step_s": 0.04},
     "clay_shapes": {"duration_s": 0.6},
 }
-"""The shipped scenes, each as far as its work or its weight has acted; the liver's coarse mesh moves alike."""
+"""The shipped scenes, each as far as its work or its weight has acted, some coarser or in longer steps."""
 FINGER = {"kind": "sphere", "name": "finger", "center_m": [0.025, 0.025, 0.0615], "radius_m": 0.01}
 PATH = {"times_s": [0.0, 0.1, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.008], [0.01, 0, 0.01]]}
 POKED = Scene(

@@ -58,6 +58,8 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
             f"the setting of least error, {name(least)}, has {percent(least['rmse_of_peak'])}, which is "
             f"{percent(known.min())} with {own}"
         )
+        if _own(able) >= max_error:
+            why += "; a smaller dynamic.change_of_peak makes the reference more exact"
         return Advice(scene, np.nan, max_error, reference_error=_own(able), why=why)
     best, rival = choice(fits, BY_TIME)
     passed = passed_over(able, known, best, "real_time_factor", max_error)

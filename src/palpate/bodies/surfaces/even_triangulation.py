@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
@@ -12,7 +12,13 @@ from scipy.spatial import ConvexHull, cKDTree
 NORMAL_WEIGHT = 0.3
 LLOYD_STEPS = 40
 
+# places along an edge whose distance from the surface is compared, the ratio below which an edge is much closer, and
+# the angle [rad] that triangles keep
+ALONG, CLOSER, LEAST_ANGLE = np.array([[0.25], [0.5], [0.75]]), 0.7, np.radians(22)
+
 _Vector = tuple[float, float, float]
+_Edge = tuple[int, int]
+_Pair = tuple[list[int], list[int]]
 
 
 def fibonacci_sphere(count: int) -> np.ndarray:
@@ -57,6 +63,41 @@ def triangulate_evenly(
 
 def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Flip edges while that raises the smaller of the two triangles' smallest angles."""
+    places = points.tolist()
+
+    def better(_: _Edge, old: _Pair, __: _Edge, new: _Pair) -> bool:
+        # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
+        return _smallest_angle(places, new) > _smallest_angle(places, old) + 1e-3
+
+    return _flip_where(points, triangles, better)
+
+
+def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Flip edges that cut across a groove or a ridge, where the other diagonal is much closer to the surface.
+
+    distance : computes the distances of places, (k, 3), from the surface, (k,)
+    """
+    places, found = points.tolist(), dict[_Edge, float]()
+
+    def away(a: int, b: int) -> float:
+        key = (min(a, b), max(a, b))
+        if key not in found:
+            found[key] = float(distance(points[a] + ALONG * (points[b] - points[a])).max())
+        return found[key]
+
+    def better(edge: _Edge, old: _Pair, other: _Edge, new: _Pair) -> bool:
+        # terminates, since the sum of the distances only falls
+        if away(*other) > CLOSER * away(*edge):
+            return False
+        return _smallest_angle(places, new) >= min(LEAST_ANGLE, _smallest_angle(places, old))
+
+    return _flip_where(points, triangles, better)
+
+
+def _flip_where(
+    points: np.ndarray, triangles: np.ndarray, better: Callable[[_Edge, _Pair, _Edge, _Pair], bool]
+) -> np.ndarray:
+    """Flip edges of two triangles where that is better, and makes neither folds nor spikes."""
     valence = np.bincount(triangles.ravel())
     points, triangles = points.tolist(), triangles.tolist()
     owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
@@ -69,11 +110,9 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         c = next(p for p in triangles[first] if p not in (a, b))
         d = next(p for p in triangles[second] if p not in (a, b))
         old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
-        # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
-        better = _smallest_angle(points, new) > _smallest_angle(points, old) + 1e-3
         # a vertex of three triangles is a spike, which later moves could flatten
         spike = min(valence[a], valence[b]) <= 4
-        if spike or not better or (c, d) in owner or (d, c) in owner or _folded(points, new):
+        if spike or (c, d) in owner or (d, c) in owner or not better((a, b), old, (c, d), new) or _folded(points, new):
             continue
         valence[[a, b]] -= 1
         valence[[c, d]] += 1

@@ -79,9 +79,7 @@ def test_a_shape_that_few_nodes_cannot_show_is_said(tmp_path):
 
 def test_numbers_of_the_files_nodes_mean_nothing_once_remeshed(tmp_path):
     write_binary_stl(tmp_path / "femur.stl", *organ("femur", 3000))
-    with pytest.raises(
-        InputError, match=r"nodes counts nodes of a mesh that is remeshed; hold nodes by plane"
-    ):
+    with pytest.raises(InputError, match=r"nodes counts nodes of a mesh that is remeshed; hold nodes by plane"):
         made(tmp_path / "femur.stl", anchors={"nodes": [1, 2, 3]}, snap=False, surface_nodes=60)
 
 

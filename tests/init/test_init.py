@@ -19,7 +19,7 @@ from palpate.config import complete
 from palpate.errors import InputError
 from palpate.init.choose import _hold, _patches
 from palpate.init.command import _schema, init
-from palpate.init.data import body_name
+from palpate.init.data import body_name, recognise
 from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +36,7 @@ def data(tmp_path_factory) -> Path:
     meshio.write_points_cells(folder / "Übung 2.stl", 1e3 * mesh.nodes, [("triangle", mesh.triangles)], binary=True)
     bar = box([0.2, 0.05, 0.05], [8, 2, 2])
     meshio.write_points_cells(folder / "bar.vtk", bar.nodes / 0.2, [("tetra", bar.tetrahedra)])
-    image, truth = abdomen(spacing_m=(0.005, 0.005, 0.005))
+    image, truth = abdomen(spacing_m=(0.008, 0.008, 0.008))
     mask = 5 * truth["liver"].astype(np.uint8)
     mask[:5, :5, :5] = 7
     for name, values in (("scan.nii.gz", image.hu), ("organs.seg.nrrd", mask)):
@@ -58,14 +58,13 @@ def written(file: Path) -> tuple[str, dict, dict]:
     return name, entry, given
 
 
-@pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask", "threshold"])
+@pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask"])
 def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
     """Which data, the configuration that is written for them, and what is printed."""
     files, words = {
         "stl": (["Übung 2.stl"], {}),
         "tetrahedra": (["bar.vtk"], {}),
         "mask": (["scan.nii.gz", "organs.seg.nrrd"], {"label": ["liver"]}),
-        "threshold": (["scan.nii.gz"], {"threshold_hu": [30, 120]}),
     }[request.param]
     folder = data / f"config of {request.param}"
     printed = init([data / name for name in files], folder=folder, **words)
@@ -75,7 +74,7 @@ def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
 def test_what_is_written_passes_the_schema_and_makes_the_body(made):
     what, file, printed = made
     name, entry, given = written(file)
-    assert name == {"stl": "ubung_2", "tetrahedra": "bar", "mask": "liver", "threshold": "scan"}[what]
+    assert name == {"stl": "ubung_2", "tetrahedra": "bar", "mask": "liver"}[what]
     paths = {key: str(file.parent / entry[key]) for key in ("path", "image", "mask") if entry.get(key)}
     assert paths and all(entry[key].startswith("../") and Path(path).is_file() for key, path in paths.items())
     body = make_body(name, entry | paths)
@@ -108,7 +107,6 @@ def test_what_was_assumed_is_printed_and_the_last_line_is_the_next_command(made)
         "stl": "a unit of the file is 0.001 m (guessed from the size)",
         "tetrahedra": "a unit of the file is 0.2 m (not known; it makes the body 20 cm long)",
         "mask": "Young's modulus 3000 Pa",
-        "threshold": "it is held where its y is largest",
     }[what]
     assert f"assumed  {said}" in printed
     assert re.search(r"found    a body of [\d.]+ × [\d.]+ × [\d.]+ m and [\d.]+ mL", printed)
@@ -120,8 +118,15 @@ def test_a_bar_is_held_on_its_broad_side_and_an_organ_of_a_ct_by_the_back(made):
     plane = written(file)[1]["anchors"]["plane"]
     if what == "tetrahedra":
         assert plane["axis"] in "yz"
-    if what in ("mask", "threshold"):
+    if what == "mask":
         assert (plane["axis"], plane["side"]) == ("y", "max")
+
+
+def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
+    default, given = (recognise([data / "scan.nii.gz"], [], numbers) for numbers in (None, [40, 90]))
+    assert default.name == "scan" and default.entry["threshold_hu"] == [30, 120]
+    assert default.assumed == ["the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold"]
+    assert given.entry["threshold_hu"] == [40, 90] and given.assumed == []
 
 
 def test_an_arch_is_not_held_at_its_two_feet():
@@ -155,7 +160,7 @@ def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):
         (["none.stl"], "none.stl: there is no such file or folder; give a mesh, or a CT and perhaps its mask."),
         (["bar.vtk", "organs.seg.nrrd"], "bar.vtk: a mesh takes no mask, label or threshold; give the mesh alone, or"),
         (["scan.nii.gz", "--label", "5"], "scan.nii.gz: a label needs a mask; give the mask after the CT."),
-        (["scan.nii.gz", "organs.seg.nrrd"], "the mask has 2 labels: 5 liver (1071 mL), 7 (16 mL); choose with label"),
+        (["scan.nii.gz", "organs.seg.nrrd"], "the mask has 2 labels: 5 liver (1070 mL), 7 (64 mL); choose with label"),
         (
             ["scan.nii.gz", "organs.seg.nrrd", "--label", "livre"],
             "no voxel of label livre (did you mean liver?); it has",

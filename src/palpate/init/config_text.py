@@ -35,7 +35,7 @@ tradeoff:  # the study: each model, its error and its time
 """
 _CT = """\
 ct:  # pictures of the body in the CT, and its mass; look at results/figures/ct_slices_{name}.png first
-  surface_nodes: [140]  # of the mesh that is weighed
+  surface_nodes: {sizes}  # of the meshes that are weighed
 """
 _COMMENTS = {
     "surface_nodes": "nodes of the coarse surface, which is made anew with that many",
@@ -66,9 +66,13 @@ def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Pa
         _HEAD.format(schema=line, name=data.name, command=command),
         f"bodies:  # lower-case letters, digits and underscores name a body\n  {data.name}:  # {_size(choice)}\n{body}",
         _TAIL.format(radius_m=choice.regimes["large"]["radius_m"], **peaks, **lengths),
-        _CT.format(name=data.name) if data.entry["kind"] == "ct" else "",
+        _CT.format(name=data.name, sizes=_sizes(choice)) if data.entry["kind"] == "ct" else "",
     ]
     return _aligned("".join(parts))
+
+
+def _sizes(choice: Choice) -> list[int]:
+    return [factor * choice.entry["surface_nodes"] for factor in (1, 2, 4)]
 
 
 def _size(choice: Choice) -> str:

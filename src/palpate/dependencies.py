@@ -14,7 +14,10 @@ from pathlib import Path
 from palpate.files import write_whole
 
 PACKAGE = Path(__file__).parent
-WRAPPERS = frozenset(PACKAGE / name for name in ("job.py", "kept_warnings.py", "files.py", "errors.py", "__init__.py"))
+WRAPPERS = frozenset(
+    PACKAGE / name
+    for name in ("job.py", "kept_warnings.py", "files.py", "errors.py", "system_faults.py", "__init__.py")
+)
 """Modules around the work; no result depends on them."""
 KEPT = PACKAGE / "__pycache__" / "facts.json"
 FACTS = 2000

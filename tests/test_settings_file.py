@@ -52,6 +52,10 @@ def test_what_is_said_once_can_be_used_again(read):
             "my.yaml: line 2, column 2 is not YAML (expected ',' or ']', but got ':', while parsing a",
         ),
         ("a: 'b\n", "my.yaml: line 2, column 1 is not YAML (found unexpected end of stream, while scanning a quoted"),
+        (
+            "a:\n   b: 1\n  c: 1\n",
+            "my.yaml: line 3, column 3 does not continue the block of line 1; indent its lines",
+        ),
         ("a: *soft\n", "my.yaml: line 1, column 4 is not YAML (found undefined alias 'soft'); check"),
         (ASKED + "a: 3\n", "my.yaml: line 3 has the key a again, which line 1 has; remove or rename one of them."),
         ("a: {b: 1, b: 2}\n", "my.yaml: line 1 has the key b again, which line 1 has;"),

@@ -29,6 +29,7 @@ FULL = "no space is left on the disk of results; free some and type make to go o
         (MemoryError("Unable to allocate 3 TiB"), "more memory was asked for than there is; close other"),
         (RuntimeError("std::bad_alloc"), "more memory was asked for than there is; close other"),
         (ImportError("libgmsh.so: failed to map segment from shared object"), "more memory was asked for"),
+        (ModuleNotFoundError("No module named 'h5py'"), "the environment is damaged (No module named 'h5py'); type"),
         (ZeroDivisionError("oh"), ""),
         (FileNotFoundError(2, "No such file or directory", "a.h5"), ""),
     ],

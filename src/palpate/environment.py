@@ -8,6 +8,8 @@ from palpate.errors import InputError
 
 def check_environment() -> None:
     """Raise InputError naming the packages that palpate needs and that are not installed."""
+    if not _installed("palpate"):  # but found by its path
+        return
     missing = []
     for wanted in requires("palpate") or []:
         name = re.split(r"[<>=; \[]", wanted)[0]

@@ -130,13 +130,16 @@ def _end_with(run: int) -> None:
 def kernel_cache() -> Path:
     """Return the folder of compiled functions, another one after every edit of a module that has some.
 
+    It is beside the modules, or in .snakemake where these cannot be written to.
+
     Trap: numba's own cache looks at the file of a function only, and would go on using one whose callee in another
     file has changed.
     """
     package = Path(__file__).parent
     sources = [module.read_bytes() for module in sorted(package.rglob("*.py"))]
     digest = sha256(b"".join(source for source in sources if b"numba" in source)).hexdigest()
-    return package / "__pycache__" / f"kernels-{digest[:12]}"
+    place = package / "__pycache__" if os.access(package, os.W_OK) else Path(".snakemake").absolute()
+    return place / f"kernels-{digest[:12]}"
 
 
 def write_table(table: "pd.DataFrame", path: str) -> None:

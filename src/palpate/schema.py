@@ -20,6 +20,16 @@ RENAMED = {
     "complexity_samples": "move it to enrichment",
 }
 """Keys of versions before 0.2, and what to write instead."""
+KINDS = {
+    "object": "a block of keys",
+    "array": "a list",
+    "string": "a text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "null": "empty",
+}
+"""What a schema calls the kinds of values, in words."""
 
 
 def read_schema(path: Path) -> dict:
@@ -114,8 +124,9 @@ def _explain(error: "ValidationError", root: dict) -> str:
         return f"{key} is the text {found!r}; {remedy}{about}"
     if found is None or (rule in ("minProperties", "minItems") and not found):
         return f"{key} is empty; give it {'a value' if found is None else 'an entry'}, or remove the key{about}"
+    kinds = wanted if isinstance(wanted, list) else [str(wanted)]
     told = {
-        "type": f"must be of type {' or '.join(wanted) if isinstance(wanted, list) else wanted}",
+        "type": f"must be {' or '.join(KINDS.get(str(kind), '') for kind in kinds)}",
         "enum": f"must be one of {', '.join(map(str, wanted)) if isinstance(wanted, list) else wanted}",
         "minimum": f"must be at least {wanted}",
         "maximum": f"must be at most {wanted}",

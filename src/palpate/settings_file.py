@@ -101,6 +101,9 @@ def _explain(error: "yaml.MarkedYAMLError", text: str) -> str:
     if "\t" in line[: mark.column + 1 if mark else 0]:
         return f"{place} has a tab; indent with spaces."
     problem = (error.problem or "not YAML").replace("\n", " ")
+    if "<block end>" in problem and error.context_mark:
+        begun = error.context_mark.line + 1
+        return f"{place} does not continue the block of line {begun}; indent its lines alike, as keys or as a list."
     since = ""
     if error.context_mark and mark and error.context_mark.line != mark.line:
         since = f", {error.context} that line {error.context_mark.line + 1} begins"

@@ -1,4 +1,4 @@
-"""Say in one sentence what the machine refused: disk, memory, permission."""
+"""Say in one sentence what the machine refused: disk, memory, permission, a package."""
 
 import errno
 import os
@@ -22,7 +22,12 @@ def of_error(error: BaseException, folder: Path | str = ".") -> str:
     """
     if isinstance(error, MemoryError):
         return _memory("more memory was asked for than there is")
-    return of_text(f"{getattr(error, 'errno', None) and f'[Errno {error.errno}]'} {error}", folder)  # type: ignore[attr-defined]
+    number = f"[Errno {error.errno}] " if isinstance(error, OSError) and error.errno else ""
+    if sentence := of_text(f"{number}{error}", folder):
+        return sentence
+    if isinstance(error, ImportError):
+        return f"the environment is damaged ({error}); type make distclean, and then make."
+    return ""
 
 
 def of_text(text: str, folder: Path | str = ".") -> str:

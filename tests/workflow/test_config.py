@@ -141,6 +141,8 @@ def test_defaults_fill_what_is_left_out(smoke):
         ("bodies.liver", {"young_pa": None}, "bodies.liver lacks kind; add it"),
         ("bodies.liver.young_pa", "3 kPa", "bodies.liver.young_pa is the text '3 kPa'; write the number alone, in the"),
         ("bodies.liver.young_pa", "3,5", "bodies.liver.young_pa is the text '3,5'; write the number with a point, 3.5"),
+        ("bodies.liver.train", 8.5, "bodies.liver.train is 8.5, but must be a whole number (Samples trained on)."),
+        ("solver", [1e-8], "solver is [1e-08], but must be a block of keys (Newton's method for static"),
         ("bodies.abdomen.snap", "yes", "bodies.abdomen.snap is the text 'yes'; write true"),
         ("seed", 2**40, "seed is 1099511627776, but must be at most 2147483647"),
         ("springs.young_pa", [3000, 300], "springs.young_pa is [3000, 300]; give the lower number first."),

@@ -10,6 +10,7 @@ import pytest
 from snakemake_logger_plugin_palpate import targets
 from snakemake_logger_plugin_palpate.explain import explain, quote
 
+ROOT = Path(__file__).parents[2]
 BODY, MOTION = "results/data/bar/body.h5", "results/data/scenes/sag/motion.h5"
 
 
@@ -73,6 +74,16 @@ def test_a_target_that_nothing_makes_gets_the_nearest_name(last):
         == "error: dynamic is not asked for in the settings; add its block, dynamic:, to them."
     )
     assert last("-n", "--", "results/data/baar/body.h5").startswith("error: nothing in the settings is called baar;")
+
+
+@pytest.mark.skipif(not (ROOT / ".venv/.whole").is_file(), reason="the environment is not the one that make builds")
+def test_nothing_of_make_follows():
+    """The environment counts as up to date, whatever the dates of its files are."""
+    words = ["make", "-o", ".venv/.whole", "figures/sigma_swepp"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    said = "error: nothing makes figures/sigma_swepp; did you mean figures/sigma_sweep?"
+    assert done.stderr.splitlines()[-1] == said
 
 
 def test_nearest_names(monkeypatch):

@@ -112,7 +112,10 @@ def refused(run, smoke, write_config, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"body": "barr"}, "error: config.yaml: scenes.sag names the body barr, which is not under bodies; did you mean bar?"),
+        (
+            {"body": "barr"},
+            "error: config.yaml: scenes.sag names the body barr, which is not under bodies; did you mean bar?",
+        ),
         ({"gravity": {"g": 9.81}}, "error: config.yaml: scenes.sag.gravity has an unknown key g; it knows acc"),
         (
             {"effects": ["corotational", "gravty"]},

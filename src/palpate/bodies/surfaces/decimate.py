@@ -31,7 +31,7 @@ def remesh(
     points, triangles = collapse(start, corners, count)
     for _ in range(ROUNDS):
         triangles = flip(points, triangles)
-        moved = _smooth_tangentially(points, triangles)
+        moved = smooth_tangentially(points, triangles)
         moved = project(moved, vertex_normals(points, triangles), dense, normals, tree)
         points = undo_folds(points, moved, triangles)
     return points, flip(points, triangles)
@@ -147,7 +147,7 @@ def undo_folds(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> 
         moved[bad] = points[bad]
 
 
-def _smooth_tangentially(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def smooth_tangentially(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Move each vertex in its tangent plane towards the mean of its neighbours, (n, 3).
 
     All neighbours have equal weight: with weights by area, triangles that become small would keep shrinking.

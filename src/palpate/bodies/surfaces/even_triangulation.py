@@ -1,6 +1,8 @@
 """Coarse, well-shaped triangulation of a smooth closed surface with a given number of vertices."""
 
-from collections.abc import Sequence
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
@@ -9,6 +11,14 @@ from scipy.spatial import ConvexHull, cKDTree
 # sides of a thin lobe apart
 NORMAL_WEIGHT = 0.3
 LLOYD_STEPS = 40
+
+# places along an edge whose distance from the surface is compared, the ratio below which an edge is much closer, and
+# the angle [rad] that triangles keep
+ALONG, CLOSER, LEAST_ANGLE = np.array([[0.25], [0.5], [0.75]]), 0.7, np.radians(22)
+
+_Vector = tuple[float, float, float]
+_Edge = tuple[int, int]
+_Pair = tuple[list[int], list[int]]
 
 
 def fibonacci_sphere(count: int) -> np.ndarray:
@@ -53,23 +63,56 @@ def triangulate_evenly(
 
 def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Flip edges while that raises the smaller of the two triangles' smallest angles."""
+    places = points.tolist()
+
+    def better(_: _Edge, old: _Pair, __: _Edge, new: _Pair) -> bool:
+        # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
+        return _smallest_angle(places, new) > _smallest_angle(places, old) + 1e-3
+
+    return _flip_where(points, triangles, better)
+
+
+def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Flip edges that cut across a groove or a ridge, where the other diagonal is much closer to the surface.
+
+    distance : computes the distances of places, (k, 3), from the surface, (k,)
+    """
+    places, found = points.tolist(), dict[_Edge, float]()
+
+    def away(a: int, b: int) -> float:
+        key = (min(a, b), max(a, b))
+        if key not in found:
+            found[key] = float(distance(points[a] + ALONG * (points[b] - points[a])).max())
+        return found[key]
+
+    def better(edge: _Edge, old: _Pair, other: _Edge, new: _Pair) -> bool:
+        # terminates, since the sum of the distances only falls
+        if away(*other) > CLOSER * away(*edge):
+            return False
+        return _smallest_angle(places, new) >= min(LEAST_ANGLE, _smallest_angle(places, old))
+
+    return _flip_where(points, triangles, better)
+
+
+def _flip_where(
+    points: np.ndarray, triangles: np.ndarray, better: Callable[[_Edge, _Pair, _Edge, _Pair], bool]
+) -> np.ndarray:
+    """Flip edges of two triangles where that is better, and makes neither folds nor spikes."""
     valence = np.bincount(triangles.ravel())
-    triangles = triangles.tolist()
+    points, triangles = points.tolist(), triangles.tolist()
     owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
-    queue = [edge for edge in owner if edge[0] < edge[1]]
+    queue = deque(edge for edge in owner if edge[0] < edge[1])
     while queue:
-        a, b = queue.pop(0)
+        a, b = queue.popleft()
         if (a, b) not in owner:
             continue
         first, second = owner[a, b], owner[b, a]
         c = next(p for p in triangles[first] if p not in (a, b))
         d = next(p for p in triangles[second] if p not in (a, b))
         old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
-        # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
-        better = _smallest_angle(points, new) > _smallest_angle(points, old) + 1e-3
         # a vertex of three triangles is a spike, which later moves could flatten
         spike = min(valence[a], valence[b]) <= 4
-        if spike or not better or (c, d) in owner or (d, c) in owner or _folded(points, new):
+        if spike or (c, d) in owner or (d, c) in owner or not better((a, b), old, (c, d), new) or _folded(points, new):
             continue
         valence[[a, b]] -= 1
         valence[[c, d]] += 1
@@ -99,15 +142,32 @@ def _farthest_points(features: np.ndarray, count: int) -> list[int]:
     return chosen
 
 
-def _smallest_angle(points: np.ndarray, triangles: Sequence[list[int]]) -> float:
-    """Compute the smallest angle of some triangles [rad]."""
-    corners = points[np.asarray(triangles)]
-    u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    return np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)).min()
+def _smallest_angle(points: list[list[float]], triangles: Sequence[list[int]]) -> float:
+    """Compute the smallest angle of some triangles [rad]; in plain numbers, as arrays are slow for so few."""
+    smallest = math.inf
+    for triangle in triangles:
+        for i in range(3):
+            o, p, q = points[triangle[i]], points[triangle[i - 2]], points[triangle[i - 1]]
+            u, v = (p[0] - o[0], p[1] - o[1], p[2] - o[2]), (q[0] - o[0], q[1] - o[1], q[2] - o[2])
+            n = _cross(u, v)
+            length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            smallest = min(smallest, math.atan2(length, u[0] * v[0] + u[1] * v[1] + u[2] * v[2]))
+    return smallest
 
 
-def _folded(points: np.ndarray, triangles: Sequence[list[int]]) -> bool:
+def _folded(points: list[list[float]], triangles: Sequence[list[int]]) -> bool:
     """Test whether two triangles form a sharp fold (normals more than about 78° apart)."""
-    a, b, c = points[np.asarray(triangles)].transpose(1, 0, 2)
-    n, m = np.cross(b - a, c - a)
-    return n @ m < 0.2 * np.linalg.norm(n) * np.linalg.norm(m)
+    normals = []
+    for triangle in triangles:
+        a, b, c = (points[corner] for corner in triangle)
+        normals.append(_cross((b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])))
+    n, m = normals
+    return _dot(n, m) < 0.2 * math.sqrt(_dot(n, n)) * math.sqrt(_dot(m, m))
+
+
+def _cross(u: _Vector, v: _Vector) -> _Vector:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def _dot(u: _Vector, v: _Vector) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]

@@ -18,18 +18,22 @@ DIRECTIONS = _STAR / np.linalg.norm(_STAR, axis=1, keepdims=True)
 
 
 def relax(
-    mesh: TetMesh, movable: np.ndarray, onto: Callable[[np.ndarray, int], np.ndarray] | None = None
+    nodes: np.ndarray,
+    elements: np.ndarray,
+    movable: np.ndarray,
+    surface: np.ndarray,
+    onto: Callable[[np.ndarray, int], np.ndarray],
 ) -> np.ndarray:
     """Move nodes of bad elements such that the worst element around each becomes better; return all nodes, (n, 3) [m].
 
-    movable : (n,) bool; surface nodes among them only if ``onto`` is given
+    movable : (n,) bool; surface : the surface nodes
     onto : projects places, (k, 3) [m], of the given surface node to the surface on which it has to stay
     No element that was good becomes worse than the worst beside it was (optimisation-based smoothing, Freitag and
     Ollivier-Gooch 1997, by trial moves in 26 directions).
     """
-    nodes, elements = mesh.nodes.copy(), mesh.tetrahedra
+    nodes = nodes.copy()
     on_surface = np.zeros(len(nodes), dtype=bool)
-    on_surface[mesh.surface] = True
+    on_surface[surface] = True
     entries = np.ones(elements.size, dtype=np.int8)
     around = sparse.csr_array(
         (entries, (elements.ravel(), np.repeat(np.arange(len(elements)), 4))), shape=(len(nodes), len(elements))
@@ -45,7 +49,7 @@ def relax(
                 continue
             tried = _trial_places(nodes, elements[patch], node)
             if on_surface[node]:
-                tried = onto(tried, node) if onto is not None else tried[:0]
+                tried = onto(tried, node)
             found = _best_place(nodes, elements[patch], node, tried, quality[patch].min())
             if found is not None:
                 nodes[node], quality[patch] = found
@@ -75,8 +79,6 @@ def _best_place(
     nodes: np.ndarray, patch: np.ndarray, node: int, tried: np.ndarray, least: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Find the trial place with the best worst element, and the elements' qualities; None if none is better."""
-    if not len(tried):
-        return None
     copies = np.repeat(nodes[np.newaxis, patch], len(tried), axis=0)
     copies[:, patch == node] = tried[:, np.newaxis]
     flat = copies.reshape(-1, 3)

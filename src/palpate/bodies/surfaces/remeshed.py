@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
-from palpate.bodies.surfaces.decimate import project, undo_folds, vertex_normals
-from palpate.bodies.surfaces.even_triangulation import flip
+from palpate.bodies.surfaces.decimate import project, smooth_tangentially, undo_folds, vertex_normals
+from palpate.bodies.surfaces.even_triangulation import flip, flip_onto
 from palpate.bodies.surfaces.fidelity import Fidelity, fidelity
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.snap import snapper
@@ -25,6 +26,7 @@ SETTLES = 3
 LEAST_NODES = 40
 
 Snap = Callable[[TetMesh, int], TetMesh]
+Settle = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass
@@ -44,9 +46,10 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     """
     reasons: list[InputError] = []
     best: Remeshed | None = None
-    for count in (nodes,) if nodes is not None else NODES:
+    # edges that follow grooves and ridges suit some shapes, edges of even triangles others
+    for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
         try:
-            tried = _remesh(solid, mended, count, snap)
+            tried = _remesh(solid, mended, count, _settler(solid, follow) if snap else None)
         except InputError as error:
             reasons.append(error)
             continue
@@ -59,8 +62,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     return best
 
 
-def _remesh(solid: Solid, mended: Mended, nodes: int, snap: bool) -> Remeshed:
-    settle = None if not snap else _settler(solid)
+def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> Remeshed:
     shells = [
         _shell(solid, mask, count, settle, hollow=number > 0)
         for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], _shares(solid, nodes), strict=True))
@@ -69,12 +71,12 @@ def _remesh(solid: Solid, mended: Mended, nodes: int, snap: bool) -> Remeshed:
     points = np.vstack([points for points, _ in shells])
     triangles = np.vstack([t + start for (_, t), start in zip(shells, starts[:-1], strict=True)])
     mesh = fill(points, triangles, solid, nodes, thin_wall=bool(solid.hollows))
-    follow = snapper(solid.places, solid.normals) if snap else None
-    return Remeshed(mesh, follow, nodes, fidelity(mesh, follow, solid, mended))
+    snap = snapper(solid.places, solid.normals) if settle is not None else None
+    return Remeshed(mesh, snap, nodes, fidelity(mesh, snap, solid, mended))
 
 
 def _shell(
-    solid: Solid, mask: np.ndarray, count: int, settle: Callable | None, hollow: bool
+    solid: Solid, mask: np.ndarray, count: int, settle: Settle | None, hollow: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     points, triangles = coarse_shell(mask, solid, count)
     if settle is None:
@@ -91,15 +93,21 @@ def _shares(solid: Solid, nodes: int) -> Iterable[int]:
     return [max(LEAST_NODES, nodes - sum(inner)), *inner] if inner else [nodes]
 
 
-def _settler(solid: Solid) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Make a function that moves a coarse surface's points onto the body's surface."""
+def _settler(solid: Solid, follow: bool) -> Settle:
+    """Make a function that moves a coarse surface's points onto the body's; with ``follow`` edges along its grooves."""
     tree = cKDTree(solid.places)
+
+    def onto(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+        moved = project(moved, vertex_normals(points, triangles), solid.places, solid.normals, tree)
+        return undo_folds(points, moved, triangles)
 
     def settle(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         for _ in range(SETTLES):
-            moved = project(points, vertex_normals(points, triangles), solid.places, solid.normals, tree)
-            points = undo_folds(points, moved, triangles)
+            points = onto(points, points, triangles)
             triangles = flip(points, triangles)
+        for _ in range(SETTLES if follow else 0):
+            triangles = flip_onto(points, triangles, lambda places: tree.query(places)[0])
+            points = onto(points, smooth_tangentially(points, triangles), triangles)
         return points, triangles
 
     return settle

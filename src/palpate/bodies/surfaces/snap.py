@@ -12,6 +12,8 @@ from palpate.bodies.surfaces.decimate import project
 from palpate.bodies.surfaces.relax import element_quality, relax
 
 HALVINGS = 3
+# fraction of the elements that may be bad if single nodes are to be moved
+FEW = 0.05
 
 
 def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int], TetMesh]:
@@ -36,8 +38,10 @@ def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int],
             return project(places, np.repeat(facing[node : node + 1], len(places), axis=0), points, normals, tree)
 
         for _ in range(HALVINGS):
-            nodes = relax(TetMesh(nodes, mesh.tetrahedra), movable, onto)
-            bad = _bad_nodes(nodes, mesh.tetrahedra)
+            # single moves mend single places
+            if (element_quality(nodes, mesh.tetrahedra) < LEAST_DEG).mean() < FEW:
+                nodes = relax(nodes, mesh.tetrahedra, movable, mesh.surface, onto)
+            bad = _bad_nodes(nodes, mesh)
             bad = bad[movable[bad]]
             if not len(bad):
                 break
@@ -50,19 +54,23 @@ def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int],
 def _undo_bad(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
     """Move the nodes of bad elements back to where they are in ``mesh``, (n, 3) [m]."""
     while True:
-        bad = _bad_nodes(nodes, mesh.tetrahedra)
+        bad = _bad_nodes(nodes, mesh)
         bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]
         if not len(bad):
             return nodes
         nodes[bad] = mesh.nodes[bad]
 
 
-def _bad_nodes(nodes: np.ndarray, elements: np.ndarray) -> np.ndarray:
-    """List the nodes of elements that are bad, or whose refinement would be, increasing."""
+def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:
+    """List the nodes of elements that are bad, or that have moved and whose refinement would be bad, increasing."""
+    elements = mesh.tetrahedra
     quality = element_quality(nodes, elements)
-    good = np.flatnonzero(quality >= LEAST_DEG)
-    # each element by itself, so that its eight children are next to each other
-    apart = np.arange(4 * len(good)).reshape(-1, 4)
-    finer, _ = refine(TetMesh(nodes[elements[good]].reshape(-1, 3), apart))
-    quality[good] = element_quality(finer.nodes, finer.tetrahedra).reshape(-1, 8).min(axis=1)
+    moved = (nodes != mesh.nodes).any(axis=1)[elements].any(axis=1)
+    # long elements with large angles may have bad ones inside when refined
+    unsure = np.flatnonzero(moved & (quality >= LEAST_DEG))
+    # each element by itself, so that its eight children are next to each other; the first four have its own angles
+    apart = np.arange(4 * len(unsure)).reshape(-1, 4)
+    finer, _ = refine(TetMesh(nodes[elements[unsure]].reshape(-1, 3), apart))
+    inner = finer.tetrahedra.reshape(-1, 8, 4)[:, 4:]
+    quality[unsure] = element_quality(finer.nodes, inner.reshape(-1, 4)).reshape(-1, 4).min(axis=1)
     return np.unique(elements[quality < LEAST_DEG])

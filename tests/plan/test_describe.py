@@ -14,7 +14,7 @@ from palpate.plan.describe import case_of, describe, estimates, on_threads
 from palpate.plan.schedule import follow
 from palpate.plan.sizes import Level, Size
 from palpate.plan.timings import SHIPPED, Timings
-from palpate.plan.work import Case, Job, kind_of
+from palpate.plan.work import Case, Job, amounts, kind_of
 from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
@@ -52,14 +52,28 @@ def test_a_recorded_run_took_what_is_estimated_within_half_as_much_again(name):
     assert told["took_s"] / 1.5 < course.seconds < 1.5 * told["took_s"]
 
 
-def test_the_estimate_of_a_second_run_is_closer_still():
-    jobs, case, took, _ = recorded("default")
-    here = {}
+def learnt_from(name: str, slower: float) -> Timings:
+    """Return what a machine that is so many times as slow knows after one recorded run."""
+    jobs, case, took, _ = recorded(name)
+    here: dict[str, list[list[float]]] = {}
     for job, seconds in zip(jobs, took, strict=True):
         kind = kind_of(job, case)
-        here.setdefault(kind, []).append([NEW.shipped_seconds(kind, describing.amounts(job, case)), seconds])
+        here.setdefault(kind, []).append([NEW.shipped_seconds(kind, amounts(job, case)), slower * seconds])
+    return Timings(read_yaml(SHIPPED), here)
+
+
+@pytest.mark.parametrize("name", ["default", "smoke", "file", "ct"])
+def test_a_machine_half_as_fast_is_found_out_by_one_small_run(name):
+    jobs, case, took, _ = recorded(name)
+    truth = sum(2.0 * seconds for seconds in took) + len(jobs) * NEW.shipped_seconds("start", {})
+    assert sum(estimates(jobs, case, NEW)) < truth / 1.5
+    assert truth / 1.5 < sum(estimates(jobs, case, learnt_from("smoke", 2.0))) < truth * 1.5
+
+
+def test_the_estimate_of_a_second_run_is_closer_still():
+    jobs, case, took, _ = recorded("default")
     truth = sum(took) + len(jobs) * NEW.shipped_seconds("start", {})
-    new, again = (sum(estimates(jobs, case, Timings(read_yaml(SHIPPED), known))) for known in ({}, here))
+    new, again = (sum(estimates(jobs, case, known)) for known in (NEW, learnt_from("default", 1.0)))
     assert abs(again / truth - 1) < 0.06 and abs(again / truth - 1) < abs(new / truth - 1)
 
 

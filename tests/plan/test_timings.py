@@ -37,6 +37,12 @@ def test_the_job_most_like_it_counts_most():
     assert here.seconds("solve", {"samples": 5}) == pytest.approx(1.0, rel=0.3)
 
 
+def test_one_short_job_says_little_of_long_ones():
+    """It may have compiled something: half of what it says is believed of a job that takes a hundred times as long."""
+    here = Timings(SHIPPED, {"solve": [[1.0, 10.0]], "draw": [[100.0, 100.0]]})
+    assert 1.0 < here.seconds("solve", {"samples": 995}) / 100.0 < 2.7
+
+
 def test_what_is_remembered_is_read_and_the_oldest_forgotten(cache):
     remember({"draw": [[2.0, float(i)] for i in range(6)]})
     remember({"draw": [[2.0, float(i)] for i in range(6, 10)], "solve": [[1.0, 2.0]]})

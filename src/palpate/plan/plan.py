@@ -22,16 +22,20 @@ class Plan:
 
     def __init__(self, dag: Any, config: dict, folder: Path, cores: int | None):
         self._jobs, self._cores, self._since = jobs_of(dag), cores, time.time()
+        # whether functions have to be compiled
+        self._first = not kernel_cache().is_dir()
         self._case, self._timings = case_of(config, self._jobs, folder), read_timings()
 
     def describe(self) -> list[str]:
         """Return what the run will cost, a line each, warnings last."""
-        first = not kernel_cache().is_dir()
-        return describe(self._jobs, self._case, self._timings, self._cores, first)
+        return describe(self._jobs, self._case, self._timings, self._cores, self._first)
 
     def remember(self) -> None:
-        """Keep the times of the jobs that have ended since the plan was made, if they ran on this machine."""
-        if self._cores is None:
+        """Keep the times of the jobs that have ended since the plan was made, if they ran on this machine.
+
+        Those of a first run are not kept, as compiling was a part of them.
+        """
+        if self._cores is None or self._first:
             return
         taken: dict[str, list[list[float]]] = defaultdict(list)
         for job in self._jobs:

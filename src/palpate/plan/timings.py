@@ -15,8 +15,10 @@ KEPT = 8
 """Jobs of each kind whose times are kept: the last ones."""
 UNKNOWN_S = 5.0
 """Estimate of a job about which nothing is known, such as the first of a model of the user's own."""
-SHORT_S = 0.2
+SHORT_S = 0.5
 """Time below which the ratio of two says little."""
+OVERALL = 0.5
+"""Weight of all jobs beside those of a kind: one of these that takes as long has 10, one ten times as long 0.4."""
 
 
 class Timings:
@@ -37,13 +39,14 @@ class Timings:
         return rates["base"] + sum(rates.get(name, 0.0) * amount for name, amount in amounts.items())
 
     def _correction(self, kind: str, seconds: float) -> float:
-        """Return how many times as long jobs take here: those of the kind, those most like it most; else all jobs."""
-        if rows := self.here.get(kind):
-            weights = [1.0 / (0.1 + abs(math.log(_ratio(seconds, estimated)))) for estimated, _ in rows]
-            logs = [math.log(_ratio(taken, estimated)) for estimated, taken in rows]
-            return math.exp(sum(w * x for w, x in zip(weights, logs, strict=True)) / sum(weights))
-        rows = [row for kind, kept in self.here.items() if kind in self._shipped for row in kept]
-        return _ratio(sum(taken for _, taken in rows), sum(estimated for estimated, _ in rows)) if rows else 1.0
+        """Return how many times as long jobs take here: of its kind, those most like it most, and of all."""
+        rows = [row for known, kept in self.here.items() if known in self._shipped for row in kept]
+        overall = _ratio(sum(taken for _, taken in rows), sum(estimated for estimated, _ in rows))
+        same = self.here.get(kind, [])
+        weights = [1.0 / (0.1 + abs(math.log(_ratio(seconds, estimated)))) for estimated, _ in same]
+        logs = [math.log(_ratio(taken, estimated)) for estimated, taken in same]
+        total = OVERALL * math.log(overall) + sum(w * x for w, x in zip(weights, logs, strict=True))
+        return math.exp(total / (OVERALL + sum(weights)))
 
 
 def _ratio(a: float, b: float) -> float:

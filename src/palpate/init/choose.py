@@ -18,7 +18,7 @@ from palpate.errors import InputError
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""
 # tetrahedra of the fine mesh up to which a run takes minutes; contacts that are prepared, if there are more
-FINE_TETRAHEDRA, CONTACTS = 80_000, 150
+FINE_TETRAHEDRA, CONTACTS = 80_000, 60
 # contacts that samples press, each with two loads; a third of them is held out
 PRESSED, MAGNITUDES = 24, [0.7, 1.3]
 # of the coarse mesh from a CT; more only if the shape cannot be had with fewer

@@ -18,16 +18,16 @@ from palpate.errors import InputError
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""
 # tetrahedra of the fine mesh up to which a run takes minutes; contacts that are prepared, if there are more
-FINE_TETRAHEDRA, CONTACTS = 80_000, 150
+FINE_TETRAHEDRA, CONTACTS = 80_000, 60
 # contacts that samples press, each with two loads; a third of them is held out
 PRESSED, MAGNITUDES = 24, [0.7, 1.3]
 # of the coarse mesh from a CT; more only if the shape cannot be had with fewer
 SURFACE_NODES = (140, 280, 560)
 # depths that are tried, as shares of the body's extent, and the share of the surface nodes that should be held
-DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.08
+DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.15
 # radius of the finger, and the largest displacement of the large regime, as shares of the longest side; the latter is
 # less where a contact lies over a held node, as no solver follows tissue that is pressed flat: this share of the way
-FINGER, PEAK, OF_WAY = 0.1, 0.05, 0.3
+FINGER, PEAK, OF_WAY = 0.1, 0.05, 0.4
 # displacements of the small regime against the large one's
 SMALL = 0.25
 

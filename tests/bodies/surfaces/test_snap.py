@@ -7,6 +7,7 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.mesh_quality import quality
+from palpate.bodies.refinement import refine
 from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
@@ -31,6 +32,7 @@ def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(material):
     for mesh, old in zip(snapped.levels[1:], plain.levels[1:], strict=True):
         assert np.abs(np.linalg.norm(mesh.nodes[mesh.surface], axis=1) - 1).max() < 1e-3
         assert quality(mesh)["min_dihedral_deg"] > 10
+        assert quality(refine(mesh)[0])["min_dihedral_deg"] > 10
         assert np.array_equal(mesh.surface, old.surface)
 
 

@@ -35,7 +35,7 @@ def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     for number in np.unique(label):
         loop = opened[label == number]
         corners = points[np.unique(loop)]
-        width = float(np.linalg.norm(np.ptp(corners, axis=0)))
+        width = float(np.ptp(corners, axis=0).max())
         centre = corners.mean(axis=0)
         thickness = np.linalg.svd(corners - centre, compute_uv=False)[-1] / np.sqrt(len(corners))
         holes.append(Hole(len(loop), width, centre, bool(thickness <= FLAT * width)))

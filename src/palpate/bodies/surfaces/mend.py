@@ -16,7 +16,7 @@ from palpate.errors import InputError
 # points closer than this fraction of the size are merged where that closes gaps
 GAP = 1e-4
 # a hole up to this fraction of the size across is closed; a flat one, where the body was cut, up to the second
-SMALL_HOLE, FLAT_HOLE = 0.15, 0.4
+SMALL_HOLE, FLAT_HOLE = 0.12, 0.35
 
 
 @dataclass

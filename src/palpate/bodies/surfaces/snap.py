@@ -12,8 +12,8 @@ from palpate.bodies.surfaces.decimate import project
 from palpate.bodies.surfaces.relax import element_quality, relax
 
 HALVINGS = 3
-# elements above this angle [°] have no bad ones when refined
-SURE_DEG = 35.0
+# fraction of the elements that may be bad if single nodes are to be moved
+FEW = 0.05
 
 
 def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int], TetMesh]:
@@ -38,7 +38,9 @@ def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int],
             return project(places, np.repeat(facing[node : node + 1], len(places), axis=0), points, normals, tree)
 
         for _ in range(HALVINGS):
-            nodes = relax(nodes, mesh.tetrahedra, movable, mesh.surface, onto)
+            # single moves mend single places
+            if (element_quality(nodes, mesh.tetrahedra) < LEAST_DEG).mean() < FEW:
+                nodes = relax(nodes, mesh.tetrahedra, movable, mesh.surface, onto)
             bad = _bad_nodes(nodes, mesh)
             bad = bad[movable[bad]]
             if not len(bad):
@@ -64,7 +66,8 @@ def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:
     elements = mesh.tetrahedra
     quality = element_quality(nodes, elements)
     moved = (nodes != mesh.nodes).any(axis=1)[elements].any(axis=1)
-    unsure = np.flatnonzero(moved & (quality >= LEAST_DEG) & (quality < SURE_DEG))
+    # long elements with large angles may have bad ones inside when refined
+    unsure = np.flatnonzero(moved & (quality >= LEAST_DEG))
     # each element by itself, so that its eight children are next to each other; the first four have its own angles
     apart = np.arange(4 * len(unsure)).reshape(-1, 4)
     finer, _ = refine(TetMesh(nodes[elements[unsure]].reshape(-1, 3), apart))

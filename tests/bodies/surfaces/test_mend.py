@@ -1,0 +1,94 @@
+"""Surfaces with faults are mended, and what was done is said."""
+
+import re
+
+import numpy as np
+import pytest
+
+from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.mend import mend
+from palpate.bodies.surfaces.solid import solidify
+from palpate.bodies.surfaces.volume import volume
+from palpate.bodies.surfaces.weld import weld
+from palpate.bodies.surfaces.winding import winding_numbers
+from palpate.errors import InputError
+
+BALL = 0.1 * fibonacci_sphere(1500)
+FACES = triangulate(BALL)
+TRUE = volume(BALL, FACES)
+rng = np.random.default_rng(5)
+
+
+def turned(triangles, part):
+    chosen = rng.random(len(triangles)) < part
+    return np.where(chosen[:, None], triangles[:, ::-1], triangles)
+
+
+def without(place, width):
+    return FACES[np.linalg.norm(BALL[FACES].mean(axis=1) - place, axis=1) > width]
+
+
+SPECK = np.array([[0, 0, 0], [0.004, 0, 0], [0, 0.004, 0], [0, 0, 0.004]])
+TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+SCATTERED = BALL[FACES].reshape(-1, 3) + rng.normal(size=(3 * len(FACES), 3)) * 2e-6
+
+FAULTS = {
+    "mixed": (BALL, turned(FACES, 0.3), r"\d+ of 2996 triangles turned"),
+    "inward": (BALL, FACES[:, ::-1], "all triangles turned outward"),
+    "repeated": (BALL, np.vstack([FACES, FACES[:50], FACES[60:70, ::-1]]), "60 repeated or flat triangles removed"),
+    "holes": (BALL, without([0.1, 0, 0], 0.01), r"1 holes closed \(the largest of \d+ edges, [\d.]+ mm\)"),
+    "torn_apart": (*weld(SCATTERED, np.arange(3 * len(FACES)).reshape(-1, 3)), r"points up to 0\.02 mm apart merged"),
+    "flat_cut": (BALL, FACES[BALL[FACES].mean(axis=1)[:, 2] > -0.095], r"1 holes closed"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_mended_and_said(name):
+    points, triangles, note = FAULTS[name]
+    mended = mend("ball", points, triangles)
+    assert volume(mended.points, mended.triangles) == pytest.approx(TRUE, rel=0.01)
+    assert len(mended.notes) == 1
+    assert re.match(note, mended.notes[0])
+
+
+def test_a_large_hole_is_refused_with_its_edges_and_place():
+    with pytest.raises(InputError, match=r"a hole of \d+ edges, .* cm across, around \(.*\) m; close it"):
+        mend("ball", BALL, without([0.1, 0, 0], 0.1))
+
+
+def test_a_speck_is_dropped_and_a_second_body_refused():
+    speck = np.vstack([BALL, SPECK + 0.08]), np.vstack([FACES, TETRAHEDRON + len(BALL)])
+    solid = solidify("ball", mend("ball", *speck))
+    assert solid.notes[0].startswith("1 separate pieces dropped")
+    assert np.linalg.norm(solid.places, axis=1).max() < 0.101
+    other = np.vstack([BALL, 0.7 * BALL + 0.2]), np.vstack([FACES, FACES + len(BALL)])
+    with pytest.raises(InputError, match=r"2 separate pieces, .*give each body a file of its own"):
+        solidify("ball", mend("ball", *other))
+
+
+def test_parts_that_overlap_count_once():
+    shift = np.array([0.1, 0, 0])
+    union = mend("balls", np.vstack([BALL, BALL + shift]), np.vstack([FACES, FACES + len(BALL)]))
+    solid = solidify("balls", union)
+    # two balls of radius r at a distance r have 27/16 of the volume of one
+    assert solid.mask.sum() * solid.voxel_m3 == pytest.approx(27 / 16 * TRUE, rel=0.01)
+    inside = np.minimum(*(np.linalg.norm(solid.places - centre, axis=1) for centre in (0, shift))) < 0.095
+    assert inside.mean() < 0.01
+
+
+def test_a_shell_wound_inward_is_a_hollow_and_one_wound_outward_a_part():
+    points = np.vstack([BALL, 0.5 * BALL])
+    hollow = solidify("ball", mend("ball", points, np.vstack([FACES, FACES[:, ::-1] + len(BALL)])))
+    part = solidify("ball", mend("ball", points, np.vstack([FACES, FACES + len(BALL)])))
+    (found,) = hollow.hollows
+    assert found.sum() * hollow.voxel_m3 == pytest.approx(TRUE / 8, rel=0.03)
+    assert part.hollows == []
+
+
+def test_winding_is_that_of_a_ball_also_with_a_hole():
+    for triangles in (FACES, without([0, 0, 0.1], 0.01)):
+        winding = winding_numbers(BALL, triangles, np.full(3, -0.12), 0.01, (25, 25, 25))
+        axis = -0.12 + 0.01 * np.arange(25)
+        radius = np.sqrt(sum(a**2 for a in np.meshgrid(axis, axis, axis, indexing="ij")))
+        assert (winding[radius < 0.09] > 0.5).all()
+        assert (winding[radius > 0.103] < 0.5).all()

@@ -21,9 +21,9 @@ from palpate.bodies.surfaces.volume import inflate
 from palpate.errors import InputError
 
 # numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them
-NODES = (140, 200, 280)
+NODES = (140, 200, 280, 360)
 # ratio to the accepted errors above which the numbers in between are not tried
-HOPELESS = 2.5
+HOPELESS = 4.0
 # edge lengths inside, relative to the surface's mean edge, that are tried for better elements
 SPACINGS = (1.0, 0.8, 1.25)
 # moves of the nodes onto the surface, between which edges are flipped

@@ -22,8 +22,8 @@ from palpate.errors import InputError
 
 # numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them
 NODES = (140, 200, 280, 360)
-# ratio to the accepted errors above which the numbers in between are not tried
-HOPELESS = 4.0
+# ratios to the accepted errors above which other edges, and the numbers of nodes in between, are not tried
+FAR, HOPELESS = 2.5, 4.0
 # edge lengths inside, relative to the surface's mean edge, that are tried for better elements
 SPACINGS = (1.0, 0.8, 1.25)
 # moves of the nodes onto the surface, between which edges are flipped
@@ -54,8 +54,9 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     best: Remeshed | None = None
     # edges that follow grooves and ridges suit some shapes, edges of even triangles others
     for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
-        # a shape that is far from shown needs the most
-        if best is not None and best.fidelity.penalty > HOPELESS and best.nodes < count < NODES[-1]:
+        # a shape that is far from shown needs more nodes, not other edges
+        far = 0.0 if best is None else best.fidelity.penalty
+        if (follow and far > FAR) or (far > HOPELESS and nodes is None and count < NODES[-1]):
             continue
         try:
             tried = _remesh(solid, mended, count, _settler(solid, follow) if snap else None)

@@ -19,10 +19,17 @@ def coarse_shell(mask: np.ndarray, grid: Grid, nodes: int) -> tuple[np.ndarray, 
     return points, triangles
 
 
-def fill(points: np.ndarray, triangles: np.ndarray, grid: Grid, nodes: int, thin_wall: bool = False) -> TetMesh:
-    """Fill a coarse surface with tetrahedra; InputError if it intersects itself where the body is thin."""
+def fill(
+    points: np.ndarray, triangles: np.ndarray, grid: Grid, nodes: int, spacing: float = 1.0, thin_wall: bool = False
+) -> TetMesh:
+    """Fill a coarse surface with tetrahedra; InputError if it intersects itself where the body is thin.
+
+    spacing : edge length inside, relative to the surface's mean edge
+    """
+    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    spacing_m = spacing * float(np.linalg.norm(edges, axis=2).mean())
     try:
-        return tetrahedralize(points, triangles, source=grid.source)
+        return tetrahedralize(points, triangles, spacing_m, source=grid.source)
     except InputError as error:
         remedy = ", or close its hollow in the file" if thin_wall else ""
         raise InputError(f"{_too_few(grid, nodes)}, since it intersects itself where it is thin{remedy}.") from error

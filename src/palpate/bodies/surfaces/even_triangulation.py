@@ -99,7 +99,8 @@ def _flip_where(
 ) -> np.ndarray:
     """Flip edges of two triangles where that is better, and makes neither folds nor spikes."""
     valence = np.bincount(triangles.ravel())
-    points, triangles = points.tolist(), triangles.tolist()
+    places: list[list[float]] = points.tolist()
+    triangles = triangles.tolist()
     owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
     queue = deque(edge for edge in owner if edge[0] < edge[1])
     while queue:
@@ -112,7 +113,7 @@ def _flip_where(
         old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
         # a vertex of three triangles is a spike, which later moves could flatten
         spike = min(valence[a], valence[b]) <= 4
-        if spike or (c, d) in owner or (d, c) in owner or not better((a, b), old, (c, d), new) or _folded(points, new):
+        if spike or (c, d) in owner or (d, c) in owner or not better((a, b), old, (c, d), new) or _folded(places, new):
             continue
         valence[[a, b]] -= 1
         valence[[c, d]] += 1

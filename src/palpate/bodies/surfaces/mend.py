@@ -111,6 +111,7 @@ def _wind_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     normals: Any = vtkPolyDataNormals()
     normals.ConsistencyOn()
     normals.SplittingOff()
+    normals.NonManifoldTraversalOff()
     normals.SetInputData(polydata(points, triangles))
     normals.Update()
     return arrays(normals.GetOutput())[1]

@@ -22,12 +22,13 @@ def relax(
     elements: np.ndarray,
     movable: np.ndarray,
     surface: np.ndarray,
-    onto: Callable[[np.ndarray, int], np.ndarray],
+    onto: Callable[[np.ndarray, int], np.ndarray] | None,
 ) -> np.ndarray:
     """Move nodes of bad elements such that the worst element around each becomes better; return all nodes, (n, 3) [m].
 
     movable : (n,) bool; surface : the surface nodes
-    onto : projects places, (k, 3) [m], of the given surface node to the surface on which it has to stay
+    onto : projects places, (k, 3) [m], of the given surface node to the surface on which it has to stay; not needed if
+        only inner nodes are movable
     No element that was good becomes worse than the worst beside it was (optimisation-based smoothing, Freitag and
     Ollivier-Gooch 1997, by trial moves in 26 directions).
     """
@@ -48,7 +49,7 @@ def relax(
             if quality[patch].min() >= WANTED_DEG:
                 continue
             tried = _trial_places(nodes, elements[patch], node)
-            if on_surface[node]:
+            if onto is not None and on_surface[node]:
                 tried = onto(tried, node)
             found = _best_place(nodes, elements[patch], node, tried, quality[patch].min())
             if found is not None:

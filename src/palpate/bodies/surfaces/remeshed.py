@@ -8,18 +8,24 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import LEAST_DEG
 from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
 from palpate.bodies.surfaces.decimate import project, smooth_tangentially, undo_folds, vertex_normals
 from palpate.bodies.surfaces.even_triangulation import flip, flip_onto
 from palpate.bodies.surfaces.fidelity import Fidelity, fidelity
 from palpate.bodies.surfaces.mend import Mended
+from palpate.bodies.surfaces.relax import element_quality, relax
 from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.solid import Solid
 from palpate.bodies.surfaces.volume import inflate
 from palpate.errors import InputError
 
 # numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them
-NODES = (140, 200, 280)
+NODES = (140, 200, 280, 360)
+# ratios to the accepted errors above which other edges, and the numbers of nodes in between, are not tried
+FAR, HOPELESS = 2.5, 4.0
+# edge lengths inside, relative to the surface's mean edge, that are tried for better elements
+SPACINGS = (1.0, 0.8, 1.25)
 # moves of the nodes onto the surface, between which edges are flipped
 SETTLES = 3
 # nodes of a hollow's surface at least
@@ -48,6 +54,10 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     best: Remeshed | None = None
     # edges that follow grooves and ridges suit some shapes, edges of even triangles others
     for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
+        # a shape that is far from shown needs more nodes, not other edges
+        far = 0.0 if best is None else best.fidelity.penalty
+        if (follow and far > FAR) or (far > HOPELESS and nodes is None and count < NODES[-1]):
+            continue
         try:
             tried = _remesh(solid, mended, count, _settler(solid, follow) if snap else None)
         except InputError as error:
@@ -70,9 +80,26 @@ def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> 
     starts = np.cumsum([0, *(len(points) for points, _ in shells)])
     points = np.vstack([points for points, _ in shells])
     triangles = np.vstack([t + start for (_, t), start in zip(shells, starts[:-1], strict=True)])
-    mesh = fill(points, triangles, solid, nodes, thin_wall=bool(solid.hollows))
+    mesh = _fill_well(points, triangles, solid, nodes)
     snap = snapper(solid.places, solid.normals) if settle is not None else None
     return Remeshed(mesh, snap, nodes, fidelity(mesh, snap, solid, mended))
+
+
+def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: int) -> TetMesh:
+    """Fill a coarse surface; with other inner edges, and moved inner nodes, if elements would be bad."""
+    best, least = None, -np.inf
+    for spacing in SPACINGS:
+        mesh = fill(points, triangles, solid, nodes, spacing, thin_wall=bool(solid.hollows))
+        inner = np.ones(len(mesh.nodes), dtype=bool)
+        inner[mesh.surface] = False
+        mesh = TetMesh(relax(mesh.nodes, mesh.tetrahedra, inner, mesh.surface, None), mesh.tetrahedra)
+        quality = float(element_quality(mesh.nodes, mesh.tetrahedra).min())
+        if quality > least:
+            best, least = mesh, quality
+        if least >= LEAST_DEG:
+            break
+    assert best is not None
+    return best
 
 
 def _shell(

@@ -108,18 +108,26 @@ def _boundary_places(
     points: np.ndarray, triangles: np.ndarray, mask: np.ndarray, origin: np.ndarray, spacing: float, simple: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Spread places over the triangles that bound the mask, and orient their normals outward."""
-    places, normals = sample(points, triangles, RESOLUTION * spacing / SAMPLES)
     field = mask.astype(np.float32)
 
-    def value(at: np.ndarray) -> np.ndarray:
-        return ndimage.map_coordinates(field, ((at - origin) / spacing).T[::-1], order=1, mode="nearest")
+    def steps(places: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Compute by how much less of the mask there is outward of each place than inward, -1 to 1."""
+        step = 1.5 * spacing * normals
+        inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
+        return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)
 
-    label = label_shells(triangles, len(points))
-    if simple and len(np.unique(label)) == 1:
-        return places, normals
+    if simple:
+        # whole shells bound it or do not: thin parts, which the grid may miss, are kept
+        label = label_shells(triangles, len(points))
+        corners = points[triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        bounds = np.abs(steps(corners.mean(axis=1), normals / np.maximum(lengths, 1e-300))) > 0.5
+        shells = [number for number in np.unique(label) if bounds[label == number].mean() > 0.5]
+        kept = np.isin(label, shells) if shells else np.ones(len(label), dtype=bool)
+        return sample(points, triangles[kept], RESOLUTION * spacing / SAMPLES)
+    places, normals = sample(points, triangles, RESOLUTION * spacing / SAMPLES)
+    change = steps(places, normals)
     # where parts overlap, triangles inside the solid do not bound it
-    step = 1.5 * spacing * normals
-    out, into = value(places + step), value(places - step)
-    bounds = np.abs(into - out) > 0.5
-    normals = np.where((into < out)[:, None], -normals, normals)
-    return places[bounds], normals[bounds]
+    bounds = np.abs(change) > 0.5
+    return places[bounds], (np.sign(change)[:, None] * normals)[bounds]

@@ -13,7 +13,7 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from snakemake_logger_plugin_palpate import interrupt
+from snakemake_logger_plugin_palpate import interrupt, targets
 from snakemake_logger_plugin_palpate.last_words import LastWords
 
 _SILENT = ("Assuming unrestricted shared filesystem usage.", "None")
@@ -63,7 +63,10 @@ class LogHandler(LogHandlerBase):
 
     def _follow(self, event: LogEvent | None, record: Any) -> None:
         if event == LogEvent.RUN_INFO:
-            self.total = record.stats["total"]
+            goals = sum(record.stats.get(name, 0) for name in targets.goals())
+            self.total = record.stats["total"] - goals
+        elif event == LogEvent.JOB_INFO and record.rule_name in targets.goals():
+            self.last_words.names[record.jobid] = record.rule_name
         elif event == LogEvent.JOB_INFO:
             self.begun += 1
             what = record.rule_msg or f"done with {record.rule_name}"

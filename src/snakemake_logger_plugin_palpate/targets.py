@@ -13,6 +13,11 @@ def offer(asked: list[str], studies: list[str], files: list[str]) -> None:
     _asked[:], _studies[:], _files[:] = asked, studies, files
 
 
+def goals() -> list[str]:
+    """Return the names of rules that make nothing, but ask for others."""
+    return ["all", *_studies]
+
+
 def explain(target: str) -> str:
     """Return one sentence about a target that nothing makes, with the nearest name."""
     if target in _studies:

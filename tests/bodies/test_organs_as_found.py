@@ -95,7 +95,7 @@ def twice(points, triangles):
     ("fault", "scale_m", "message"),
     [
         (open_end, 1.0, r"its surface has a hole of \d+ edges, 79\.8 mm across, around \(.*\) m; close it"),
-        (twice, 1.0, r"it has 2 separate pieces, of 457 and 456 mL and less; give each body a file of its own"),
+        (twice, 1.0, r"it has 2 separate pieces, the largest of 457 and 456 mL; give each body a file of its own"),
         (None, 400.0, r"scale_m 400 makes a body 80\.6 m long; if its unit is the metre, give scale_m: 1\."),
         (None, 1e-3, r"scale_m 0\.001 makes a body 0\.202 mm long; if its unit is the metre, give scale_m: 1\."),
     ],

@@ -47,4 +47,4 @@ def test_the_reasons_are_warnings(run, write_config, tmp_path, settings):
     done = run(tmp_path, write_config(settings), "results/data/dynamic/left_out.txt")
     said = "scenes.falls: models are not compared in it, as it has contact."
     assert (tmp_path / "results/data/dynamic/left_out.txt").read_text() == f"{said}\n"
-    assert f"warning: {said}" in done.stdout[done.stdout.rfind("(100%)") :]
+    assert f"warning: {said}" in done.stdout.partition("warnings about these results:")[2]

@@ -11,12 +11,12 @@ SETTINGS |= {"scenes": {name: SCENE | {"body": name} for name in ("soft", "other
 
 @pytest.fixture
 def warned(run, write_config, tmp_path):
-    """Make the bodies of some settings; return the warnings that stand after the last line about a job."""
+    """Make the bodies of some settings; return the warnings that stand at the end, after those of the jobs."""
 
     def after(settings, *names):
         done = run(tmp_path, write_config(settings), *(f"results/data/{name}/body.h5" for name in names))
         assert done.returncode == 0, done.stdout
-        end = done.stdout[done.stdout.rfind("(100%) done") :] if "(100%) done" in done.stdout else done.stdout
+        end = done.stdout.partition("warnings about these results:")[2]
         return [line.split(":")[1].strip() for line in end.splitlines() if line.startswith("warning: ")]
 
     return after

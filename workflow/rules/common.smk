@@ -183,8 +183,8 @@ def warnings_kept():
 
 def print_warnings():
     """Print these at the end of a run, where they do not scroll by."""
-    for line in warnings_kept():
-        print(f"warning: {line}", file=sys.stderr)
+    if lines := warnings_kept():
+        print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
 
 
 def mention_stale():

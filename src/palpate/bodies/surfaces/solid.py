@@ -67,7 +67,9 @@ def solidify(source: str, mended: Mended) -> Solid:
         raise InputError(f"{source}: its surface encloses no volume; give a closed surface.")
     sizes = np.bincount(pieces.ravel())[1:]
     mask = pieces == 1 + np.argmax(sizes)
-    notes = _check_pieces(source, sizes, spacing**3)
+    notes = _check_pieces(source, sizes, spacing**3) or _specks(points, triangles, spacing)
+    if winding.max() > 1.4:
+        notes.append("parts that overlap joined (the triangles of a hollow must face inward)")
     filled = ndimage.binary_fill_holes(mask)
     hollows, note = _hollows(filled & ~mask, mask.sum(), spacing**3)
     hollow = np.any(hollows, axis=0) if hollows else np.zeros_like(mask)
@@ -83,10 +85,20 @@ def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
         return []
     if rest[0] > LARGE_PIECE * sizes.max():
         raise InputError(
-            f"{source}: it has {len(sizes)} separate pieces, of {1e6 * voxel_m3 * sizes.max():.3g} and "
-            f"{1e6 * voxel_m3 * rest[0]:.3g} mL and less; give each body a file of its own."
+            f"{source}: it has {len(sizes)} separate pieces, the largest of {1e6 * voxel_m3 * sizes.max():.0f} and "
+            f"{1e6 * voxel_m3 * rest[0]:.0f} mL; give each body a file of its own."
         )
     return [f"{len(rest)} separate pieces dropped ({1e6 * voxel_m3 * rest.sum():.2g} mL)"]
+
+
+def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[str]:
+    """Say how many shells are too small for the grid to see."""
+    label = label_shells(triangles, len(points))
+    corners = points[triangles]
+    extents = [np.ptp(corners[label == shell].reshape(-1, 3), axis=0).max() for shell in np.unique(label)]
+    count = sum(extent < 3 * spacing for extent in extents)
+    what = "1 speck" if count == 1 else f"{count} specks"
+    return [f"{what} dropped (less than {1e3 * 3 * spacing:.2g} mm across)"] if count else []
 
 
 def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.ndarray], str]:

@@ -92,7 +92,7 @@ def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
 
 
 def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[str]:
-    """Say how many shells are too small for the grid to see."""
+    """Report how many shells are too small for the grid to see."""
     label = label_shells(triangles, len(points))
     corners = points[triangles]
     extents = [np.ptp(corners[label == shell].reshape(-1, 3), axis=0).max() for shell in np.unique(label)]

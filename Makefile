@@ -11,6 +11,8 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-dep
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
 FLAGS := --workflow-profile profiles/$(PROFILE)
+# settings, and the folder that they run in
+SMOKE := $(FLAGS) --directory .smoke --configfile tests/smoke/config.yaml
 # `make CONFIG=mine/config.yaml` runs that config in its folder, or in FOLDER; quotes, as paths may have spaces
 ifeq ($(origin CONFIG),command line)
 ifneq ($(origin FOLDER),command line)
@@ -65,7 +67,8 @@ test: $(TOOLS)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
-	@$(MAKE) --no-print-directory CONFIG=tests/smoke/config.yaml FOLDER=.smoke
+	@$(RUN) snakemake $(SMOKE)
+	@echo "The report: .smoke/results/report.html"
 
 slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py

@@ -61,9 +61,12 @@ def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folde
         "Advice for own_large",
     ]
     assert lines[2] == "  within 16.7 ms          corrected coarse FEM (samples=60): 0.4 %, 6 ms"
+    assert re.fullmatch(
+        r"  The mesh itself has an error of [\d.]+ %, not included: to get below it, refine it.", lines[4]
+    )
     assert lines[1].startswith("  within 0.001 ms         none: the fastest setting, ")
     assert main([*words, "--scene", "own_large"]) == 0
-    assert capsys.readouterr().out.splitlines() == lines[4:]
+    assert capsys.readouterr().out.splitlines() == lines[5:]
     assert main([*words, "--scene", "mine"]) == 1
     assert "--scene mine is not in" in capsys.readouterr().err
 

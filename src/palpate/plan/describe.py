@@ -75,7 +75,7 @@ def _minutes(minutes: float) -> str:
     if minutes < 1.5:
         return "a minute"
     if minutes < 90.0:
-        return f"{minutes:.0f} minutes"
+        return f"{minutes:.1f} minutes" if minutes < 5.0 else f"{minutes:.0f} minutes"
     return f"{minutes / 60:.1f} hours"
 
 

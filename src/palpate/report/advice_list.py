@@ -15,6 +15,10 @@ def advice_list(advice: pd.DataFrame) -> str:
     for scene, rows in advice.groupby("scene", sort=False):
         found.append(f"Advice for {scene} (mean error as a share of the peak displacement; time of an answer):")
         found += [f"  {limit(row):{width}}  {_choice(row)}" for _, row in rows.iterrows()]
+        # of moving scenes the reference's own error is that of its step, and is included; they have no interval
+        own = rows["reference_error"].max() if rows["error_low"].notna().any() else 0.0
+        if own > rows["rmse_of_peak"].min():
+            found.append(f"  The mesh itself has an error of {percent(own)}, not included: to get below it, refine it.")
     return "\n".join(found).replace("\u00a0", " ")
 
 

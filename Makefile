@@ -20,9 +20,11 @@ FOLDER := $(shell dirname "$(CONFIG)")
 endif
 $(if $(shell test -f "$(CONFIG)" || echo missing),$(error CONFIG is $(CONFIG), and there is no such file; \
 palpate init writes one for a mesh or a CT))
-FLAGS += --directory "$(FOLDER)" --configfile "$(CONFIG)"
+# targets follow, which --configfile would take for more of its files
+FLAGS += --configfile "$(CONFIG)" --directory "$(FOLDER)"
 RESULTS := $(FOLDER)/results
 else
+FOLDER := .
 RESULTS := results
 endif
 AGAIN = $(strip make $(MAKECMDGOALS) $(MAKEOVERRIDES))
@@ -45,7 +47,7 @@ endif
 	@echo "The report: $(RESULTS)/report.html"
 
 plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
-	@out=$$($(SNAKEMAKE) --dry-run --quiet rules progress) || { echo "$$out"; exit 1; }
+	@$(SNAKEMAKE) --dry-run --quiet rules progress > /dev/null
 
 $(STUDIES): $(STAMP)  # one study
 	@$(SNAKEMAKE) $@
@@ -108,7 +110,8 @@ tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that co
 	@$(RUN) tidy $(FLAGS)
 
 clean:  ## delete the results, and keep the environment
-	rm -rf $(addprefix results/,data figures logs motion tables ct report.html) .smoke .slurm .example .snakemake
+	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report.html) \
+	.smoke .slurm .example .snakemake
 
 distclean: clean  ## delete the environment, too
 	rm -rf $(VENV)

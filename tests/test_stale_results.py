@@ -1,11 +1,13 @@
 """Only what snakemake has made, and what the settings no longer ask for, is removed."""
 
 import json
+import subprocess
 from base64 import urlsafe_b64encode
 from pathlib import Path
 
 import pytest
 
+from palpate import stale_results as module
 from palpate.stale_results import remove, stale_results
 
 LONG = "results/data/" + 200 * "a" + "/body.h5"
@@ -65,3 +67,15 @@ def test_a_folder_that_was_made_is_one_result(made):
 def test_where_nothing_was_made_nothing_is_stale(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert stale_results(set()) == []
+
+
+def test_tidy_works_in_the_folder_of_the_run(made, tmp_path, monkeypatch, capsys):
+    made("results/data/bar/body.h5", "results/logs/bar/make_body.log")
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "results").mkdir(parents=True)
+    monkeypatch.chdir(elsewhere)
+    answer = subprocess.CompletedProcess([], 0, stdout="output_file\tdate\trule\tlog-file(s)\n")
+    monkeypatch.setattr(module.subprocess, "run", lambda *_, **__: answer)
+    assert module.main(["--configfile", "x.yaml", "--directory", str(tmp_path)]) == 0
+    assert f"in {tmp_path}:\nresults/data/bar/body.h5\n" in capsys.readouterr().out
+    assert not (tmp_path / "results/data").exists() and elsewhere.is_dir()

@@ -59,7 +59,7 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
                 save(kept, warned)
         except (InputError, NotConverged) as error:
             fail(str(error))
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # a file of the user's may call sys.exit
             from palpate.own_file import own_fault
 
             _write(traceback.format_exc(), file)

@@ -1,6 +1,7 @@
 """Find results that the settings no longer ask for, and remove them: ``python -m palpate.stale_results``."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -45,12 +46,14 @@ def main(arguments: list[str]) -> int:
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode:
         return done.returncode
+    if "--directory" in arguments:
+        os.chdir(arguments[arguments.index("--directory") + 1])
     rows = [line.split("\t") for line in done.stdout.splitlines()[1:]]
     wanted = {row[0] for row in rows} | {log for row in rows for log in row[3].split(",")}
     if not (found := stale_results(wanted)):
-        print("nothing in results/ is left over from earlier settings")
+        print(f"nothing in {Path('results').absolute()} is left over from earlier settings")
         return 0
-    print(*found, sep="\n")
+    print(f"in {Path.cwd()}:", *found, sep="\n")
     remove(found)
     print(f"removed these {len(found)}, which the settings no longer ask for")
     return 0

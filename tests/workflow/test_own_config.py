@@ -1,10 +1,12 @@
 """``make CONFIG=mine/config.yaml`` runs a config in its folder, and ``palpate init`` writes one that can be run."""
 
+import shlex
 import subprocess
 from pathlib import Path
 
 import meshio
 import pytest
+from snakemake.cli import get_argument_parser
 
 from palpate.bodies.box import box
 from palpate.init.command import init
@@ -29,13 +31,27 @@ def mine(tmp_path) -> Path:
 
 def test_it_runs_in_the_folder_of_the_config_and_ends_with_advice_and_report(mine):
     lines = make(f"CONFIG={mine}").stdout.splitlines()
-    place = f'--directory "{mine.parent}" --configfile "{mine}"'
+    place = f'--configfile "{mine}" --directory "{mine.parent}"'
     assert lines[0].endswith(f"profiles/default {place}")
     assert f'palpate advise --results "{mine.parent}/results"' in lines[1]
     assert lines[-1] == f'echo "The report: {mine.parent}/results/report.html"'
     for target, asked in (("tradeoff", "tradeoff"), ("figures/advice", "results/figures/advice.png")):
         (line,) = make(f"CONFIG={mine}", target).stdout.splitlines()
         assert line.endswith(f"{place} {asked}")
+        words = shlex.split(line.partition("workflow/run.py snakemake ")[2])
+        given = get_argument_parser().parse_args(words)
+        assert list(given.targets) == [asked]
+        assert list(map(Path, given.configfile)) == [mine] and Path(given.directory) == mine.parent
+
+
+def test_what_is_deleted_is_in_the_folder_of_the_config(mine):
+    (line,) = make(f"CONFIG={mine}", "clean").stdout.replace("\\\n", "").splitlines()
+    assert line.startswith(f'cd "{mine.parent}" && rm -rf results/data ')
+    assert make("clean").stdout.startswith('cd "." && rm -rf results/data ')
+    (line,) = make(f"CONFIG={mine}", "tidy").stdout.splitlines()
+    assert line.endswith(
+        f'run.py tidy --workflow-profile profiles/default --configfile "{mine}" --directory "{mine.parent}"'
+    )
 
 
 def test_without_a_config_the_shipped_one_runs_here():
@@ -44,11 +60,8 @@ def test_without_a_config_the_shipped_one_runs_here():
     assert lines[1] == 'echo "The report: results/report.html"'
 
 
-def test_the_smoke_run_is_one_of_them():
-    (line,) = make("smoke").stdout.splitlines()[:1]
-    assert line.split()[1:] == ["--no-print-directory", "CONFIG=tests/smoke/config.yaml", "FOLDER=.smoke"]
-    lines = make("CONFIG=tests/smoke/config.yaml", "FOLDER=.smoke").stdout
-    assert '--directory ".smoke" --configfile "tests/smoke/config.yaml"' in lines
+def test_the_smoke_run_has_a_folder_of_its_own():
+    assert make("smoke").stdout.splitlines()[0].endswith("--directory .smoke --configfile tests/smoke/config.yaml")
 
 
 def test_a_config_that_is_not_there_gets_one_sentence():

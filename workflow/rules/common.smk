@@ -42,7 +42,9 @@ try:
     update_config(config, dict(workflow.config_settings.config))
     config = complete(config, SCHEMA, CONFIG_FILE)
 except InputError as error:
-    sys.exit(f"{FAILED}{error}")
+    # named as seen from where the command was typed
+    typed = relpath(CONFIG_FILE, os.environ.get("PWD", "."))
+    sys.exit(f"{FAILED}{error}".replace(f"{FAILED}{CONFIG_FILE}: ", f"{FAILED}{typed}: "))
 
 # the studies whose block is in the settings, in the order of the report
 ASKED = asked_for(config, SCHEMA)

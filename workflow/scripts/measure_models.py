@@ -1,7 +1,7 @@
 import pandas as pd
 
 from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.tradeoff.measure_model import measure
+from palpate.evaluation.tradeoff.measure_model import measure, warn_unanswered
 from palpate.job import job, steps, write_table
 from palpate.models.load_model import load_model
 from palpate.models.read_case import read_case
@@ -17,6 +17,8 @@ with job(snakemake.log[0]) as say:
         progress = steps(say, f"{wild.body}, {wild.regime}, {name}: setting")
         asked = test, numbers, params.repeats, params.budget_s, progress
         tables.append(measure(case, name, load_model(name, **recipe), *asked))
+        if given.get("own"):
+            warn_unanswered(name, tables[-1][1])
     samples, settings = (pd.concat(part) for part in zip(*tables, strict=True))
     write_table(samples, snakemake.output.samples)
     write_table(settings, snakemake.output.settings)

@@ -1,5 +1,6 @@
 """Every answer and every failure is counted, costs add up, and the truth's own error is one."""
 
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
 from palpate.evaluation.timing import WARM_UP
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
-from palpate.evaluation.tradeoff.measure_model import SAMPLE_COLUMNS, SETTING_COLUMNS, ask, measure
+from palpate.evaluation.tradeoff.measure_model import SAMPLE_COLUMNS, SETTING_COLUMNS, ask, measure, warn_unanswered
 from palpate.evaluation.tradeoff.provenance import commit
 from palpate.evaluation.tradeoff.reference_error import SETTINGS, limit, reference_error, refined
 from palpate.models.model import Model
@@ -161,3 +162,12 @@ def test_the_reference_is_wrong_by_less_than_the_coarse_mesh(slab_case):
     coarse = np.mean([errors(test.prolongation @ u, fine).rmse_of_peak for u, fine in pairs])
     assert (settings["rmse_of_peak"] > 0.001).all() and (settings["rmse_of_peak"] < coarse).all()
     assert settings["samples"].tolist() == [2, 2] and len(samples) == 4
+
+
+def test_a_model_of_ones_own_that_answers_nothing_is_warned_of():
+    settings = pd.DataFrame({"samples": [3, 3], "failures": [3, 3], "failure": ["mine.py: not finite"] * 2})
+    with pytest.warns(UserWarning, match="own_models.mine answered no sample: mine.py: not finite"):
+        warn_unanswered("mine", settings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_unanswered("mine", settings.assign(failures=[3, 2]))

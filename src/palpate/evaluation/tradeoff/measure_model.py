@@ -1,5 +1,6 @@
 """Measure one model on one case: its error on samples it never saw, and what it costs before and at run time."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -154,3 +155,9 @@ def _setting_row(finding: Finding) -> dict:
     seconds = [s for calls in asked.seconds for s in calls]
     row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
     return row | found.mean().to_dict() | {"max_of_peak": found["max_of_peak"].max()}
+
+
+def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
+    """Warn if one's own model has answered no sample with any setting; ``settings`` as ``measure`` returns them."""
+    if (settings["failures"] == settings["samples"]).all():
+        warnings.warn(f"tradeoff.own_models.{name} answered no sample: {settings['failure'].iloc[0]}", stacklevel=2)

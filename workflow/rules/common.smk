@@ -186,7 +186,12 @@ def warnings_kept():
 def print_warnings():
     """Print these at the end of a run, where they do not scroll by."""
     if lines := warnings_kept():
-        print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
+        print(
+            "warnings about these results:",
+            *(f"warning: {line}" for line in lines),
+            sep="\n",
+            file=sys.stderr,
+        )
 
 
 def mention_stale():

@@ -42,8 +42,8 @@ try:
     update_config(config, dict(workflow.config_settings.config))
     config = complete(config, SCHEMA, CONFIG_FILE)
 except InputError as error:
-    # named as seen from where the command was typed
-    typed = relpath(CONFIG_FILE, os.environ.get("PWD", "."))
+    # make is typed in palpate's folder, and runs this in that of the settings
+    typed = relpath(CONFIG_FILE, os.getenv("PWD")) if os.getenv("PALPATE_COMMAND") else CONFIG_FILE
     sys.exit(f"{FAILED}{error}".replace(f"{FAILED}{CONFIG_FILE}: ", f"{FAILED}{typed}: "))
 
 # the studies whose block is in the settings, in the order of the report

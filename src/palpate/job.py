@@ -7,7 +7,7 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
@@ -173,6 +173,11 @@ def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
             say(f"{what} {', '.join(f'{value:g}' for value in values)}")
 
     return tell
+
+
+def powers(exponents: Mapping[str, float]) -> str:
+    """Return with which power of the size each quantity grows, for a line of progress; without those not known."""
+    return ", ".join(f"{name} n^{power:.2f}" for name, power in exponents.items() if math.isfinite(power))
 
 
 def stem(outputs: Sequence[str]) -> Path:

@@ -57,10 +57,10 @@ class LastWords:
     def _note_job(self, record: Any) -> str:
         status = self._statuses.pop(record.thread, None)
         logs = [Path(log) for log in record.log]
-        said = [log for log in logs if (sentence := self._read(log))]
+        said = {log: sentence for log in logs if (sentence := self._read(log))}
         what = self.names.get(record.jobid, record.rule_name)
         if said:
-            sentence = self._read(said[0])
+            sentence = next(iter(said.values()))
         elif getattr(record, "indent", False):  # of a group whose other jobs may have failed
             return ""
         else:

@@ -1,10 +1,9 @@
-import math
 import os
 
 os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)  # read when numba is imported: this job runs alone
 
 from palpate.evaluation.scaling.measure_scaling import doubling, measure
-from palpate.job import job, write_table
+from palpate.job import job, powers, write_table
 
 with job(snakemake.log[0]) as say:
     component = snakemake.wildcards.component
@@ -12,7 +11,6 @@ with job(snakemake.log[0]) as say:
     sizes = snakemake.params.sizes or doubling(snakemake.threads)
     table = measure(component, sizes, lambda size: say(f"{component}: {size} done"))
     for row in table.drop_duplicates("stage").itertuples():
-        powers = {"time": row.seconds_exponent, "memory": row.memory_exponent}
-        said = ", ".join(f"{what} n^{power:.2f}" for what, power in powers.items() if math.isfinite(power))
+        said = powers({"time": row.seconds_exponent, "memory": row.memory_exponent})
         say(f"{row.stage}: {said or 'no growth to fit'}")
     write_table(table, snakemake.output[0])

@@ -12,6 +12,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.decimate import area_normals
 from palpate.bodies.surfaces.remeshed import NODES
 from palpate.errors import InputError
 
@@ -141,8 +142,7 @@ def _planes(mesh: TetMesh, axis: str, side: str) -> list[_Plane]:
         broad = np.linalg.svd(points, compute_uv=False)[1] > 0.1 * mesh.size if len(held) >= 3 else False
         if broad and len(held) >= HELD * len(mesh.surface):
             triangles = mesh.triangles[np.isin(mesh.triangles, held).all(axis=1)]
-            a, b, c = (mesh.nodes[corner] for corner in triangles.T)
-            area = float(np.abs(np.cross(b - a, c - a)[:, number]).sum()) / 2
+            area = float(np.abs(area_normals(mesh.nodes, triangles)[:, number]).sum()) / 2
             rule = {"axis": axis, "side": side, "depth_m": depth}
             found.append(_Plane(rule, share, area, _patches(mesh, held)))
     return found

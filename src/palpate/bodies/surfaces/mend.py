@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.bodies.surfaces.decimate import area_normals
 from palpate.bodies.surfaces.holes import Hole, close_holes, find_holes
 from palpate.bodies.surfaces.polydata import arrays, polydata
 from palpate.bodies.surfaces.tetrahedralize import label_shells
@@ -96,8 +97,7 @@ def _enclosed(corners: np.ndarray) -> float:
 
 def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Drop triangles of no area and all but one of those with the same corners, in the given order."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = np.linalg.norm(area_normals(points, triangles), axis=1)
     longest = np.ptp(points[triangles], axis=1).max(axis=1)
     kept = triangles[area > 1e-10 * longest**2]
     first = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)[1]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import ndimage
 
+from palpate.bodies.surfaces.decimate import area_normals
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.samples import sample
 from palpate.bodies.surfaces.tetrahedralize import label_shells
@@ -94,9 +95,12 @@ def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
 def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[str]:
     """Report how many shells are too small for the grid to see."""
     label = label_shells(triangles, len(points))
-    corners = points[triangles]
-    extents = [np.ptp(corners[label == shell].reshape(-1, 3), axis=0).max() for shell in np.unique(label)]
-    count = sum(extent < 3 * spacing for extent in extents)
+    order = np.argsort(label, kind="stable")
+    firsts = np.unique(label[order], return_index=True)[1]
+    corners = points[triangles[order]]
+    low = np.minimum.reduceat(corners.min(axis=1), firsts)
+    high = np.maximum.reduceat(corners.max(axis=1), firsts)
+    count = int(((high - low).max(axis=1) < 3 * spacing).sum())
     what = "1 speck" if count == 1 else f"{count} specks"
     return [f"{what} dropped (less than {1e3 * 3 * spacing:.2g} mm across)"] if count else []
 
@@ -131,10 +135,9 @@ def _boundary_places(
     if simple:
         # whole shells bound it or do not: thin parts, which the grid may miss, are kept
         label = label_shells(triangles, len(points))
-        corners = points[triangles]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = area_normals(points, triangles)
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        bounds = np.abs(steps(corners.mean(axis=1), normals / np.maximum(lengths, 1e-300))) > 0.5
+        bounds = np.abs(steps(points[triangles].mean(axis=1), normals / np.maximum(lengths, 1e-300))) > 0.5
         shells = [number for number in np.unique(label) if bounds[label == number].mean() > 0.5]
         kept = np.isin(label, shells) if shells else np.ones(len(label), dtype=bool)
         return sample(points, triangles[kept], RESOLUTION * spacing / SAMPLES)

@@ -113,7 +113,7 @@ def figures(study, *names, scenes=None, published=False):
             FIGURES[stem] = {
                 "module": f"palpate.figures.{study}.{name}",
                 "scene": scene,
-                "published": [f"{relpath(ROOT)}/workflow/report/{study}/published.yaml"] if published else [],
+                "published": [relpath(ROOT / f"workflow/report/{study}/published.yaml")] if published else [],
             }
             found += drawn(stem)
     return found

@@ -54,6 +54,12 @@ class ByHand:
     def touching(self, x, definite):
         return None
 
+    def add_work(self, load, motion):
+        """Count nothing: these loops report no energies."""
+
+    def end(self, x):
+        """Do nothing: no obstacle is moved."""
+
     def hold(self, matrix):
         hold(matrix.indptr, matrix.indices, matrix.data, self.held)
 
@@ -116,7 +122,7 @@ class Draped(ByHand):
         self.bending = bending.make(particles, {}, self.elastic)
         self.contact = barrier_contact.make(particles, given["contact"], self.elastic)
         self.contact.hold(held.make(particles, {}, self.elastic).fixed)
-        self.begin, self.limit = self.contact.begin, self.contact.limit
+        self.begin, self.limit, self.end = self.contact.begin, self.contact.limit, self.contact.end
 
     def couples(self):
         return [*super().couples(), self.bending.couples]

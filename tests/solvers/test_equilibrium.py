@@ -161,7 +161,7 @@ def test_monstrous_loads_converge_or_say_so(box, soft, newtons):
 def test_a_body_that_nothing_holds_is_refused(box, soft):
     mesh = box([1, 1, 1], [0.1, 0.1, 0.1])
     loose = Body("loose", [mesh], [], [np.array([], dtype=int)], soft)
-    with pytest.raises(InputError, match=r"^loose: nothing is held.*give it anchors\.$"):
+    with pytest.raises(InputError, match=r"^loose: nothing is held.*give it anchors or a bed\.$"):
         Equilibrium(loose, 0)
 
 

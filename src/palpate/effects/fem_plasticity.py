@@ -5,7 +5,8 @@ import math
 import numba
 import numpy as np
 
-from palpate.effects.corotational import FOLD, Corotational, deformation_gradient
+from palpate.effects.corotational import Corotational, deformation_gradient
+from palpate.effects.corotational_law import FOLD
 from palpate.effects.effect import Relaxation
 from palpate.linalg.signed_svd import signed_svd
 
@@ -42,6 +43,7 @@ class FemPlasticity(Relaxation):
             self.plastic,
             elastic.gradients,
         )
+        elastic.forget()
 
 
 @numba.njit(cache=True, error_model="numpy")

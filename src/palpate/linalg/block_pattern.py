@@ -1,10 +1,13 @@
 """Sparse matrices of 3 × 3 blocks: a row of blocks for each node, a block for each pair of neighbours."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numba
 import numpy as np
 from scipy import sparse
+
+from palpate.linalg.build_pattern import rows_and_slots
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,15 @@ class BlockPattern:
         """The number of nodes."""
         return len(self.indptr) - 1
 
+    def blocks(self, matrix: sparse.sparray) -> np.ndarray:
+        """Return the blocks (n_blocks, 3, 3) of a sparse ``matrix`` (3n, 3n) all of whose blocks are in the pattern."""
+        given = sparse.bsr_array(matrix, blocksize=(3, 3))
+        rows, own = (np.repeat(np.arange(self.size), np.diff(m.indptr)) for m in (given, self))
+        places = np.searchsorted(own * self.size + self.indices, rows * self.size + given.indices)
+        values = np.zeros((len(self.indices), 3, 3))
+        scatter(places, given.data, values)
+        return values
+
     def matrix(self, values: np.ndarray) -> sparse.bsr_array:
         """Return the sparse matrix of the blocks ``values`` (n_blocks, 3, 3)."""
         n = 3 * self.size
@@ -39,18 +51,9 @@ def pattern_of(tetrahedra: np.ndarray, n_nodes: int) -> BlockPattern:
 
 def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
     """Build one pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …"""
-    rows = [np.repeat(nodes, nodes.shape[1], axis=1).ravel() for nodes in couples]
-    columns = [np.tile(nodes, (1, nodes.shape[1])).ravel() for nodes in couples]
-    diagonals = np.arange(n_nodes) * (n_nodes + 1)  # a diagonal block for each node, used or not
-    keys = [r * n_nodes + c for r, c in zip(rows, columns, strict=True)]
-    known, places = np.unique(np.concatenate([*keys, diagonals]), return_inverse=True)
-    *slots, diagonal = np.split(places.astype(np.int32), np.cumsum([len(r) for r in rows]))
-    return BlockPattern(
-        np.searchsorted(known, np.arange(n_nodes + 1) * n_nodes).astype(np.int32),
-        (known % n_nodes).astype(np.int32),
-        diagonal,
-        tuple(s.reshape(-1, nodes.shape[1], nodes.shape[1]) for s, nodes in zip(slots, couples, strict=True)),
-    )
+    indptr, indices, slots = rows_and_slots(couples, n_nodes)
+    rows = np.repeat(np.arange(n_nodes, dtype=np.int32), np.diff(indptr))
+    return BlockPattern(indptr, indices, np.flatnonzero(rows == indices).astype(np.int32), tuple(slots))
 
 
 def gather(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], n_nodes: int) -> sparse.bsr_array:
@@ -75,6 +78,29 @@ def scatter(places, blocks, values):
         for i in range(3):
             for j in range(3):
                 values[places[k], i, j] += blocks[k, i, j]
+
+
+def product(matrix: sparse.bsr_array) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the product of ``matrix`` (3n, 3n), in 3 × 3 blocks, with arrays (n, 3)."""
+
+    def multiply(x: np.ndarray) -> np.ndarray:
+        y = np.empty_like(x)
+        _multiply(matrix.indptr, matrix.indices, matrix.data, x, y)
+        return y
+
+    return multiply
+
+
+@numba.njit(cache=True)
+def _multiply(indptr, indices, values, x, y):
+    for i in range(len(y)):
+        y0, y1, y2 = 0.0, 0.0, 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            a, b, c = x[indices[k], 0], x[indices[k], 1], x[indices[k], 2]
+            y0 += values[k, 0, 0] * a + values[k, 0, 1] * b + values[k, 0, 2] * c
+            y1 += values[k, 1, 0] * a + values[k, 1, 1] * b + values[k, 1, 2] * c
+            y2 += values[k, 2, 0] * a + values[k, 2, 1] * b + values[k, 2, 2] * c
+        y[i, 0], y[i, 1], y[i, 2] = y0, y1, y2
 
 
 @numba.njit(cache=True)

@@ -6,9 +6,12 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
+from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.effects.bed import BedSprings
 from palpate.effects.corotational import Corotational
+from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.block_pattern import hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
 from palpate.linalg.multigrid import Multigrid
@@ -16,47 +19,86 @@ from palpate.solvers.newton import Product, Solution, minimise
 
 
 class Equilibrium:
-    """The static problem on one level of a body, preconditioned by multigrid over the levels below it."""
+    """The static problem on one level of a body, preconditioned by multigrid over the levels below it.
 
-    def __init__(self, body: Body, level: int):
-        self.mesh = body.levels[level]
-        if not len(body.anchors[level]):
-            raise InputError(f"{body.name}: nothing is held, so no equilibrium exists; give it anchors.")
-        patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: level + 1]]
-        held = [_indicator(a, len(m.nodes)) for a, m in zip(body.anchors, body.levels[: level + 1], strict=False)]
-        self._elasticity = Corotational(self.mesh, body.material, patterns[-1])
+    mesh : holds the unknowns. With linear elements (``order`` 1) it is the level's own; with quadratic ones (2) it is
+        the next level's, whose nodes are those and the edge midpoints of the level. The elements stay straight-sided,
+        so that the midpoints are halfway even if the body has moved them; multigrid is that of linear elements at rest.
+
+    Raises InputError if nothing is held, and if quadratic elements lack the next level.
+    """
+
+    def __init__(self, body: Body, level: int, order: int = 1):
+        finest = level + order - 1
+        if finest >= len(body.levels):
+            raise InputError(
+                f"{body.name}: quadratic elements on level {level} need level {finest}; refine it once more."
+            )
+        if not len(body.anchors[finest]) and body.bed is None:
+            raise InputError(f"{body.name}: nothing is held, so no equilibrium exists; give it anchors or a bed.")
+        patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: finest + 1]]
+        held = [_indicator(a, len(m.nodes)) for a, m in zip(body.anchors, body.levels[: finest + 1], strict=False)]
+        self.mesh = _halved(body, level) if order == 2 else body.levels[level]
+        linear = Corotational(self.mesh, body.material, patterns[-1])
+        self._elasticity = QuadraticElements(body.levels[level], body.material) if order == 2 else linear
         self._held = held[-1]
+        self._springs = _springs(body, level, order)
+        self._constant = None if self._springs is None else self._elasticity.pattern.blocks(self._springs)
         self._load = np.zeros_like(self.mesh.nodes)
         self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
         # without a coarser level, the factor of the rest state preconditions every state
-        self._preconditioner: Multigrid | Factor = (
-            Multigrid(patterns, body.prolongations[:level], held)
-            if level
-            else Factor(self._stiffness(self.mesh.nodes, definite=False))
-        )
+        self._multigrid = Multigrid(patterns, body.prolongations[:finest], held) if finest else None
+        self._follows = order == 1
+        if self._multigrid is None:
+            self._precondition = Factor(self._stiffness(self.mesh.nodes, definite=False)).solve
+        else:
+            self._precondition = self._multigrid.solve
+            if order == 2:
+                self._multigrid.update(self._rest(linear, _springs(body, finest, 1)))
+
+    def _rest(self, linear: Corotational, springs: sparse.sparray | None) -> sparse.bsr_array:
+        """Return the stiffness at rest of linear elements on the same nodes."""
+        stiffness = linear.stiffness(self.mesh.nodes)
+        if springs is not None:
+            stiffness.data += linear.pattern.blocks(springs)
+        hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
+        return stiffness
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""
-        return self._elasticity.energy(x) - float(np.vdot(self._load, x - self.mesh.nodes))
+        moved = x - self.mesh.nodes
+        energy = self._elasticity.energy(x) - float(np.vdot(self._load, moved))
+        if self._springs is not None:
+            energy += 0.5 * float(moved.ravel() @ (self._springs @ moved.ravel()))
+        return energy
 
     def force(self, x: np.ndarray) -> np.ndarray:
         """Return the elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
         force = self._elasticity.force(x) + self._load
+        if self._springs is not None:
+            force -= (self._springs @ (x - self.mesh.nodes).ravel()).reshape(x.shape)
         force[self._held] = 0.0
         return force
+
+    def least_det(self, x: np.ndarray) -> float:
+        """Return the smallest det F of the elements at ``x`` (n_nodes, 3) [m]; an inverted one's is negative."""
+        return self._elasticity.least_det(x)
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
         """Return the products with the stiffness at ``x`` and with a preconditioner.
 
-        The preconditioner is a multigrid cycle, or on the coarsest level a solve with the stiffness at rest.
+        The preconditioner is a multigrid cycle, for quadratic elements always that of linear ones at rest, or on the
+        coarsest level a solve with the stiffness at rest.
         """
         stiffness = self._stiffness(x, definite)
-        if isinstance(self._preconditioner, Multigrid):
-            self._preconditioner.update(stiffness)
-        return lambda p: (stiffness @ p.ravel()).reshape(p.shape), self._preconditioner.solve
+        if self._multigrid is not None and self._follows:
+            self._multigrid.update(stiffness)
+        return product(stiffness), self._precondition
 
     def _stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
         stiffness = self._elasticity.stiffness(x, definite)
+        if self._constant is not None:
+            stiffness.data += self._constant
         hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
         return stiffness
 
@@ -114,9 +156,12 @@ class Equilibrium:
             if last:
                 return solution
 
-    def approach(self, load: np.ndarray, tolerance: float, iterations: int) -> Solution:
-        """Do at most ``iterations`` Newton iterations from rest under the full ``load`` (n_nodes, 3) [N].
+    def approach(
+        self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
+    ) -> Solution:
+        """Do at most ``iterations`` Newton iterations under the full ``load`` (n_nodes, 3) [N].
 
+        They begin at ``start`` (default: rest), positions (n_nodes, 3) [m] with the held nodes at rest.
         The result need not be an equilibrium; the last residual of its history measures the distance from one. Raises
         NotConverged if an iteration fails, but not because there are too few of them.
         """
@@ -126,7 +171,7 @@ class Equilibrium:
             return solution
         solution.history, solution.seconds, self._load = [], [], load
         try:
-            return minimise(self, solution.x, scale, tolerance, iterations, solution)
+            return minimise(self, solution.x if start is None else start, scale, tolerance, iterations, solution)
         except NotConverged:
             if solution.iterations < iterations or not np.isfinite(solution.history[-1]):
                 raise
@@ -137,3 +182,15 @@ def _indicator(nodes: np.ndarray, count: int) -> np.ndarray:
     indicator = np.zeros(count, dtype=bool)
     indicator[nodes] = True
     return indicator
+
+
+def _halved(body: Body, level: int) -> Mesh:
+    """Return the next level's mesh with every new node halfway between two of ``level``."""
+    finer = body.levels[level + 1]
+    nodes = body.prolongations[level] @ body.levels[level].nodes
+    return finer if np.array_equal(nodes, finer.nodes) else TetMesh(nodes, finer.tetrahedra)
+
+
+def _springs(body: Body, level: int, order: int) -> sparse.sparray | None:
+    """Return the constant stiffness (3n, 3n) [N/m] of the body's bed, on its elements' pattern; None without one."""
+    return None if body.bed is None else BedSprings(body.levels[level], body.bed, order).matrix

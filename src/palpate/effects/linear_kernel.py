@@ -1,0 +1,91 @@
+"""Energy and force of four-node tetrahedra in one pass over the elements, and their stiffness in another."""
+
+import numba
+import numpy as np
+
+from palpate.effects.corotational_hessian import PAIRS, hessians
+from palpate.effects.corotational_stress import BLOCK, stresses
+
+
+@numba.njit(cache=True, error_model="numpy")
+def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, force):
+    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
+    energies, sure, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
+    for begin in range(0, len(tetrahedra), BLOCK):
+        count = min(BLOCK, len(tetrahedra) - begin)
+        for k in range(count):
+            _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
+        stresses(f, p, count, mu, lam, energies, sure)
+        for k in range(count):
+            e = begin + k
+            volume = volumes[e]
+            total += volume * energies[k]
+            for i in range(3):
+                p0, p1, p2 = volume * p[3 * i, k], volume * p[3 * i + 1, k], volume * p[3 * i + 2, k]
+                pull1 = p0 * gradients[e, 1, 0] + p1 * gradients[e, 1, 1] + p2 * gradients[e, 1, 2]
+                pull2 = p0 * gradients[e, 2, 0] + p1 * gradients[e, 2, 1] + p2 * gradients[e, 2, 2]
+                pull3 = p0 * gradients[e, 3, 0] + p1 * gradients[e, 3, 1] + p2 * gradients[e, 3, 2]
+                force[tetrahedra[e, 0], i] += pull1 + pull2 + pull3
+                force[tetrahedra[e, 1], i] -= pull1
+                force[tetrahedra[e, 2], i] -= pull2
+                force[tetrahedra[e, 3], i] -= pull3
+    return total
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, values):
+    """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (4, 4)."""
+    f, g, rotated = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty((15, BLOCK))
+    shares, blocks, whole = np.empty(BLOCK), np.empty((54, BLOCK)), np.empty((4, 4, 3, 3))
+    for begin in range(0, len(tetrahedra), BLOCK):
+        count = min(BLOCK, len(tetrahedra) - begin)
+        for k in range(count):
+            shares[k] = volumes[begin + k]
+            _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
+            for c in range(3):
+                for j in range(3):
+                    g[3 * c + j, k] = gradients[begin + k, c + 1, j]
+        hessians(f, g, shares, count, mu, lam, definite, rotated, blocks)
+        for k in range(count):
+            _to_four(blocks, k, whole)
+            for a in range(4):
+                for b in range(4):
+                    slot = slots[begin + k, a, b]
+                    for i in range(3):
+                        for j in range(3):
+                            values[slot, i, j] += whole[a, b, i, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _deformation_gradient(x, tetrahedra, gradients, e, f, k):
+    """Write F of element ``e`` into column ``k`` of ``f``.
+
+    Not from differences of positions: in a body collapsed to a point F would be exactly 0 in every element, all would
+    choose the same axes, and Newton's method would not find its way out of that.
+    """
+    for i in range(3):
+        for j in range(3):
+            t = 0.0
+            for a in range(4):
+                t += x[tetrahedra[e, a], i] * gradients[e, a, j]
+            f[3 * i + j, k] = t
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _to_four(blocks, k, whole):
+    """Write the Hessian of four nodes into ``whole`` (4, 4, 3, 3); pushing all of them alike costs no energy."""
+    for pair in range(6):
+        c, d = PAIRS[pair]
+        for i in range(3):
+            for j in range(3):
+                whole[c + 1, d + 1, i, j] = blocks[9 * pair + 3 * i + j, k]
+                whole[d + 1, c + 1, j, i] = blocks[9 * pair + 3 * i + j, k]
+    for i in range(3):
+        for j in range(3):
+            for a in range(1, 4):
+                whole[a, 0, i, j] = -(whole[a, 1, i, j] + whole[a, 2, i, j] + whole[a, 3, i, j])
+                whole[0, a, j, i] = whole[a, 0, i, j]
+    for i in range(3):
+        for j in range(3):
+            whole[0, 0, i, j] = -(whole[0, 1, i, j] + whole[0, 2, i, j] + whole[0, 3, i, j])

@@ -1,0 +1,157 @@
+"""Energy and force of ten-node tetrahedra in one pass over the elements, and their stiffness in another.
+
+Elements are worked on in batches of BATCH; arrays of a batch end in an axis of its elements, so that inner loops run
+over elements and are vectorised. Point q of element e stands in column q BATCH + e of a block of deformation gradients.
+``slopes`` (4, 10, 3) are the derivatives of the shape functions at the points with respect to the barycentric
+coordinates of the second to fourth corner, ``gradients`` (n_elements, 4, 3) those of these coordinates [1/m].
+"""
+
+import numba
+import numpy as np
+
+from palpate.effects.corotational_hessian import PAIRS, hessians
+from palpate.effects.corotational_stress import ARITHMETIC, BLOCK, stresses
+
+POINTS = 4
+BATCH = BLOCK // POINTS
+
+
+@numba.njit(cache=True, error_model="numpy")
+def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, force):
+    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty(BLOCK)
+    f, p, energies, sure = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_)
+    total = 0.0
+    for begin in range(0, len(ten), BATCH):
+        count = min(BATCH, len(ten) - begin)
+        _gather(x, ten, gradients, volumes, begin, count, places, g, shares)
+        _deformation_gradients(places, slopes, g, pulls, f)
+        stresses(f, p, BLOCK, mu, lam, energies, sure)
+        _forces(p, slopes, g, shares, pulls, places)
+        for e in range(count):
+            for q in range(POINTS):
+                total += shares[q * BATCH + e] * energies[q * BATCH + e]
+            for a in range(10):
+                for i in range(3):
+                    force[ten[begin + e, a], i] -= places[3 * a + i, e]
+    return total
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, definite, slots, values):
+    """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10)."""
+    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty(BLOCK)
+    f, rotated, blocks = np.empty((9, BLOCK)), np.empty((15, BLOCK)), np.empty((54, BLOCK))
+    half, whole = np.empty((POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
+    for begin in range(0, len(ten), BATCH):
+        count = min(BATCH, len(ten) - begin)
+        _gather(x, ten, gradients, volumes, begin, count, places, g, shares)
+        _deformation_gradients(places, slopes, g, pulls, f)
+        hessians(f, g, shares, BLOCK, mu, lam, definite, rotated, blocks)
+        for a in range(10):
+            _half(blocks, slopes, a, half)
+            for b in range(a, 10):
+                _whole(half, slopes, b, whole)
+                _scatter(whole, slots, begin, count, a, b, values)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _gather(x, ten, gradients, volumes, begin, count, places, g, shares):
+    """Write the batch's positions (30, BATCH), gradients (9, BLOCK) and volumes (BLOCK,); idle columns get the last."""
+    for e in range(BATCH):
+        element = begin + min(e, count - 1)
+        for a in range(10):
+            for i in range(3):
+                places[3 * a + i, e] = x[ten[element, a], i]
+        for q in range(POINTS):
+            shares[q * BATCH + e] = volumes[element] / POINTS
+            for c in range(3):
+                for j in range(3):
+                    g[3 * c + j, q * BATCH + e] = gradients[element, c + 1, j]
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def _deformation_gradients(places, slopes, g, pulls, f):
+    """Write F of all points into ``f`` (9, BLOCK)."""
+    for q in range(POINTS):
+        pulls[:] = 0.0
+        for a in range(10):
+            for i in range(3):
+                for c in range(3):
+                    slope = slopes[q, a, c]
+                    for e in range(BATCH):
+                        pulls[3 * i + c, e] += slope * places[3 * a + i, e]
+        for i in range(3):
+            for j in range(3):
+                for e in range(BATCH):
+                    k = q * BATCH + e
+                    d = (
+                        pulls[3 * i, e] * g[j, k]
+                        + pulls[3 * i + 1, e] * g[3 + j, k]
+                        + pulls[3 * i + 2, e] * g[6 + j, k]
+                    )
+                    f[3 * i + j, k] = d
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def _forces(p, slopes, g, shares, pulls, forces):
+    """Write the derivatives of the energy with respect to the ten nodes into ``forces`` (30, BATCH)."""
+    forces[:] = 0.0
+    for q in range(POINTS):
+        for i in range(3):
+            for c in range(3):
+                for e in range(BATCH):
+                    k = q * BATCH + e
+                    d = (
+                        p[3 * i, k] * g[3 * c, k]
+                        + p[3 * i + 1, k] * g[3 * c + 1, k]
+                        + p[3 * i + 2, k] * g[3 * c + 2, k]
+                    )
+                    pulls[3 * i + c, e] = shares[k] * d
+        for a in range(10):
+            for i in range(3):
+                s0, s1, s2 = slopes[q, a, 0], slopes[q, a, 1], slopes[q, a, 2]
+                for e in range(BATCH):
+                    d = s0 * pulls[3 * i, e] + s1 * pulls[3 * i + 1, e] + s2 * pulls[3 * i + 2, e]
+                    forces[3 * a + i, e] += d
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def _half(blocks, slopes, a, half):
+    """Write Σ_c slope_c B_cd of node ``a``, for all points and each d, into ``half`` (POINTS, 3, 9, BATCH)."""
+    half[:] = 0.0
+    for q in range(POINTS):
+        for pair in range(6):
+            c, d = PAIRS[pair]
+            for i in range(3):
+                for j in range(3):
+                    row, one, other = 9 * pair + 3 * i + j, slopes[q, a, c], slopes[q, a, d]
+                    for e in range(BATCH):
+                        half[q, d, 3 * i + j, e] += one * blocks[row, q * BATCH + e]
+                    if c != d:
+                        for e in range(BATCH):
+                            half[q, c, 3 * j + i, e] += other * blocks[row, q * BATCH + e]
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def _whole(half, slopes, b, whole):
+    """Write the Hessian of one node and node ``b``, Σ_q,d ``half`` slope_d, into ``whole`` (9, BATCH)."""
+    for row in range(9):
+        for e in range(BATCH):
+            whole[row, e] = 0.0
+        for q in range(POINTS):
+            s0, s1, s2 = slopes[q, b, 0], slopes[q, b, 1], slopes[q, b, 2]
+            for e in range(BATCH):
+                whole[row, e] += s0 * half[q, 0, row, e] + s1 * half[q, 1, row, e] + s2 * half[q, 2, row, e]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _scatter(whole, slots, begin, count, a, b, values):
+    """Add the batch's blocks of the nodes ``a`` and ``b`` to ``values``, and those of ``b`` and ``a``."""
+    for e in range(count):
+        one, other = slots[begin + e, a, b], slots[begin + e, b, a]
+        for i in range(3):
+            for j in range(3):
+                values[one, i, j] += whole[3 * i + j, e]
+                if a != b:
+                    values[other, j, i] += whole[3 * i + j, e]

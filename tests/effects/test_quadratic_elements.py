@@ -1,0 +1,129 @@
+"""Quadratic elements against their definition, finite differences and scikit-fem."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from skfem import Basis, ElementTetP2, ElementVector, MeshTet
+from skfem.models.elasticity import linear_elasticity
+
+from palpate.bodies.body import Material
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.refinement import refine
+from palpate.effects.corotational import Corotational
+from palpate.effects.quadratic_elements import QuadraticElements
+
+SKEW = np.array([[1.0, 0.1, 0.2], [0.0, 1.0, 0.1], [-0.1, 0.0, 1.0]])
+
+
+@pytest.fixture(scope="module", params=[0.0, 0.3, 0.49])
+def block(request, box):
+    """0.1 m of a skew box: its mesh, the mesh whose nodes are the unknowns, and its elasticity."""
+    mesh = box([1, 1, 1], [0.1, 0.1, 0.1])
+    mesh = TetMesh(mesh.nodes @ SKEW, mesh.tetrahedra)
+    return mesh, refine(mesh)[0], QuadraticElements(mesh, Material(3000.0, request.param, 1000.0))
+
+
+def crumpled(mesh, rotation, amount=0.15):
+    """Turned far, and every node moved."""
+    return mesh.nodes @ rotation(2.0).T + amount * 0.05 * np.random.default_rng(3).normal(size=mesh.nodes.shape)
+
+
+def test_rotation_by_any_angle_gives_no_force(block, rotation):
+    _, finer, elasticity = block
+    scale = elasticity.moduli[0] * finer.size**2
+    for angle in [*np.linspace(0, 2 * np.pi, 25), np.pi - 1e-8, 1e-9]:
+        x = finer.nodes @ rotation(angle).T + [0.3, -0.2, 0.1]
+        assert np.abs(elasticity.force(x)).max() < 1e-10 * scale
+        assert abs(elasticity.energy(x)) < 1e-20 * scale * finer.size
+
+
+def test_energy_and_force_turn_with_the_body(block, rotation):
+    _, finer, elasticity = block
+    x, turn = crumpled(finer, rotation), rotation(0.7)
+    moved = x @ turn.T + [1.0, 2.0, -0.5]
+    assert elasticity.energy(moved) == pytest.approx(elasticity.energy(x), rel=1e-11)
+    force = elasticity.force(x)
+    assert np.abs(elasticity.force(moved) - force @ turn.T).max() < 1e-10 * np.abs(force).max()
+
+
+def test_forces_and_moments_balance(block, rotation):
+    _, finer, elasticity = block
+    x = crumpled(finer, rotation)
+    force = elasticity.force(x)
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
+    assert np.abs(np.cross(x, force).sum(axis=0)).max() < 1e-12 * np.abs(force).sum() * finer.size
+
+
+def test_linear_displacements_cost_what_linear_elements_say(block, rotation):
+    mesh, _, elasticity = block
+    coarse = crumpled(mesh, rotation, 0.6)
+    linear = Corotational(mesh, Material(3000.0, 0.0, 1000.0))
+    linear.moduli = elasticity.moduli
+    x = refine(mesh)[1] @ coarse
+    assert elasticity.energy(x) == pytest.approx(linear.energy(coarse), rel=1e-12)
+    force = refine(mesh)[1].T @ elasticity.force(x)
+    assert np.abs(force - linear.force(coarse)).max() < 1e-12 * np.abs(force).max()
+
+
+@pytest.mark.parametrize("amount", [0.05, 0.6])
+def test_force_and_stiffness_are_derivatives(block, rotation, differences, amount):
+    """At 0.6 elements are inverted, and some are in the fold."""
+    _, finer, elasticity = block
+    x = crumpled(finer, rotation, amount)
+    assert (elasticity.least_det(x) < 0) == (amount == 0.6)
+    force, stiffness = elasticity.force(x), elasticity.stiffness(x).toarray()
+    slope = differences(elasticity.energy, x, 1e-6 * finer.size).reshape(x.shape)
+    assert np.abs(force + slope).max() < 1e-7 * np.abs(force).max()
+    slope = -differences(elasticity.force, x, 1e-6 * finer.size)
+    assert np.abs(stiffness - slope).max() < 1e-6 * np.abs(stiffness).max()
+    assert np.abs(stiffness - stiffness.T).max() < 1e-13 * np.abs(stiffness).max()
+
+
+def test_definite_stiffness_is_so_and_the_exact_one_where_nothing_is_negative(block, rotation):
+    _, finer, elasticity = block
+    x = 0.6 * crumpled(finer, rotation, 0.1)
+    exact, definite = (np.linalg.eigvalsh(elasticity.stiffness(x, d).toarray()) for d in (False, True))
+    assert exact[0] < -0.01 * exact[-1]
+    assert definite[0] > -1e-12 * definite[-1]
+    stretched = 1.05 * finer.nodes @ rotation(2.0).T
+    assert np.array_equal(elasticity.stiffness(stretched).data, elasticity.stiffness(stretched, definite=True).data)
+
+
+def test_rest_stiffness_is_that_of_scikit_fem(block):
+    mesh, finer, elasticity = block
+    mu, lam = elasticity.moduli
+    reference = MeshTet(mesh.nodes.T.copy(), mesh.tetrahedra.T.copy(), sort_t=False)
+    basis = Basis(reference, ElementVector(ElementTetP2()), intorder=2)
+    distance, theirs = cKDTree(basis.doflocs[:, ::3].T).query(finer.nodes)
+    assert distance.max() < 1e-15
+    order = (3 * theirs[:, None] + np.arange(3)).ravel()
+    expected = linear_elasticity(lam, mu).assemble(basis).toarray()[np.ix_(order, order)]
+    found = elasticity.stiffness(finer.nodes).toarray()
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_least_det_is_that_of_the_most_flattened_point(block):
+    _, finer, elasticity = block
+    f = np.diag([1.1, 0.9, 0.7])
+    assert elasticity.least_det(finer.nodes @ f) == pytest.approx(np.linalg.det(f), rel=1e-12)
+    assert elasticity.least_det(finer.nodes * [1, 1, -1]) == pytest.approx(-1.0, rel=1e-12)
+    # one coordinate shrinks like 1 − 8 x: the points lie inside, so that det F stays above its value at the far corner
+    x = finer.nodes.copy()
+    x[:, 0] -= 4.0 * x[:, 0] ** 2
+    assert 1 - 8 * finer.nodes[:, 0].max() < elasticity.least_det(x) < 1 - 8 * 0.8 * finer.nodes[:, 0].max() + 0.2
+
+
+def test_more_than_one_batch_of_elements(box, rotation, soft):
+    """Elements are worked on in batches of 64: 96 and 60 of them, and each alone."""
+    for counts in ([4, 2, 2], [5, 2, 1]):
+        mesh = box(counts, [0.2, 0.1, 0.1], jitter=0.2)
+        finer, elasticity = refine(mesh)[0], QuadraticElements(mesh, soft)
+        x = crumpled(finer, rotation)
+        force, energy = np.zeros_like(x), 0.0
+        for element, nodes in zip(mesh.tetrahedra, elasticity.couples, strict=True):
+            alone = QuadraticElements(TetMesh(mesh.nodes[element], np.array([[0, 1, 2, 3]])), soft)
+            assert np.array_equal(alone.couples, [np.arange(10)])
+            energy += alone.energy(x[nodes])
+            force[nodes] += alone.force(x[nodes])
+        assert elasticity.energy(x) == pytest.approx(energy, rel=1e-12)
+        assert np.abs(elasticity.force(x) - force).max() < 1e-12 * np.abs(force).max()

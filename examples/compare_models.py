@@ -11,13 +11,14 @@ from palpate.models.model_registry import model
 OWN = {"nearest": str(Path(__file__).parents[1] / "docs/example_model.py")}
 NAMES = {
     "nearest": "model of one's own: nearest sample, scaled",
-    "fem_coarse": "coarse FEM",
+    "fem_p1": "coarse FEM",
     "linear_fem": "linear fine FEM, precomputed",
     "warped_compliance": "warped Green's functions",
     "detail_correction": "corrected coarse FEM",
 }
-EXACT, ALL = {"tolerance": 1e-8}, {"samples": 18}
-SETTINGS = {"nearest": ALL, "fem_coarse": EXACT, "warped_compliance": ALL, "detail_correction": EXACT | ALL}
+ALL = {"samples": 18}
+SETTINGS = {"nearest": ALL, "warped_compliance": {"samples": 0}, "detail_correction": {"coarse": "converged"} | ALL}
+SETTINGS |= {"fem_p1": {"level": 0, "start": "rest", "tolerance": 1e-8}}
 
 
 def main(picture=None):

@@ -28,7 +28,7 @@ def example(monkeypatch, tmp_path):
 
 def test_a_press_moves_the_surface_and_stores_half_of_force_times_way(example):
     peak_m, stored = example("press_a_liver")
-    assert peak_m == pytest.approx(0.0170, abs=0.0005)
+    assert peak_m == pytest.approx(0.0148, abs=0.0005)
     assert stored == pytest.approx(0.5, abs=0.01)  # Clapeyron's theorem
 
 

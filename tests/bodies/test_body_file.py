@@ -2,8 +2,10 @@ import h5py
 import numpy as np
 import pytest
 
+from palpate.bodies.bed import Bed
 from palpate.bodies.body import nest
 from palpate.bodies.body_file import load, save
+from palpate.bodies.refinement import finer
 from palpate.bodies.sheet import sheet
 from palpate.errors import InputError
 
@@ -24,6 +26,16 @@ def test_round_trip(stored):
         assert np.array_equal(mine.tetrahedra, theirs.tetrahedra)
     assert all(map(np.array_equal, body.anchors, found.anchors))
     assert abs(body.prolongation - found.prolongation).max() == 0
+
+
+def test_a_bed_comes_back_and_finer_keeps_it(cube, material, tmp_path):
+    bed = Bed(np.array([0.5, 0.5, 0.0]), 0.8, 1e5)
+    save(nest("cube", cube, 1, np.empty(0, dtype=int), material, bed=bed), tmp_path / "bedded.h5")
+    body = load(tmp_path / "bedded.h5")
+    for found in (body.bed, finer(body).bed):
+        assert np.array_equal(found.center_m, bed.center_m)
+        assert (found.radius_m, found.stiffness_n_m3) == (0.8, 1e5)
+    assert [len(held) for held in body.anchors] == [0, 0] and body.anchors[0].dtype.kind == "i"
 
 
 def test_a_sheet_comes_back(material, tmp_path):
@@ -54,7 +66,7 @@ def test_another_version_is_refused(stored):
     _, path = stored
     with h5py.File(path, "a") as file:
         file.attrs["version"] = 0
-    with pytest.raises(InputError, match="version is not 2"):
+    with pytest.raises(InputError, match="version is not 3"):
         load(path)
 
 

@@ -43,6 +43,27 @@ def test_liver(entry):
     assert body.coarse.normals[held].mean(axis=0)[1] > 0.5
 
 
+BED = {"sphere": {"center_m": [0.0, -0.03, 0.1], "radius_m": 0.05}, "stiffness_n_m3": 1e5}
+
+
+def test_a_body_on_a_bed_needs_no_anchors(entry):
+    free = {key: value for key, value in (entry | CYLINDER).items() if key != "anchors"}
+    body = make_body("cylinder", free | {"bed": BED})
+    assert [len(held) for held in body.anchors] == [0, 0]
+    assert body.bed.center_m.tolist() == [0.0, -0.03, 0.1] and body.bed.stiffness_n_m3 == 1e5
+    both = make_body("cylinder", entry | CYLINDER | {"bed": BED})
+    assert len(both.anchors[0]) == 19 and both.bed.radius_m == 0.05
+    assert make_body("cylinder", entry | CYLINDER).bed is None
+
+
+def test_a_file_on_a_bed_is_not_held_by_default(entry, shared_meshes):
+    free = {key: value for key, value in entry.items() if key != "anchors"}
+    own = free | {"kind": "file", "path": str(shared_meshes / "liver.msh"), "scale_m": 0.03, "refinements": 0}
+    middle = make_body("own", own | {"anchors": {"nodes": [3, 39, 64]}}).coarse.nodes[3].tolist()
+    body = make_body("own", own | {"bed": BED | {"sphere": {"center_m": middle, "radius_m": 0.06}}})
+    assert not len(body.anchors[0]) and body.bed is not None
+
+
 def test_box(entry):
     body = make_body(
         "bar", entry | {"kind": "box", "sizes_m": [0.1, 0.1, 0.3], "divisions": [2, 2, 6], "refinements": 1}

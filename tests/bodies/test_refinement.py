@@ -3,7 +3,7 @@ import pytest
 
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.mesh_quality import quality
-from palpate.bodies.refinement import refine
+from palpate.bodies.refinement import finer, refine
 
 
 def test_fine_nodes_are_the_prolonged_coarse_ones(cube):
@@ -36,3 +36,16 @@ def test_quality_settles_after_one_refinement():
     # the inner octahedra may bring in one smaller angle, once; their children repeat the shapes
     assert angles[1] > 0.85 * angles[0]
     assert angles[2] == pytest.approx(angles[1], rel=1e-9)
+
+
+def test_a_finer_body_is_the_same_with_levels_more(slab):
+    again = finer(slab, 2)
+    assert again.levels[:2] == slab.levels and len(again.levels) == 4
+    assert np.array_equal(again.fine.nodes, refine(refine(slab.fine)[0])[0].nodes)
+    assert np.abs(again.prolongation @ slab.coarse.nodes - again.fine.nodes).max() < 1e-16
+    for mesh, held in zip(again.levels, again.anchors, strict=True):
+        plane = mesh.nodes[held] - slab.coarse.nodes[slab.anchors[0][0]]
+        assert np.linalg.matrix_rank(plane, tol=1e-12) == 2
+    # held at one end, whose faces are split in four
+    assert [len(held) for held in again.anchors] == [9, 25, 81, 289]
+    assert finer(slab, 0) is slab

@@ -2,11 +2,13 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from palpate.bodies.bed import Bed
 from palpate.bodies.body import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import effect as hooks
@@ -29,7 +31,8 @@ ELASTIC = {"kelvin": "springs", "maxwell": "springs", "bending": "triangles"}
 
 def made(name: str, slab) -> object:
     """Make one of the registered effects."""
-    particles = particles_of(slab, 0, surface=False)
+    body = replace(slab, bed=Bed(slab.coarse.nodes[0], 0.1, 1e4)) if name == "bed" else slab
+    particles = particles_of(body, 0, surface=False)
     if name in ("triangles", "bending"):
         nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
         triangles, none = np.array([[0, 1, 2], [0, 2, 3]]), np.empty((0, 4), dtype=int)

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
-from palpate.effects.patch_load import nodal_load
+from palpate.bodies.refinement import refine
+from palpate.effects.ball_integral import triangle_shapes
+from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
 
 FORCE = np.array([0.3, -1.2, 0.5])
 
@@ -41,28 +44,103 @@ def test_levels_do_the_same_work_on_a_coarse_displacement(body, contact, radius)
         assert np.vdot(nodal_load(body, level, contact, FORCE, radius), displacement) == pytest.approx(work, rel=1e-12)
 
 
-def test_no_radius_and_one_below_the_spacing_load_the_node_alone(body, contact):
-    for radius in (0.0, 0.001):
-        for level in range(3):
-            load = nodal_load(body, level, contact, FORCE, radius)
+def test_without_a_radius_the_node_alone_is_loaded(body, contact):
+    for order in (1, 2):
+        for level in range(2):
+            load = nodal_load(body, level, contact, FORCE, 0.0, order)
             assert np.array_equal(np.flatnonzero(load.any(axis=1)), [contact])
             assert np.array_equal(load[contact], FORCE)
 
 
-def test_a_disc_loads_the_near_side_within_its_radius(body, contact):
-    """The shape: 1 − (d/r)² times area, on nodes that face the contact's way."""
-    radius, mesh = 0.05, body.fine
-    load = nodal_load(body, 2, contact, FORCE, radius)
-    assert np.abs(np.cross(load, FORCE)).max() < 1e-15
-    share = load @ FORCE / (FORCE @ FORCE)
-    distance = np.linalg.norm(mesh.nodes - mesh.nodes[contact], axis=1)
-    facing = mesh.normals @ mesh.normals[contact] > 0.0
-    loaded = share > 0.0
-    assert np.array_equal(loaded, (distance < radius) & facing & (mesh.areas > 0.0))
-    assert (distance[~facing] < radius).any() and mesh.nodes[loaded][:, 0].min() > -1e-12
-    profile = share[loaded] / mesh.areas[loaded] / (1.0 - (distance[loaded] / radius) ** 2)
-    assert profile == pytest.approx(profile[0], rel=1e-10)
-    # ∫ 1 − (d/r)² over a flat disc is π r²/2
-    small = nodal_load(body, 2, contact, FORCE, 0.02)
-    near = small @ FORCE / (FORCE @ FORCE)
-    assert near.max() / mesh.areas[near.argmax()] == pytest.approx(2 / (np.pi * 0.02**2), rel=0.15)
+def test_a_disc_far_below_the_spacing_is_a_point(body, contact):
+    nodes, shares = patch_shares(body.coarse, patch_at(body, contact, 1e-7))
+    assert shares[nodes == contact] == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_levels_of_quadratic_elements_do_the_same_work(body, contact, order):
+    """A linear displacement is one of every mesh, of linear elements and of quadratic ones."""
+    loads = [nodal_load(body, level, contact, FORCE, 0.033, order) for level in range(3)]
+    moments = []
+    for level, load in enumerate(loads):
+        nodes = body.levels[level].nodes if order == 1 else refine(body.levels[level])[0].nodes
+        moments.append(np.einsum("ni,nj->ij", load, nodes))
+    assert np.abs(moments - moments[0]).max() < 1e-14
+
+
+def subdivided(mesh, patch, order, depth=7):
+    """The same integral by brute force: the middles of 4^depth parts of each triangle."""
+    n = 2**depth
+    i, j = np.divmod(np.arange(n * n), n)
+    low, high = i + j < n, i + j < n - 1
+    parts = np.concatenate(
+        [np.column_stack([i + 1 / 3, j + 1 / 3])[low], np.column_stack([i + 2 / 3, j + 2 / 3])[high]]
+    )
+    places = np.column_stack([1 - parts.sum(axis=1) / n, parts / n])
+    ten = ten_nodes(mesh) if order == 2 else mesh.triangles
+    total = np.zeros(len(mesh.nodes) + len(mesh.edges))
+    for corners, numbers in zip(mesh.nodes[mesh.triangles], ten, strict=True):
+        area = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        if area @ patch.normal > 1e-12 * np.linalg.norm(area):
+            squared = ((places @ corners - patch.center_m) ** 2).sum(axis=1)
+            pressure = np.clip(1 - squared / patch.radius_m**2, 0, None) * np.linalg.norm(area)
+            total[numbers] += pressure @ triangle_shapes(places, order) / len(places)
+    return total / total.sum()
+
+
+def ten_nodes(mesh):
+    """The six nodes of each boundary triangle, found by where they are in the finer mesh."""
+    finer = refine(mesh)[0].nodes
+    corners = mesh.nodes[mesh.triangles]
+    places = [(corners[:, a] + corners[:, b]) / 2 for a, b in ((0, 1), (0, 2), (1, 2))]
+    return np.hstack([mesh.triangles, *(cKDTree(finer).query(p)[1][:, None] for p in places)])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("radius", [0.006, 0.012, 0.03, 0.08])
+def test_the_integral_is_exact(body, contact, order, radius):
+    """Around a node, and around a point within a facet that is not a node, off the surface and oblique to it."""
+    mesh = body.coarse
+    around = patch_at(body, contact, radius)
+    normal, away = np.array([0.9, 0.3, 0.1]), np.array([-0.002, 0.004, 0.005])
+    for patch in (around, Patch(around.center_m + away, normal / np.linalg.norm(normal), radius)):
+        expected = subdivided(mesh, patch, order)
+        found = np.zeros_like(expected)
+        nodes, shares = patch_shares(mesh, patch, order)
+        found[nodes] = shares
+        assert shares.sum() == pytest.approx(1.0, abs=1e-14)
+        assert np.abs(found - expected).max() < 1e-4 * expected.max()
+
+
+def test_quadratic_shapes_are_those_of_the_interpolation(body, contact):
+    """The work on a quadratic displacement is the integral of the pressure times it, whatever the level."""
+    works = []
+    for level in range(3):
+        nodes = refine(body.levels[level])[0].nodes
+        works.append(nodal_load(body, level, contact, FORCE, 0.02, 2)[:, 1] @ (nodes[:, 0] * nodes[:, 2]))
+    assert works == pytest.approx([works[0]] * 3, rel=1e-12)
+
+
+def test_a_disc_on_a_plane_has_the_moments_of_its_pressure(box, soft):
+    """∫ (1 − d²/r²) is π r²/2, and of d² times it π r⁴/6; so the mean of d² is r²/3."""
+    body = nest("box", box([4, 4, 2], [0.2, 0.2, 0.1], jitter=0.2), 1, np.arange(3), soft)
+    above = np.array([0.093, 0.108, 0.1])
+    for radius in (0.01, 0.06):
+        nodes, shares = patch_shares(body.coarse, Patch(above, np.array([0.0, 0.0, 1.0]), radius), 2)
+        away = refine(body.coarse)[0].nodes[nodes] - above
+        assert shares @ away == pytest.approx(0.0, abs=1e-15)
+        assert shares @ (away**2).sum(axis=1) == pytest.approx(radius**2 / 3, rel=1e-12)
+
+
+def test_the_back_of_a_thin_body_is_not_pressed(box, soft):
+    body = nest("plate", box([8, 8, 1], [0.2, 0.2, 0.01]), 0, np.arange(3), soft)
+    nodes, _ = patch_shares(body.coarse, Patch(np.array([0.1, 0.1, 0.01]), np.array([0.0, 0.0, 1.0]), 0.05))
+    assert np.array_equal(body.coarse.nodes[nodes, 2], np.full(len(nodes), 0.01))
+    # the side of a box does not face the one who presses the top, whatever rounding says
+    nodes, _ = patch_shares(body.coarse, Patch(np.array([0.0, 0.1, 0.01]), np.array([1e-9, 0.0, 1.0]), 0.05))
+    assert body.coarse.nodes[nodes, 2].min() == 0.01
+
+
+def test_a_patch_far_from_the_body_loads_the_nearest_node(body):
+    nodes, shares = patch_shares(body.coarse, Patch(np.array([1.0, 0.0, 0.1]), np.array([1.0, 0.0, 0.0]), 0.01))
+    assert shares.tolist() == [1.0] and body.coarse.nodes[nodes[0], 0] == pytest.approx(0.03)

@@ -23,7 +23,7 @@ def simulated(body):
     def responses(mesh, seconds):
         ones = np.ones(4)
         moved = random.normal(size=(4, *mesh.nodes.shape))
-        return Responses(np.arange(4), moved, ones, ones, 1e-11 * ones, seconds * ones)
+        return Responses(np.arange(4), moved, ones, ones, 1e-11 * ones, seconds * ones, ones, 0 * ones)
 
     return loads, responses(body.fine, 3.0), responses(body.coarse, 0.5)
 

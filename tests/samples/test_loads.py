@@ -65,7 +65,7 @@ def test_peaks_are_as_deep_as_asked(slab, slab_compliance, choose, peak):
 
 
 def test_samples_lie_among_the_contacts_that_are_prepared(slab):
-    compliance = compute_compliance(slab, 0.0, count=6)
+    compliance = compute_compliance(slab, 0.0, contacts=6)
     loads = choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 12, 1)
     assert sorted(loads["contact"].unique()) == compliance.contacts.tolist()
     with pytest.raises(InputError, match=r"^bodies\.slab: 7 contacts are asked for and 6 can be pressed; .* contacts"):

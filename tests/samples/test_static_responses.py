@@ -4,11 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.quadratic import ten_nodes
+from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.samples import static_responses as module
 from palpate.samples.loads import COLUMNS
-from palpate.samples.static_responses import load_responses, press, save_responses
+from palpate.samples.static_responses import inverted, load_responses, press, save_responses
 from palpate.solvers.equilibrium import Equilibrium
 
 
@@ -77,7 +80,48 @@ def test_parts_are_joined_in_the_order_given(slab, loads, responses, tmp_path):
     save_responses(press(slab, 1, loads[:2], 1e-9), paths[0])
     save_responses(press(slab, 1, loads[2:], 1e-9), paths[1])
     joined = load_responses(paths)
-    for name in ("sample", "displacement", "newton_iterations", "linear_solves", "residual"):
+    for name in ("sample", "displacement", "newton_iterations", "linear_solves", "residual", "least_det", "inverted"):
         assert np.array_equal(getattr(joined, name), getattr(responses, name)), name
     assert load_responses(paths[::-1]).sample.tolist() == [7, 4, 5]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["fine_0.h5", "fine_1.h5"]
+
+
+def test_quadratic_responses_are_those_of_ten_node_elements(slab, loads):
+    """Also where the body lacks the level that their midpoints need, and from the level before or from rest."""
+    for level in (0, 1):
+        found = press(slab, level, loads, 1e-9, order=2)
+        assert found.displacement.shape == (3, len(slab.levels[level].nodes), 3)
+        problem = Equilibrium(finer(slab), level, 2)
+        for row, (_, load) in enumerate(loads.iterrows()):
+            force = load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
+            nodal = nodal_load(finer(slab), level, int(load["contact"]), force, load["radius_m"], 2)
+            x = problem.solve(nodal, 1e-9).x
+            expected = (x - problem.mesh.nodes)[: len(slab.levels[level].nodes)]
+            assert np.abs(found.displacement[row] - expected).max() < 1e-7 * np.abs(expected).max()
+            assert found.least_det[row] == pytest.approx(problem.least_det(x), rel=1e-6)
+        assert found.inverted.tolist() == [0, 0, 0] and found.least_det.min() > 0.0
+
+
+def test_an_inverted_element_is_counted_and_of_quadratic_elements_warned_of(slab, monkeypatch):
+    """Linear ones by a force on one node that pushes it through the body."""
+    rows = [[0, 44, -3.0, -3.0, -3.0, 0.0], [1, 44, 0.0, 0.1, -0.1, 0.0]]
+    found = press(slab, 0, pd.DataFrame(rows, columns=COLUMNS), 1e-8)
+    assert found.least_det[0] < 0.0 < found.least_det[1]
+    moved = TetMesh(slab.coarse.nodes + found.displacement[0], slab.coarse.tetrahedra)
+    assert found.inverted.tolist() == [np.sum(moved.volumes <= 0.0), 0]
+    monkeypatch.setattr(module.Equilibrium, "least_det", lambda *_: -0.1)
+    monkeypatch.setattr(module, "inverted", lambda *_: 3)
+    with pytest.warns(
+        UserWarning, match=r"^bodies\.slab: in 1 of 1 samples an element is inverted, .* larger radius_m"
+    ):
+        press(slab, 0, pd.DataFrame(rows[1:], columns=COLUMNS), 1e-6, order=2)
+
+
+def test_points_of_quadratic_elements_are_counted_by_element(slab):
+    """Turned inside out by moving one midpoint far away."""
+    x = finer(slab).levels[1].nodes.copy()
+    assert inverted(slab.coarse, x, 2) == 0
+    midpoint = ten_nodes(slab.coarse)[7, 5]
+    x[midpoint] += 0.2
+    around = (ten_nodes(slab.coarse) == midpoint).any(axis=1).sum()
+    assert 1 <= inverted(slab.coarse, x, 2) <= around

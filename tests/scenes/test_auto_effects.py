@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.bodies.bed import Bed
 from palpate.bodies.body import Material
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
@@ -28,6 +29,7 @@ def having(**blocks) -> Scene:
     return replace(SCENE, settings=SCENE.settings | blocks)
 
 
+BEDDED = replace(SOLID, beds=((Bed(NODES[0], 0.5, 1e4), FACES),))
 PUSH = {"loads": [{"force_n": [0, 0, -1]}]}
 IDLE = {"loads": [{"force_n": [0, 0, 0]}]}
 BALL = {"stiffness_n_m": 1, "instruments": [{"kind": "sphere"}]}
@@ -48,6 +50,8 @@ SOFT = replace(SOLID, material=Material(1e3, 0.2, 1e3))
         ("gravity", (SCENE, SOLID), (SCENE, replace(SOLID, masses=np.zeros(4)))),
         ("held", (SCENE, SOLID), (replace(SCENE, held=False), SOLID)),
         ("held", (SCENE, SOLID), (SCENE, replace(SOLID, held=np.empty(0, dtype=int)))),
+        ("bed", (SCENE, BEDDED), (SCENE, SOLID)),
+        ("bed", (SCENE, BEDDED), (replace(SCENE, held=False), BEDDED)),
         ("push", (having(push=PUSH), SOLID), (having(push=IDLE), SOLID)),
         ("bending", (SCENE, SHEET), (having(springs={}), SHEET)),
         ("volume", (having(springs={}), SOLID), (having(springs={}), SOFT)),

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
+from palpate.bodies.contacts import kept_contacts
+from palpate.bodies.refinement import finer
 from palpate.effects.corotational import Corotational
 from palpate.effects.patch_load import nodal_load
+from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import hold
 from palpate.solvers.compliance import compute_compliance, load_compliance, save_compliance
@@ -15,8 +18,9 @@ def direct(body, level, load):
     """The linear response by scipy's direct solver."""
     mesh = body.levels[level]
     matrix = Corotational(mesh, body.material).stiffness(mesh.nodes)
-    hold(matrix.indptr, matrix.indices, matrix.data, np.isin(np.arange(len(mesh.nodes)), body.anchors[level]))
-    return spsolve(matrix.tocsc(), load.ravel()).reshape(load.shape)
+    held = np.isin(np.arange(len(mesh.nodes)), body.anchors[level])
+    hold(matrix.indptr, matrix.indices, matrix.data, held)
+    return spsolve(matrix.tocsc(), np.where(held[:, None], 0.0, load).ravel()).reshape(load.shape)
 
 
 def test_every_free_surface_node_has_its_row(slab, slab_compliance):
@@ -78,13 +82,31 @@ def test_reads_what_was_written(slab_compliance, tmp_path):
 
 
 def test_a_count_leaves_out_rows_and_changes_none(slab, slab_compliance):
-    few = compute_compliance(slab, 0.0, count=5)
+    few = compute_compliance(slab, 0.0, contacts=5)
     assert len(few.contacts) == 5
     rows = [slab_compliance.row(contact) for contact in few.contacts]
     for name in ("fine", "restricted", "coarse"):
         assert np.array_equal(getattr(few, name), getattr(slab_compliance, name)[rows])
+    same = compute_compliance(slab, 0.0, contacts=few.contacts)
+    assert np.array_equal(same.contacts, few.contacts) and np.array_equal(same.fine, few.fine)
     missing = np.setdiff1d(slab_compliance.contacts, few.contacts)[0]
     with pytest.raises(
         InputError, match=rf"^contact {missing} is not .* one of the contacts that are prepared; choose"
     ):
         few.row(missing)
+
+
+def test_quadratic_compliance_is_that_of_ten_node_elements(slab):
+    """At the nodes of the fine level; the coarse mesh's own response stays that of linear elements."""
+    chosen, radius = kept_contacts(slab, 2), 0.03
+    quadratic, linear = (compute_compliance(slab, radius, contacts=chosen, order=order) for order in (2, 1))
+    assert np.array_equal(quadratic.coarse, linear.coarse)
+    body, n_coarse = finer(slab), len(slab.coarse.nodes)
+    matrix = QuadraticElements(slab.fine, slab.material).stiffness(body.fine.nodes)
+    held = np.isin(np.arange(len(body.fine.nodes)), body.anchors[-1])
+    hold(matrix.indptr, matrix.indices, matrix.data, held)
+    for axis in (0, 2):
+        load = np.where(held[:, None], 0.0, nodal_load(body, 1, int(chosen[1]), np.eye(3)[axis], radius, 2))
+        expected = spsolve(matrix.tocsc(), load.ravel()).reshape(load.shape)
+        assert np.abs(quadratic.fine[1, axis] - expected[slab.fine.surface]).max() < 1e-8 * np.abs(expected).max()
+        assert np.abs(quadratic.restricted[1, axis] - expected[:n_coarse]).max() < 1e-8 * np.abs(expected).max()

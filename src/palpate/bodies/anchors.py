@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from palpate.bodies.bed import Bed, inner_nodes
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
@@ -18,8 +19,8 @@ HELD = 0.1
 Rule = Callable[[str, Any, Mesh], np.ndarray]
 
 
-def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
-    """Choose the coarse nodes that a rule holds, in increasing order.
+def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = None) -> np.ndarray:
+    """Choose the coarse nodes that a rule holds, in increasing order; without a rule, as on a bed, none.
 
     rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
         ``{sphere: {center_m: [x, y, z], radius_m}}``
@@ -27,6 +28,9 @@ def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
     Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
     """
+    if rule is None:
+        _check_pieces(body, np.empty(0, dtype=np.int64), mesh, bed)
+        return np.empty(0, dtype=np.int64)
     rules: dict[str, Rule] = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
     if len(rule) != 1 or not set(rule) <= set(rules):
         raise InputError(f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane and sphere.")
@@ -41,7 +45,7 @@ def choose_anchors(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
             f"the body is {' × '.join(f'{side:.3g}' for side in np.ptp(mesh.nodes, axis=0))} m."
         )
     if not isinstance(mesh, Sheet):
-        _check_pieces(body, held, mesh)
+        _check_pieces(body, held, mesh, bed)
     return held
 
 
@@ -82,16 +86,20 @@ def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
     return np.flatnonzero(distance <= sphere["radius_m"])
 
 
-def _check_pieces(body: str, held: np.ndarray, mesh: Mesh) -> None:
+def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> None:
     """Raise InputError unless each piece is held at three points that are not on a line, so that it cannot turn."""
     n = len(mesh.nodes)
+    if bed is not None:
+        held = np.union1d(held, inner_nodes(mesh, bed))
     graph = sparse.coo_array((np.ones(len(mesh.edges)), mesh.edges.T), shape=(n, n))
     count, piece = connected_components(graph, directed=False)
     for number in range(count):
         points = mesh.nodes[held[piece[held] == number]]
         part = f"the piece of node {np.argmax(piece == number)}, one of {count}," if count > 1 else "the body"
         if not len(points):
-            raise InputError(f"body {body}: anchors hold no node of {part[:-1]}; hold some there or remove the piece.")
+            raise InputError(
+                f"body {body}: anchors hold no node of {part.rstrip(',')}; hold some there or remove the piece."
+            )
         singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
         if len(points) < 3 or singular_values[1] <= 1e-6 * mesh.size:
             raise InputError(

@@ -7,8 +7,9 @@ from functools import cached_property, reduce
 import numpy as np
 from scipy import sparse
 
+from palpate.bodies.bed import Bed
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.refinement import refine
+from palpate.bodies.refinement import midpoints_between, refine
 from palpate.bodies.sheet import Sheet
 
 
@@ -39,6 +40,7 @@ class Body:
     prolongations : sparse matrices (n_finer, n_coarser), one between each two neighbouring levels
     anchors : the held nodes of each level, increasing; a new node is held if both ends of its edge are,
         so that the coarse displacements are a subspace of the fine ones
+    bed : springs under a part of the surface, beside anchors or instead of them
     """
 
     name: str
@@ -46,6 +48,7 @@ class Body:
     prolongations: list[sparse.csr_array]
     anchors: list[np.ndarray]
     material: Material
+    bed: Bed | None = None
 
     @property
     def coarse(self) -> TetMesh | Sheet:
@@ -69,6 +72,7 @@ def nest(
     anchors: np.ndarray,
     material: Material,
     snap: Callable[[TetMesh, int], TetMesh] | None = None,
+    bed: Bed | None = None,
 ) -> Body:
     """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
 
@@ -82,9 +86,7 @@ def nest(
         finer, prolongation = refine(levels[-1])
         if snap is not None:
             finer = snap(finer, len(levels[-1].nodes))
-        indicator = np.zeros(len(levels[-1].nodes))
-        indicator[held[-1]] = 1.0
         levels.append(finer)
         prolongations.append(prolongation)
-        held.append(np.flatnonzero(prolongation @ indicator == 1.0))
-    return Body(name, levels, prolongations, held, material)
+        held.append(midpoints_between(held[-1], prolongation))
+    return Body(name, levels, prolongations, held, material, bed)

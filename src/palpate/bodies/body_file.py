@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
+from palpate.bodies.bed import Bed
 from palpate.bodies.body import Body, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import Sheet
@@ -17,7 +18,7 @@ from palpate.files import read_hdf5, write_whole
 if TYPE_CHECKING:
     import h5py
 
-VERSION = 2
+VERSION = 3
 """Number of the layout below; increase it with every change of the layout."""
 
 
@@ -28,6 +29,8 @@ def save(body: Body, path: str | Path) -> None:
     with write_whole(path) as part, h5py.File(part, "w") as file:
         file.attrs.update(kind="body", version=VERSION, name=body.name, units="m", **asdict(body.material))
         file.attrs["levels"] = len(body.levels)
+        if body.bed is not None:
+            file.create_group("bed").attrs.update(asdict(body.bed))
         for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
             _put(file, f"level_{i}/nodes", mesh.nodes)
             if isinstance(mesh, Sheet):
@@ -67,7 +70,14 @@ def _read(path: Path, file: "h5py.File") -> Body:
         parts = tuple(group[name][()] for name in ("data", "indices", "indptr"))
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
     material = Material(*(float(attributes[key]) for key in ("young_pa", "poisson", "density_kg_m3")))
-    return Body(str(attributes["name"]), levels, prolongations, held, material)
+    return Body(str(attributes["name"]), levels, prolongations, held, material, _bed(file))
+
+
+def _bed(file: "h5py.File") -> Bed | None:
+    if "bed" not in file:
+        return None
+    found = file["bed"].attrs
+    return Bed(found["center_m"], float(found["radius_m"]), float(found["stiffness_n_m3"]))
 
 
 def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:

@@ -4,6 +4,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from palpate.bodies.bed import inner_nodes
 from palpate.bodies.body import Body
 from palpate.errors import InputError
 
@@ -33,9 +34,13 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
 
 
 def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:
-    """Return those of ``contacts`` that no element joins to a held node, beside which the anchor would be pressed."""
+    """Return those of ``contacts`` that no element joins to a held node, beside which the anchor would be pressed.
+
+    Nodes on the bed, where something is in the way, are left out, too.
+    """
     elements = body.coarse.tetrahedra
-    return np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
+    able = np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
+    return able if body.bed is None else np.setdiff1d(able, inner_nodes(body.coarse, body.bed))
 
 
 def row_of(contacts: np.ndarray, contact: int, place: str = "") -> int:

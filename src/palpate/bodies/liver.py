@@ -3,11 +3,7 @@
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate, triangulate_evenly
-from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
-
-SURFACE_NODES = 140
-SAMPLES = 20000
+from palpate.bodies.smooth_shape import coarse_body, logistic
 
 
 def liver(length_m: float) -> TetMesh:
@@ -16,13 +12,7 @@ def liver(length_m: float) -> TetMesh:
     Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the
     bounding box of the smooth shape.
     """
-    sphere = fibonacci_sphere(SAMPLES)
-    shape = liver_shape(sphere)
-    low, high = shape.min(axis=0), shape.max(axis=0)
-    shape = (shape - (low + high) / 2) * (length_m / (high - low).max())
-    chosen, triangles = triangulate_evenly(shape, triangulate(sphere), sphere, SURFACE_NODES)
-    # a little finer than the surface (whose edges are 0.12 of the length), for better angles inside
-    return tetrahedralize(shape[chosen], triangles, spacing_m=0.1 * length_m)
+    return coarse_body(liver_shape, length_m)
 
 
 def liver_shape(sphere: np.ndarray) -> np.ndarray:
@@ -31,10 +21,10 @@ def liver_shape(sphere: np.ndarray) -> np.ndarray:
     The coefficients are ours, set by eye: cross-sections along x shrink from the thick right lobe to the thin left one.
     """
     x, y, z = sphere.T
-    right = _logistic(3.2 * (0.18 - x))
+    right = logistic(3.2 * (0.18 - x))
     blunt = (1.0001 - x * x) ** -0.12
     y, z = y * blunt, z * blunt
-    under = _logistic(-8 * z)
+    under = logistic(-8 * z)
     top = 0.22 + 0.42 * right
     # the underside falls to the anterior edge and rises to the back
     bottom = (0.18 + 0.72 * right) * (1 - 0.45 * y)
@@ -42,11 +32,7 @@ def liver_shape(sphere: np.ndarray) -> np.ndarray:
     depth = y * (0.40 + 0.32 * right)
     hollow = 0.42 * np.exp(-(((x - 0.1) / 0.6) ** 2) - ((y - 0.25) / 0.6) ** 2)
     heart = 0.05 * np.exp(-(((x - 0.35) / 0.3) ** 2) - (y / 0.6) ** 2)
-    notch = 0.07 * np.exp(-(((x - 0.28) / 0.15) ** 2)) * _logistic(-8 * (y + 0.4))
+    notch = 0.07 * np.exp(-(((x - 0.28) / 0.15) ** 2)) * logistic(-8 * (y + 0.4))
     stomach = 0.14 * np.clip(x + 0.2, 0, None) ** 2
     height = height + hollow * under * (0.3 + 0.7 * right) - heart * (1 - under)
     return np.column_stack([x, depth + notch - stomach, height + 0.25 * depth + 0.12 * x])
-
-
-def _logistic(value: np.ndarray) -> np.ndarray:
-    return 1 / (1 + np.exp(-value))

@@ -5,6 +5,7 @@ import warnings
 from collections.abc import Callable
 
 from palpate.bodies.anchors import choose_anchors, default_anchors
+from palpate.bodies.bed import read_bed
 from palpate.bodies.body import Body, Material, nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_quality
@@ -32,7 +33,8 @@ def make_body(name: str, entry: dict) -> Body:
 
 
 def _make(name: str, entry: dict) -> Body:
-    kinds = {"cylinder": _cylinder, "liver": _liver, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
+    kinds = {"cylinder": _cylinder, "liver": _organ, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
+    kinds |= {"kidney": _organ, "stomach": _organ}
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
@@ -43,16 +45,18 @@ def _make(name: str, entry: dict) -> Body:
             stacklevel=2,
         )
     made = kinds[entry["kind"]](entry)
-    # only a CT and a file show more of the surface than the coarse mesh has
+    # a smooth organ, a CT and a file show more of the surface than the coarse mesh has
     mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
-    rule = entry.get("anchors") or default_anchors(name, mesh)
-    if remeshed and "nodes" in rule:
+    bed = read_bed(name, entry["bed"], mesh) if "bed" in entry else None
+    rule = entry.get("anchors") or (default_anchors(name, mesh) if bed is None else None)
+    if remeshed and rule and "nodes" in rule:
         raise InputError(
             f"body {name}: anchors.nodes counts nodes of a mesh that is remeshed; hold nodes by plane or sphere, or "
             "give surface_nodes as many as the file has."
         )
     # a sheet has one level and no such entry
-    body = nest(name, mesh, entry.get("refinements", 0), choose_anchors(name, rule, mesh), material, snap)
+    anchors = choose_anchors(name, rule, mesh, bed)
+    body = nest(name, mesh, entry.get("refinements", 0), anchors, material, snap, bed)
     if entry["kind"] in ("file", "ct"):
         check_quality(body, REMEDIES[remeshed])
     return body
@@ -64,10 +68,15 @@ def _cylinder(entry: dict) -> TetMesh:
     return cylinder(entry["length_m"], entry["radius_m"])
 
 
-def _liver(entry: dict) -> TetMesh:
-    from palpate.bodies.liver import liver
+def _organ(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
+    from palpate.bodies.kidney import kidney_shape
+    from palpate.bodies.liver import liver_shape
+    from palpate.bodies.smooth_shape import coarse_body, smooth_snap
+    from palpate.bodies.stomach import stomach_shape
 
-    return liver(entry["length_m"])
+    shape = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}[entry["kind"]]
+    snap = smooth_snap(shape, entry["length_m"]) if entry.get("smooth") else None
+    return coarse_body(shape, entry["length_m"]), snap, False
 
 
 def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.bodies.bed import Bed
 from palpate.bodies.body import Body, Material
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.sheet import Sheet
@@ -18,6 +19,7 @@ class Particles(Mesh):
     nodes : (n, 3) rest positions [m]; masses : (n,) [kg]; held : (k,) anchors
     triangles : (t, 3) of the surface, wound outward; tetrahedra : (m, 4), none for sheets and surface models
     thickness_m : of a sheet, else 0
+    beds : the elastic beds, each with the triangles (t, 3) of its own body
     """
 
     name: str
@@ -28,6 +30,7 @@ class Particles(Mesh):
     tetrahedra: np.ndarray
     material: Material
     thickness_m: float = 0.0
+    beds: tuple[tuple[Bed, np.ndarray], ...] = ()
 
 
 def particles_of(body: Body, level: int, surface: bool) -> Particles:
@@ -46,19 +49,21 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
         masses = body.material.density_kg_m3 * mesh.thickness_m * mesh.areas
         cells = mesh.triangles, mesh.tetrahedra
         return Particles(body.name, mesh.nodes, masses, held, *cells, body.material, mesh.thickness_m)
-    whole = solid_particles(mesh, held, body.material, body.name)
+    whole = solid_particles(mesh, held, body.material, body.name, body.bed)
     if not surface:
         return whole
     kept = mesh.surface
+    triangles = np.searchsorted(kept, mesh.triangles)
     areas = mesh.areas[kept]
     return Particles(
         body.name,
         np.ascontiguousarray(mesh.nodes[kept]),
         whole.masses.sum() * areas / areas.sum(),
         np.searchsorted(kept, np.intersect1d(held, kept)),
-        np.searchsorted(kept, mesh.triangles),
+        triangles,
         np.empty((0, 4), dtype=np.int64),
         body.material,
+        beds=_beds(body.bed, triangles),
     )
 
 
@@ -94,13 +99,25 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
         shifted("tetrahedra"),
         first.material,
         first.thickness_m,
+        tuple(
+            (bed.moved(np.array(shift, dtype=float)), triangles + start)
+            for part, shift, start in zip(parts, shifts, starts, strict=False)
+            for bed, triangles in part.beds
+        ),
     )
 
 
-def solid_particles(mesh: TetMesh, held: np.ndarray, material: Material, name: str) -> Particles:
+def solid_particles(
+    mesh: TetMesh, held: np.ndarray, material: Material, name: str, bed: Bed | None = None
+) -> Particles:
     """Make point masses of the nodes of ``mesh``, with the same density everywhere."""
     masses = lump_masses(mesh, material.density_kg_m3 * mesh.volumes)
-    return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material)
+    beds = _beds(bed, mesh.triangles)
+    return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material, beds=beds)
+
+
+def _beds(bed: Bed | None, triangles: np.ndarray) -> tuple[tuple[Bed, np.ndarray], ...]:
+    return () if bed is None else ((bed, triangles),)
 
 
 def lump_masses(mesh: TetMesh, element_masses: np.ndarray) -> np.ndarray:

@@ -1,9 +1,15 @@
 """Uniform 1:8 refinement that keeps the coarse nodes first, and its prolongation."""
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import EDGES, Mesh, TetMesh
+
+if TYPE_CHECKING:  # bodies are nested by this module
+    from palpate.bodies.body import Body
 
 # The four corner elements, and for each inner diagonal the four that share it. Numbers 0–3 are corners,
 # 4–9 the midpoints of EDGES. All are positively oriented if the parent is.
@@ -41,6 +47,30 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     columns = np.concatenate([np.arange(n), ends.ravel()])
     values = np.concatenate([np.ones(n), np.full(2 * m, 0.5)])
     return TetMesh(nodes, tetrahedra), sparse.csr_array((values, (rows, columns)), shape=(n + m, n))
+
+
+def finer(body: "Body", count: int = 1) -> "Body":
+    """Return ``body`` with ``count`` more levels, of the shape that its finest level has.
+
+    Trap: new nodes are midpoints on bodies whose levels were moved to a smooth surface, too.
+    """
+    for _ in range(count):
+        mesh, prolongation = refine(body.fine)
+        held = midpoints_between(body.anchors[-1], prolongation)
+        body = replace(
+            body,
+            levels=[*body.levels, mesh],
+            prolongations=[*body.prolongations, prolongation],
+            anchors=[*body.anchors, held],
+        )
+    return body
+
+
+def midpoints_between(nodes: np.ndarray, prolongation: sparse.csr_array) -> np.ndarray:
+    """Return ``nodes`` (k,) of a level and the finer one's nodes between two of them, increasing."""
+    indicator = np.zeros(prolongation.shape[1])
+    indicator[nodes] = 1.0
+    return np.flatnonzero(prolongation @ indicator == 1.0)
 
 
 def _octahedron(diagonal: int) -> list[list[int]]:

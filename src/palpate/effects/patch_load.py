@@ -1,34 +1,81 @@
-"""A force on a body at a contact: on one node, or distributed over a disc around it."""
+"""A force on a body at a contact: on one node, or as a pressure over a disc, integrated exactly."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
+from palpate.effects.ball_integral import ball_points, midpoints, triangle_shapes
+
+FACING = 1e-6
+"""Cosine of the angle to the patch's normal above which a triangle faces it; not 0, where rounding would decide."""
 
 
-def nodal_load(body: Body, level: int, contact: int, force: np.ndarray, radius_m: float) -> np.ndarray:
-    """Compute nodal forces (n_nodes, 3) [N] on ``level`` for a total ``force`` (3,) [N] at coarse node ``contact``.
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A disc on a body's surface: ``center_m`` (3,) [m], its outward unit ``normal`` (3,), ``radius_m`` [m]."""
 
-    With ``radius_m`` 0 the force acts on the node alone (paper 1). Otherwise it is distributed over the fine surface,
-    and coarser levels get the equivalent load in terms of virtual work, so that all levels have the same load.
+    center_m: np.ndarray
+    normal: np.ndarray
+    radius_m: float
+
+
+def patch_at(body: Body, contact: int, radius_m: float) -> Patch:
+    """Return the patch of ``radius_m`` [m] around coarse node ``contact``, with the fine surface's normal there."""
+    return Patch(body.fine.nodes[contact], body.fine.normals[contact], float(radius_m))
+
+
+def nodal_load(body: Body, level: int, contact: int, force: np.ndarray, radius_m: float, order: int = 1) -> np.ndarray:
+    """Compute nodal forces (n, 3) [N] on ``level`` for a total ``force`` (3,) [N] at coarse node ``contact``.
+
+    With ``radius_m`` 0 the force acts on the node alone (paper 1), otherwise as ``patch_shares`` says. n is the number
+    of nodes of ``level``, or for order 2 of the level after it. Levels of the same shape have the same load: it does
+    the same work on a displacement that both can have.
     """
-    load = np.outer(disc_weights(body.fine, contact, radius_m), force)
-    for prolongation in reversed(body.prolongations[level % len(body.levels) :]):
-        load = prolongation.T @ load
+    mesh = body.levels[level]
+    nodes, shares = patch_shares(mesh, patch_at(body, contact, radius_m), order)
+    load = np.zeros((len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0), 3))
+    load[nodes] = np.outer(shares, force)
     return load
 
 
-def disc_weights(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
-    """Compute each node's share (n_nodes,) of a force on a disc of ``radius_m`` [m] around node ``contact``.
+def patch_shares(mesh: Mesh, patch: Patch, order: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Compute which nodes (k,) carry a force on ``patch``, and the share (k,) of each; the shares sum to 1.
 
-    The shares are proportional to 1 − (distance/radius)² times the node's area, for nodes whose normal is within 90° of
-    that of the contact, and sum to 1. A radius of 0, or one without any such node, loads the contact alone.
+    The pressure is proportional to 1 − (distance/radius)² on the triangles whose normal is within 90° of the patch's,
+    and is integrated with the shape functions of ``mesh``: linear ones, or of order 2 the quadratic ones, whose nodes
+    are the mesh's and then the midpoints of its ``edges``; shares of these may be negative. With a radius of 0, or
+    where no such triangle is near, the node nearest to the centre has all.
+
+    Trap: area weights in place of the integral spoil quadratic elements: by up to 63 % of the peak at the patch.
     """
-    weights = np.zeros(len(mesh.nodes))
-    if radius_m > 0.0:
-        distance = np.linalg.norm(mesh.nodes - mesh.nodes[contact], axis=1)
-        facing = mesh.normals @ mesh.normals[contact] > 0.0
-        weights = np.where(facing, np.clip(1.0 - (distance / radius_m) ** 2, 0.0, None), 0.0) * mesh.areas
-    if not weights.any():
-        weights[contact] = 1.0
-    return weights / weights.sum()
+    corners = mesh.triangles[_touched(mesh, patch)] if patch.radius_m > 0.0 else mesh.triangles[:0]
+    shapes = _integrals(mesh.nodes[corners], patch, order)
+    if not shapes.sum() > 0.0:
+        distance = np.linalg.norm(mesh.nodes[mesh.surface] - patch.center_m, axis=1)
+        return mesh.surface[[np.argmin(distance)]], np.ones(1)
+    if order == 2:
+        corners = np.hstack([corners, midpoints(mesh, corners)])
+    nodes, places = np.unique(corners, return_inverse=True)
+    shares = np.bincount(places.ravel(), shapes.ravel())
+    kept = shares != 0.0
+    return nodes[kept], shares[kept] / shares.sum()
+
+
+def _touched(mesh: Mesh, patch: Patch) -> np.ndarray:
+    """List the triangles that face the patch and may meet its ball."""
+    corners = mesh.nodes[mesh.triangles]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    middle = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + patch.radius_m
+    facing = areas @ patch.normal > FACING * np.linalg.norm(areas, axis=1)
+    return np.flatnonzero(facing & (np.linalg.norm(middle - patch.center_m, axis=1) < reach))
+
+
+def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:
+    """Integrate the pressure times each shape function over triangles ``corners`` (m, 3, 3) [m]: (m, 3 or 6)."""
+    if not len(corners):
+        return np.zeros((0, 3 * order))
+    barycentric, weights, distance = ball_points(corners, patch.center_m, patch.radius_m, 2 + order)
+    return np.einsum("mk,mka->ma", weights * (1.0 - distance), triangle_shapes(barycentric, order))

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Load, Time
-from palpate.effects.patch_load import disc_weights
+from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError
 
 
@@ -19,8 +19,8 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push"
 class Push(Load, Time):
     """Σ factor(t) · force: dead loads, of constant direction.
 
-    Each ``force_n`` (3,) [N] is distributed over a disc of ``radius_m`` by ``disc_weights`` (0: one node); its share on
-    held nodes is lost to the anchors. All loads are zero until ``at`` is called.
+    Each ``force_n`` (3,) [N] is a pressure over a disc of ``radius_m``, as ``patch_shares`` distributes it (0: one
+    node); its share on held nodes is lost to the anchors. All loads are zero until ``at`` is called.
     """
 
     outer = True
@@ -44,9 +44,9 @@ class _Load:
     """One load: ``forces`` (k, 3) [N] on ``nodes`` (k,) at the factor 1."""
 
     def __init__(self, particles: Particles, contact: int, load: dict):
-        weights = disc_weights(particles, contact, load["radius_m"])
-        self.nodes = np.flatnonzero(weights)
-        self.forces = np.outer(weights[self.nodes], np.array(load["force_n"], dtype=float))
+        patch = Patch(particles.nodes[contact], particles.normals[contact], load["radius_m"])
+        self.nodes, shares = patch_shares(particles, patch)
+        self.forces = np.outer(shares, np.array(load["force_n"], dtype=float))
         self._start, self._press = load["start_s"], load["press_s"]
         self._full = self._press + load["hold_s"]
         self._release = load["release_s"]

@@ -74,9 +74,9 @@ def force_of(load: pd.Series) -> np.ndarray:
     return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
 
 
-def nodal_forces(body: Body, level: int, load: pd.Series) -> np.ndarray:
-    """Return the nodal forces (n_nodes, 3) [N] of one row on one level of ``body``."""
-    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]))
+def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1) -> np.ndarray:
+    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does."""
+    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]), order)
 
 
 def _peak(displacement: np.ndarray) -> float:

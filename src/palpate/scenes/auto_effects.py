@@ -86,6 +86,14 @@ def _held(scene: Scene, particles: Particles, elastic: str) -> Answer:
     return True, f"{len(particles.held)} nodes are anchored"
 
 
+def _bed(scene: Scene, particles: Particles, elastic: str) -> Answer:
+    if not scene.held:
+        return False, "the scene lets the body go"
+    if not particles.beds:
+        return False, "no body has a bed"
+    return True, "the body lies on an elastic bed"
+
+
 def _push(scene: Scene, particles: Particles, elastic: str) -> Answer:
     loads = [load for load in scene.settings.get("push", {}).get("loads", []) if np.any(load["force_n"])]
     return bool(loads), f"loads that push: {len(loads)}" if loads else "nothing pushes"
@@ -147,6 +155,7 @@ def _dampings(scene: Scene, elastic: str, moves: list[str]) -> list[Decision]:
 RULES: dict[str, Callable[[Scene, Particles, str], Answer]] = {
     "gravity": _gravity,
     "held": _held,
+    "bed": _bed,
     "push": _push,
     "bending": _bending,
     "volume": _volume,

@@ -42,6 +42,7 @@ EFFECTS = {
     "shape_matching": Entry("palpate.effects.shape_matching.goal_shapes", "elastic", None, damping="velocity_damping"),
     "gravity": Entry("palpate.effects.gravity"),
     "held": Entry("palpate.effects.held", settings={}),
+    "bed": Entry("palpate.effects.bed", settings={}, forms=FORMS[:2]),
     "push": Entry("palpate.effects.push"),
     "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
     "volume": Entry("palpate.effects.volume_force", settings={}, forms=SOLID),
@@ -90,8 +91,9 @@ def fault(names: list[str], own: Iterable[str], described: Iterable[str], held: 
             f"effects must name exactly one of {', '.join(ELASTIC)}, but names {' and '.join(elastic) or 'none'}; "
             "name one, or write effects: auto."
         )
-    if not held and "held" in names:
-        return "effects names held, and the scene says held: false; remove one of them."
+    for name in ("held", "bed"):
+        if not held and name in names:
+            return f"effects names {name}, and the scene says held: false; remove one of them."
     for name in names:
         if name in EFFECTS and EFFECTS[name].settings is None and name not in described:
             return f"effects names {name}, and the scene does not describe it; add a block {name}."

@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, row_of
+from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -39,25 +40,34 @@ class Compliance:
         return row_of(self.contacts, contact)
 
 
-def compute_compliance(body: Body, radius_m: float, progress: Callable = iter, count: int | None = None) -> Compliance:
+def compute_compliance(
+    body: Body,
+    radius_m: float,
+    progress: Callable = iter,
+    contacts: np.ndarray | int | None = None,
+    order: int = 1,
+) -> Compliance:
     """Solve the linear problems of the coarsest and finest level for each contact (offline).
 
-    ``progress`` wraps the sequence of contacts, as ``tqdm`` does. ``count`` limits them, as ``kept_contacts`` says.
+    ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
+    contacts : their coarse nodes, increasing, or how many, which ``kept_contacts`` spreads; None for all
+    order : of the finest level's elements; quadratic ones (2) need a level more, which ``finer`` gives
     """
     start = perf_counter()
-    contacts = kept_contacts(body, count)
-    n_coarse, surface = len(body.coarse.nodes), body.fine.surface
-    fine = np.empty((len(contacts), 3, len(surface), 3))
-    restricted = np.empty((len(contacts), 3, n_coarse, 3))
-    coarse = np.empty((len(contacts), 3, n_coarse, 3))
-    last = len(body.levels) - 1
-    solvers = {level: Equilibrium(body, level).linear_solver() for level in {0, last}}
-    for row, contact in enumerate(progress(contacts)):
+    chosen = contacts if isinstance(contacts, np.ndarray) else kept_contacts(body, contacts)
+    n_coarse, surface, last = len(body.coarse.nodes), body.fine.surface, len(body.levels) - 1
+    fine = np.empty((len(chosen), 3, len(surface), 3))
+    restricted = np.empty((len(chosen), 3, n_coarse, 3))
+    coarse = np.empty((len(chosen), 3, n_coarse, 3))
+    whole = finer(body) if order == 2 else body
+    solve_fine = Equilibrium(whole, last, order).linear_solver()
+    solve_coarse = Equilibrium(body, 0).linear_solver() if last or order == 2 else solve_fine
+    for row, contact in enumerate(progress(chosen)):
         for axis, unit in enumerate(np.eye(3)):
-            response = solvers[last](nodal_load(body, last, contact, unit, radius_m))
+            response = solve_fine(nodal_load(whole, last, contact, unit, radius_m, order))
             fine[row, axis], restricted[row, axis] = response[surface], response[:n_coarse]
-            coarse[row, axis] = solvers[0](nodal_load(body, 0, contact, unit, radius_m))
-    return Compliance(contacts, fine, restricted, coarse, perf_counter() - start)
+            coarse[row, axis] = solve_coarse(nodal_load(body, 0, contact, unit, radius_m))
+    return Compliance(chosen, fine, restricted, coarse, perf_counter() - start)
 
 
 def save_compliance(compliance: Compliance, path: Path) -> None:

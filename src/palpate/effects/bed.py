@@ -1,0 +1,79 @@
+"""Elastic beds: springs under a part of a body's surface, integrated with the element's own shape functions."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.bed import Bed
+from palpate.bodies.mesh import Mesh
+from palpate.bodies.particles import Particles
+from palpate.effects.ball_integral import ball_points, midpoints, triangle_shapes
+from palpate.effects.effect import Effect, Energy, Stiffness
+from palpate.errors import InputError
+
+
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "BedSprings":
+    """Make the beds of ``particles``; InputError if they have none."""
+    if not particles.beds:
+        raise InputError(
+            f"{particles.name}: effect bed has no bed; give the body one in bodies, or leave bed out of the scene."
+        )
+    return BedSprings(particles, particles.beds)
+
+
+class BedSprings(Energy, Stiffness):
+    """E = ∫ ½ k u² over the surface in the sphere of a bed, with k = stiffness_n_m3 · (1 − (distance/radius)²)².
+
+    u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k is smooth at
+    the sphere, so that stress is not singular there, as it is at the edge of nodes that are held. The integral is
+    exact, for linear shape functions or, of ``order`` 2, quadratic ones, whose nodes are the mesh's and then the
+    midpoints of its ``edges``.
+
+    beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may hold
+    """
+
+    def __init__(self, mesh: Mesh, beds: Bed | Sequence[tuple[Bed, np.ndarray]], order: int = 1):
+        each = [(beds, mesh.triangles)] if isinstance(beds, Bed) else beds
+        parts = [_elements(mesh, bed, triangles, order) for bed, triangles in each]
+        self.couples = np.concatenate([couples for couples, _ in parts])
+        self._blocks = np.concatenate([blocks for _, blocks in parts])
+        count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
+        self._rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+        rows = np.repeat(self.couples, self.couples.shape[1], axis=1).ravel()
+        columns = np.tile(self.couples, (1, self.couples.shape[1])).ravel()
+        self._scalar = sparse.coo_array((self._blocks.ravel(), (rows, columns)), shape=(count, count)).tocsr()
+
+    @cached_property
+    def matrix(self) -> sparse.bsr_array:
+        """The stiffness (3n, 3n) [N/m] in 3 × 3 blocks."""
+        return sparse.bsr_array(sparse.kron(self._scalar, np.eye(3), format="bsr"))
+
+    def energy(self, x: np.ndarray) -> float:
+        """Return the energy of the springs [J] at positions ``x`` (n, 3) [m]."""
+        moved = x - self._rest
+        return 0.5 * float(np.vdot(moved, self._scalar @ moved))
+
+    def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
+        """Add the forces of the springs to ``force`` (n, 3) [N]."""
+        force -= self._scalar @ (x - self._rest)
+
+    def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
+        """Add the constant stiffness to ``values`` (n_blocks, 3, 3) [N/m]; it is positive semidefinite."""
+        for axis in range(3):
+            np.add.at(values[:, axis, axis], slots.ravel(), self._blocks.ravel())
+
+
+def _elements(mesh: Mesh, bed: Bed, triangles: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes (m, k) of the triangles that may meet the bed, and ∫ k Nᵢ Nⱼ (m, k, k) [N/m] of each."""
+    corners = mesh.nodes[triangles]
+    middle = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + bed.radius_m
+    touched = np.linalg.norm(middle - bed.center_m, axis=1) < reach
+    triangles = triangles[touched]
+    barycentric, weights, distance = ball_points(corners[touched], bed.center_m, bed.radius_m, 4 + 2 * order)
+    shapes = triangle_shapes(barycentric, order)
+    stiffness = bed.stiffness_n_m3 * weights * (1.0 - distance) ** 2
+    couples = triangles if order == 1 else np.hstack([triangles, midpoints(mesh, triangles)])
+    return couples, np.einsum("mk,mka,mkb->mab", stiffness, shapes, shapes)

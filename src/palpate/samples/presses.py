@@ -1,0 +1,210 @@
+"""Choose the presses of the trade-off: discs at well-spread contacts, as deep as asked if the model bears that."""
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import kept_contacts
+from palpate.bodies.refinement import finer
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError, NotConverged
+from palpate.samples.loads import COLUMNS
+from palpate.solvers.equilibrium import Equilibrium
+
+NEAR = 0.05
+"""Relative difference from the wanted peak up to which a force counts as found."""
+PRESSURE = 0.25
+"""Peak pressure as a share of Young's modulus that no press exceeds, unless the regime says otherwise."""
+DEEPEST = 0.15
+"""Share of the body's size by which a press of a regime without peak_of_size moves it at most: slender bodies bend."""
+TOLERANCE = 1e-4
+"""Relative residual of the solves that the search takes: far below NEAR."""
+SOUND = 0.5
+"""The smallest det F that a press may reach: finer meshes reach less, and below there is no truth to compare with."""
+FIRST = 0.7
+"""Share of a hard press that the search tries first."""
+TRIES, CLOSE = 12, 0.02
+"""Solves that a press may take, and how near two forces on either side of a jump are when the search ends."""
+LOWER, CLEAR = 0.85, 0.6
+"""Factors by which a press that fails is lowered, then the one that holds: finer meshes are softer and fail earlier.
+
+The thin lobe of the liver snaps at 0.19 of Young's modulus on level 1, and below 0.154 on level 2.
+"""
+UNCAPPED = "no"
+PRESS_COLUMNS = [*COLUMNS, "magnitude", "tilt_degrees", "peak_of_size", "pressure_of_young", "least_det", "capped"]
+"""Columns of the table: peak_of_size and pressure_of_young are those reached, least_det the smallest det F."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Press:
+    """A press tried: its force [N], the displacements (n, 3) [m], their peak [m], the smallest det F, what is wrong."""
+
+    newtons: float
+    moved: np.ndarray
+    peak: float
+    least_det: float
+    wrong: str = ""
+
+
+def choose_presses(
+    body: Body,
+    contacts_count: int | None,
+    presses: Sequence[Mapping],
+    regime: Mapping,
+    radius_m: float,
+    seed: int,
+    progress: Callable = iter,
+) -> pd.DataFrame:
+    """Choose every one of ``presses`` at each of ``contacts_count`` contacts, as ``kept_contacts`` spreads them.
+
+    presses : each with ``magnitude``, and ``tilt_degrees`` from the inward normal, towards a seeded random side
+    regime : ``peak_of_size``, by whose share of the body's size a press of magnitude 1 moves it at most;
+        ``pressure_of_young``, the peak pressure 2 F / (π radius²) as a share of Young's modulus that no press exceeds,
+        by default PRESSURE. Without peak_of_size a press of magnitude 1 has that pressure, or a peak of DEEPEST.
+
+    Forces are found to within NEAR with quadratic elements on the last level but one, whose nodes are those of the
+    finest. A press at which an element is inverted, or squeezed below SOUND, or beyond which the body collapses, is
+    lowered. The column ``capped`` is "no", or where a press is lower than asked "pressure", "peak", "inverted",
+    "squeezed" or "unstable"; a warning says how many are.
+
+    Raises InputError for a radius of 0, and where fewer contacts can be pressed; NotConverged if a force is not found.
+    """
+    if not radius_m > 0.0:
+        raise InputError(
+            f"bodies.{body.name}: radius_m is {radius_m:g}, and a press needs a disc; give its radius in m."
+        )
+    contacts = kept_contacts(body, contacts_count)
+    if contacts_count is not None and len(contacts) < contacts_count:
+        raise InputError(
+            f"bodies.{body.name}: {contacts_count} contacts are asked for and {len(contacts)} can be pressed; "
+            "lower contacts, or hold less of the body."
+        )
+    search = _Search(body, regime, radius_m)
+    sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (len(contacts), len(presses)))
+    rows: list[list] = []
+    for contact, angles in progress(list(zip(contacts, sides, strict=True))):
+        for press, side in zip(presses, angles, strict=True):
+            direction = oblique(body.fine.normals[contact], press["tilt_degrees"], side)
+            found, capped = search.find(int(contact), direction, press["magnitude"])
+            load = [len(rows), int(contact), *(found.newtons * direction), radius_m]
+            told = [found.peak / body.fine.size, search.pressure(found.newtons), found.least_det, capped]
+            rows.append([*load, press["magnitude"], press["tilt_degrees"], *told])
+    table = pd.DataFrame(rows, columns=PRESS_COLUMNS)
+    _warn(body.name, table["capped"], regime.get("pressure_of_young", PRESSURE))
+    return table
+
+
+def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:
+    """Return the unit vector (3,) against the outward ``normal`` (3,), tilted towards the angle ``side`` [rad]."""
+    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    first /= np.linalg.norm(first)
+    tangent = np.cos(side) * first + np.sin(side) * np.cross(normal, first)
+    tilt = np.radians(tilt_degrees)
+    return np.sin(tilt) * tangent - np.cos(tilt) * normal
+
+
+class _Search:
+    """Find forces on one body."""
+
+    def __init__(self, body: Body, regime: Mapping, radius_m: float):
+        self._level = max(len(body.levels) - 2, 0)
+        self._body = body if len(body.levels) > 1 else finer(body)
+        self._solver = Equilibrium(self._body, self._level, order=2)
+        self._linear = self._solver.linear_solver(1e-6)
+        self._radius = radius_m
+        self._free = "peak_of_size" not in regime
+        self._peak = regime.get("peak_of_size", DEEPEST) * body.fine.size
+        self._most = regime.get("pressure_of_young", PRESSURE) / self.pressure(1.0)
+
+    def pressure(self, newtons: float) -> float:
+        """Return the peak pressure of a force [N] as a share of Young's modulus."""
+        return 2.0 * newtons / (np.pi * self._radius**2) / self._body.material.young_pa
+
+    def find(self, contact: int, direction: np.ndarray, magnitude: float) -> tuple[_Press, str]:
+        """Find the press along ``direction`` (3,) that is as deep as asked, or the deepest one below and why."""
+        unit = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
+        wanted, most = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
+        stiffness = 1.0 / _peak(self._linear(unit))
+        low, high = _Press(0.0, np.zeros_like(unit), 0.0, 1.0), None
+        newtons = min(wanted * stiffness, most)
+        if newtons > self._most / 2.0:  # not at once to where the body may collapse, which takes long to find out
+            newtons *= FIRST
+        for _ in range(TRIES):
+            tried = self._press(newtons * unit, newtons, low)
+            if not tried.wrong and abs(tried.peak / wanted - 1.0) <= NEAR:
+                return tried, "peak" if self._free and newtons < most else UNCAPPED
+            if not tried.wrong and tried.peak < wanted:
+                low = tried
+                if newtons >= most:
+                    return low, UNCAPPED if self._free else "pressure"
+            else:
+                high = tried
+            if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - CLOSE) * high.newtons:
+                break
+            newtons = _next(low, high, wanted, stiffness, most)
+        if not low.newtons:
+            raise NotConverged(
+                f"{self._body.name}, contact {contact}: no press was found at which all elements keep their shape; "
+                "lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m.",
+                [],
+            )
+        lower = self._press(CLEAR * low.newtons * unit, CLEAR * low.newtons, low)
+        low = low if lower.wrong else lower
+        return low, (high.wrong if high is not None else "") or "unstable"
+
+    def _press(self, load: np.ndarray, newtons: float, below: _Press) -> _Press:
+        """Solve, starting from the press ``below`` as if displacements grew with the force."""
+        rest = self._solver.mesh.nodes
+        start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
+        try:
+            x = self._solver.solve(load, TOLERANCE, start=start).x
+        except NotConverged:
+            return _Press(newtons, below.moved, np.inf, -np.inf, "unstable")
+        least = self._solver.least_det(x)
+        wrong = "" if least >= SOUND else "squeezed" if least > 0.0 else "inverted"
+        return _Press(newtons, x - rest, _peak(x - rest), least, wrong)
+
+
+def _next(low: _Press, high: _Press | None, wanted: float, stiffness: float, most: float) -> float:
+    """Return the next force to try [N], between ``low`` and ``high``.
+
+    Force over peak changes nearly in proportion to the peak, from ``stiffness`` [N/m] at rest.
+    """
+    sound = [press for press in (low, high) if press is not None and press.peak > 0.0 and not press.wrong]
+    known = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
+    if len(known) == 1:
+        return 0.5 * most if high is None else 0.5 * high.newtons
+    (p, q), (r, s) = known[-2:]
+    newtons = wanted * (q + (s - q) * (wanted - p) / (r - p))
+    least = (1.0 + CLOSE / 2.0) * low.newtons
+    largest = most
+    if high is not None:
+        largest = LOWER * high.newtons if high.wrong else high.newtons - (high.newtons - low.newtons) / 8.0
+    # a step beyond twice the force of a known press is a guess
+    return float(np.clip(newtons, least, min(largest, 2.0 * low.newtons) if low.newtons else largest))
+
+
+def _peak(displacement: np.ndarray) -> float:
+    return float(np.linalg.norm(displacement, axis=1).max())
+
+
+def _warn(name: str, capped: pd.Series, pressure: float) -> None:
+    """Warn of presses that are lower than asked."""
+    counts = Counter(capped)
+    remedy = "lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m, to have all as asked"
+    reasons = {
+        "peak": f"would move the body by more than {DEEPEST:g} of its size; give peak_of_size to choose how deep",
+        "pressure": f"would exceed a peak pressure of {pressure:g} of Young's modulus; {remedy}",
+        "inverted": f"would turn an element inside out; {remedy}",
+        "squeezed": f"would press an element to less than {SOUND:g} of its volume; {remedy}",
+        "unstable": f"would be beyond a limit of stability, where the body collapses; {remedy}",
+    }
+    for reason, words in reasons.items():
+        if counts[reason]:
+            told = f"bodies.{name}: {counts[reason]} of {len(capped)} presses are lowered, as they {words}."
+            warnings.warn(told, stacklevel=3)

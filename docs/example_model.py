@@ -4,6 +4,8 @@ import numpy as np
 
 from palpate.models.memory import held_mb
 
+REDUCES = "p2"  # its answers are made of training responses
+
 
 def settings(case):
     """Return settings from cheap to expensive: how many of the training samples are kept."""

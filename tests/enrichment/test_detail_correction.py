@@ -8,6 +8,7 @@ import pytest
 
 from palpate.bodies.mesh import TetMesh
 from palpate.enrichment.detail_correction import DetailCorrection
+from palpate.enrichment.detail_scale import Scale
 from palpate.enrichment.interpolation import Interpolation
 from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.training_samples import FitOptions, gather
@@ -59,9 +60,9 @@ def ratios(method, db, coarse, contact, force):
     scales = []
     interpolated = db.prolongation @ coarse
     for beta in np.vstack([np.zeros(2), np.eye(2)]):
-        method.beta = beta
+        method.scale = Scale(beta)
         scales.append(method.predict(coarse, contact, force) - interpolated)
-    method.beta = np.zeros(2)
+    method.scale = Scale(np.zeros(2))
     return np.array([np.vdot(scales[0], scale) / np.vdot(scales[0], scales[0]) for scale in scales[1:]])
 
 
@@ -123,7 +124,7 @@ def test_a_scale_is_learnt_that_helps_on_other_contacts(slab_compliance, db, pro
     train = np.flatnonzero(np.isin(db.contact, contacts[::2]))
     test = np.setdiff1d(np.arange(len(db.contact)), train)
     plain, learnt = DetailCorrection(db, slab_compliance, protocol), DetailCorrection(db, slab_compliance, protocol)
-    assert not plain.beta.any()
+    assert not plain.scale.beta.any()
     learnt.learn(gather(db, train, protocol, OPTIONS), OPTIONS)
     rivals = [np.mean([error(m, db, protocol, i) for i in test]) for m in (learnt, plain, Interpolation(db))]
     assert rivals[0] <= rivals[1] < 0.5 * rivals[2]
@@ -167,7 +168,7 @@ def test_the_scale_is_linear_in_the_ratios(slab_compliance, db):
     assert abs(first - 1.0) > 0.01 and abs(second - 1.0) > 0.01
     interpolated = db.prolongation @ coarse
     detail = method.predict(coarse, contact, force) - interpolated
-    method.beta = np.array([0.5, -2.0])
+    method.scale = Scale(np.array([0.5, -2.0]))
     expected = interpolated + (1.0 + 0.5 * (first - 1.0) - 2.0 * (second - 1.0)) * detail
     assert np.abs(method.predict(coarse, contact, force) - expected).max() < 1e-12
 

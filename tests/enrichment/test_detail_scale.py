@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.enrichment.detail_scale import fit_scale
+from palpate.enrichment.detail_scale import Scale, fit_scale
 from palpate.enrichment.training_samples import Training
 
 BETA = np.array([0.4, -0.7])
@@ -28,14 +28,14 @@ def scaled(beta, ratios, detail):
 
 def test_finds_a_known_scale(world):
     _, ratios, detail, training = world
-    beta = fit_scale(ratios, detail, scaled(BETA, ratios, detail), training)
-    assert beta == pytest.approx(BETA, rel=1e-5)
+    found = fit_scale(ratios, detail, scaled(BETA, ratios, detail), training)
+    assert found.beta == pytest.approx(BETA, rel=1e-5)
 
 
 def test_finds_it_under_noise(world):
     random, ratios, detail, training = world
     missing = scaled(BETA, ratios, detail) + 3e-4 * random.normal(size=detail.shape)
-    assert fit_scale(ratios, detail, missing, training) == pytest.approx(BETA, abs=0.05)
+    assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, abs=0.05)
 
 
 def test_counts_samples_by_relative_error(world):
@@ -45,17 +45,17 @@ def test_counts_samples_by_relative_error(world):
     missing = scaled(BETA, ratios, detail)
     missing[other] = scaled(-BETA, ratios, detail)[other]
     training.peaks[other] = 1e3
-    assert fit_scale(ratios, detail, missing, training) == pytest.approx(BETA, rel=1e-4)
+    assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, rel=1e-4)
 
 
 def test_learns_nothing_from_nothing(world):
     random, ratios, detail, training = world
-    assert not fit_scale(ratios, detail, detail, training).any()  # the detail is right as it is
-    assert not fit_scale(np.ones_like(ratios), detail, 2 * detail, training).any()  # ratios say nothing
-    assert not fit_scale(ratios, np.zeros_like(detail), detail, training).any()  # there is no detail
+    assert not fit_scale(ratios, detail, detail, training).beta.any()  # the detail is right as it is
+    assert not fit_scale(np.ones_like(ratios), detail, 2 * detail, training).beta.any()  # ratios say nothing
+    assert not fit_scale(ratios, np.zeros_like(detail), detail, training).beta.any()  # there is no detail
     noise = random.normal(size=detail.shape)
-    beta = fit_scale(ratios, detail, detail + 1e-3 * noise, training)
-    assert np.abs(beta).max() < 0.2
+    found = fit_scale(ratios, detail, detail + 1e-3 * noise, training)
+    assert np.abs(found.beta).max() < 0.2
 
 
 def test_does_not_believe_what_other_contacts_contradict(world):
@@ -66,4 +66,18 @@ def test_does_not_believe_what_other_contacts_contradict(world):
     alternating = Training(
         *[getattr(training, n) for n in ("coarse", "fine", "contact", "force", "peaks")], training.contact % 2
     )
-    assert not fit_scale(ratios, detail, missing, alternating).any()
+    assert not fit_scale(ratios, detail, missing, alternating).beta.any()
+
+
+def test_bounds_are_those_of_the_samples_only_where_that_helps_at_other_contacts(world):
+    """A scale that saturates at a contact of large ratios is bounded; one that goes on growing is not."""
+    _, ratios, detail, training = world
+    ratios = ratios.copy()
+    ratios[training.contact % 5 == 0, 0] += 2.0  # a fold beyond all others
+    beta = np.array([0.5, 0.0])
+    growing = fit_scale(ratios, detail, scaled(beta, ratios, detail), training)
+    assert growing.beta == pytest.approx(beta, abs=1e-3) and np.isinf([growing.low, growing.high]).all()
+    within = np.minimum(ratios, 1.3)
+    saturated = fit_scale(ratios, detail, scaled(beta, within, detail), training)
+    assert np.isfinite([saturated.low, saturated.high]).all()
+    assert saturated.of(np.array([9.0, 1.0])) == saturated.high < Scale(saturated.beta).of(np.array([9.0, 1.0]))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.enrichment.training_samples import blend_errors, divide, gather
+from palpate.enrichment.training_samples import blend_errors, convinces, divide, gather
 from palpate.errors import InputError
 
 
@@ -59,6 +59,18 @@ def test_scores_are_relative_errors_of_held_out_samples(db, settings):
         rmse = np.sqrt(np.mean(np.sum((guess - training.fine[i]) ** 2, axis=1)))
         by_hand.append(rmse / db.peaks[i])
     assert training.score(fine @ fine.T, first) == pytest.approx([np.mean(by_hand)], rel=1e-9)
+
+
+def test_a_gain_convinces_if_the_folds_agree_on_it():
+    fold, plain = np.repeat(np.arange(5), 8), np.full(40, 0.05)
+    assert convinces(plain - 1e-3, plain, fold)
+    assert not convinces(plain, plain, fold) and not convinces(plain + 1e-3, plain, fold)
+    one = plain - np.where(fold == 2, 0.02, 0.0)  # all of it at one place
+    assert not convinces(one + 1e-9, plain, fold)
+    unsure = np.random.default_rng(0).normal(size=40)
+    unsure = np.array([unsure[fold == part].mean() for part in range(5)])[fold]
+    assert not convinces(plain - 1e-3 * (unsure - unsure.mean() + 0.3 * unsure.std()), plain, fold)
+    assert convinces(plain - 1e-3 * (unsure - unsure.mean() + unsure.std()), plain, fold)
 
 
 @pytest.mark.parametrize("factor", [1e-300, 1e300])

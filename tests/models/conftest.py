@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures.judged_slab import *  # noqa: F403
 
 from palpate.errors import InputError, NotConverged
 from palpate.models.model import Case, Solver

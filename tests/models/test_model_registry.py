@@ -5,9 +5,11 @@ import sys
 
 import pytest
 
+from palpate.enrichment.blend_kinds import FEATURES, WEIGHTS
 from palpate.enrichment.methods import METHODS
 from palpate.errors import InputError
 from palpate.models import model_registry
+from palpate.models.coarse_answers import COARSE_ANSWERS
 
 
 @pytest.mark.parametrize("name", model_registry.MODELS)
@@ -25,16 +27,16 @@ def test_an_unknown_name_is_told():
     with pytest.raises(InputError, match="linear_fen, which is unknown; did you mean linear_fem"):
         model_registry.model("linear_fen", {})
     assert model_registry.unknown(["mine", "detail_correction"], {"mine": ""}) == ""
-    for taken in ("detail_correction", "fem", "reference"):
+    for taken in ("detail_correction", "fem", "truth", "zero"):
         assert f"{taken}, which palpate uses itself" in model_registry.unknown([], {taken: ""})
 
 
 def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
-    found = model_registry.families(["fem_fine", "pod_rbf", "fem_coarse", "mine"], {"mine": "mine.py"})
+    found = model_registry.families(["fem_p2", "pod_rbf", "fem_p1", "mine"], {"mine": "mine.py"})
     assert found == {
         "fem": {
-            "fem_fine": {"place": "palpate.models.fem", "keywords": {"level": -1}},
-            "fem_coarse": {"place": "palpate.models.fem", "keywords": {"level": 0}},
+            "fem_p2": {"place": "palpate.models.fem", "keywords": {"order": 2}},
+            "fem_p1": {"place": "palpate.models.fem", "keywords": {"order": 1}},
         },
         "pod_rbf": {"pod_rbf": {"place": "palpate.models.pod_rbf", "keywords": {}}},
         "mine": {"mine": {"place": "mine.py", "keywords": {}}},
@@ -50,14 +52,41 @@ def test_methods_of_enrichment_are_registered_once():
 
 def test_every_family_that_has_settings_stands_in_the_config(grid):
     families = model_registry.families(list(model_registry.MODELS), {})
-    assert set(grid) == set(families) - {"linear_fem", "interpolation"}
+    assert set(grid) - {"coarse_answers"} == set(families) - {"linear_fem", "interpolation"}
+
+
+def test_coarse_answers_are_those_of_the_config(grid):
+    assert list(COARSE_ANSWERS) == grid["coarse_answers"]
+
+
+def test_a_diagram_shows_one_of_many_variants():
+    assert {f"{f}_{w}" for f in FEATURES for w in WEIGHTS} == {
+        name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
+    }
+    assert set(model_registry.FAMILY_OF.values()) == {"paper_enrichment", "mass_spring"}
+    assert len(model_registry.FAMILY_OF) == 16
+
+
+def test_what_a_model_is_told_stands_with_it():
+    """Models on top of a coarse deformation know no load; those that hold responses of contacts say so."""
+    made = {name: model_registry.model(name, {}) for name in model_registry.MODELS}
+    unaware = {name for name, model in made.items() if model.sees == "deformation"}
+    assert unaware == {"interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf"} | {
+        name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
+    }
+    assert {name for name, model in made.items() if model.prepared} == {
+        "linear_fem", "linear_residual", "warped_compliance", "detail_correction",
+    }  # fmt: skip
+    assert {name for name, model in made.items() if not model.reduces} == {"fem_p1", "fem_p2", "interpolation"}
+    assert all(model.law for model in made.values())
+    assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})
 
 
 def test_measuring_a_model_reads_no_registry():
     code = (
-        "import sys, palpate.models.read_case, palpate.evaluation.tradeoff.measure_model\n"
+        "import sys, palpate.evaluation.tradeoff.judge, palpate.evaluation.tradeoff.measure_model\n"
         "from palpate.models.load_model import load_model\n"
-        "load_model('fem_coarse', 'palpate.models.fem', {'level': 0})\n"
+        "load_model('fem_p1', 'palpate.models.fem', {'order': 1})\n"
         "names = ('palpate.models.model_registry', 'palpate.enrichment.methods')\n"
         "print([name for name in names if name in sys.modules])"
     )

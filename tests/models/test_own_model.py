@@ -15,14 +15,15 @@ SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, contact, force):\
 PREPARE = "def prepare(case, setting):\n    return S()\n"
 
 
-def test_the_example_is_measured_like_any_other(slab_case):
-    case, test, numbers = slab_case
+def test_the_example_is_measured_like_any_other(slab_case, slab_judge):
+    case = slab_case[0]
     samples, settings = measure(
-        case, "nearest", model("nearest", {"nearest": DOCS / "example_model.py"}), test, numbers, 6, 0.1
+        case, "nearest", model("nearest", {"nearest": DOCS / "example_model.py"}), slab_judge, 6, 0.1
     )
     assert len(settings) == 5 and (settings["failures"] == 0).all() and len(samples) == 5 * 6
     assert settings["offline_s"].is_monotonic_increasing and (settings["offline_s"] > 4.0).all()
     assert settings["memory_mb"].is_monotonic_increasing
+    assert samples.groupby("setting")["rmse_of_peak"].mean().min() < 0.4  # 0.55 if nothing moves
     assert samples["rmse_of_peak"].between(0.01, 1.5).all()
 
 
@@ -41,23 +42,42 @@ def test_the_guide_shows_the_example():
         (SETTINGS + "def prepare(case, setting):\n    return 3\n", "lacks respond or memory_mb"),
         (SETTINGS + SOLVER % "return 1 / 0" + PREPARE, r"\(line 6, ZeroDivisionError: "),
         (SETTINGS + SOLVER % "return force" + PREPARE, "shape"),
+        ("SEES = 'force'\n" + SETTINGS + SOLVER % "pass" + PREPARE, "SEES is 'force'; give 'load' or 'deformation'"),
+        ("PREPARED = 1\n" + SETTINGS + SOLVER % "pass" + PREPARE, "PREPARED is 1; give False or True"),
     ],
 )
-def test_a_bad_one_is_refused_by_name(tmp_path, slab_case, text, said):
-    case, test, numbers = slab_case
+def test_a_bad_one_is_refused_by_name(tmp_path, slab_case, slab_judge, text, said):
+    case = slab_case[0]
     file = tmp_path / "mine.py"
     file.write_text(text)
     with pytest.raises(InputError, match=said) as caught:
-        measure(case, "mine", load("mine", file), test, numbers, 1, 0.1)
+        measure(case, "mine", load("mine", file), slab_judge, 1, 0.1)
     assert "mine.py" in str(caught.value)
 
 
-def test_one_that_is_not_finite_has_failed(tmp_path, slab_case):
-    case, test, numbers = slab_case
+def test_a_file_may_say_what_its_model_sees_and_what_precedes_a_query(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(SETTINGS + SOLVER % "return self.frame" + PREPARE)
+    made = load("mine", file)
+    assert (made.sees, made.prepared, made.reduces) == ("load", False, "")
+    assert not hasattr(made.prepare(None, {}), "precede")
+    before = "    def precede(self, contact, force):\n        self.frame = contact, force\n"
+    told = "SEES, PREPARED, REDUCES = 'deformation', True, 'p2'\n"
+    file.write_text(told + SETTINGS + SOLVER % "return self.frame" + before + PREPARE)
+    made = load("mine", file)
+    assert (made.sees, made.prepared, made.reduces) == ("deformation", True, "p2")
+    solver = made.prepare(None, {})
+    solver.precede(3, 0.5)
+    assert solver.respond(4, 1.0) == (3, 0.5)
+
+
+def test_one_that_is_not_finite_has_failed(tmp_path, slab_case, slab_judge):
+    case = slab_case[0]
     file = tmp_path / "mine.py"
     file.write_text(
         "import numpy as np\n" + SETTINGS + SOLVER % f"return np.full(({case.n_surface}, 3), np.nan)" + PREPARE
     )
-    samples, settings = measure(case, "mine", load("mine", file), test, numbers, 1, 0.1)
-    assert settings["failures"].item() == len(samples) and "not finite" in settings["failure"].item()
+    samples, settings = measure(case, "mine", load("mine", file), slab_judge, 1, 0.1)
+    assert (samples["failure"] != "").all() and settings["failures"].item() == settings["samples"].item()
+    assert "not finite" in settings["failure"].item()
     assert settings["failure"].item().startswith(f"{file}: ")

@@ -2,8 +2,8 @@
 
 The parts are known: stored linear responses to a unit force at every node are precomputed Green's functions (James and
 Pai 1999), and turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is
-fitted here is a scale and a kernel ridge on top of both. ``models.warped_compliance`` and
-``models.detail_correction`` say what each of the two models takes from them.
+fitted here is a scale and a kernel ridge on top of both. Unlike ``warped_response``, which turns the whole linear
+response, this turns only what the coarse deformation lacks.
 """
 
 from typing import NamedTuple
@@ -11,17 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.enrichment.detail_scale import fit_scale
+from palpate.enrichment.detail_scale import Scale, fit_scale
 from palpate.enrichment.fit_inputs import Fitting
 from palpate.enrichment.node_rotations import NodalRotations
 from palpate.enrichment.ridge import KernelRidge
-from palpate.enrichment.training_samples import FitOptions, Training
+from palpate.enrichment.training_samples import FitOptions, Training, convinces
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
-IMPROVEMENT = 0.9
-"""The residual is learnt only if that multiplies the cross-validated error by this at most: a few dozen samples
-cannot tell a smaller improvement from chance."""
 FARTHEST = 1e9
 """Ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite."""
 
@@ -65,7 +62,7 @@ class DetailCorrection:
         self._neighbours = {
             int(c): coarse.edges[(coarse.edges == c).any(axis=1)].sum(axis=1) - c for c in compliance.contacts
         }
-        self.beta, self._scales = np.zeros(2), (-np.inf, np.inf)
+        self.scale = Scale(np.zeros(2))
         self._residual: KernelRidge | None = None
 
     def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
@@ -73,25 +70,22 @@ class DetailCorrection:
         samples = zip(training.coarse, training.contact, training.force, strict=True)
         queries = [self._query(x, int(c), f) for x, c, f in samples]
         missing = training.fine - np.array([q.interpolated for q in queries])
-        self.beta = fit_scale(
-            np.array([q.ratios for q in queries]), np.array([q.detail for q in queries]), missing, training
-        )
-        scales = [self._scale(q) for q in queries]
-        self._scales = min(scales), max(scales)
-        left = missing - np.array([self._scale(q) * q.detail for q in queries])
-        error = np.mean(np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks)
+        ratios, detail = np.array([q.ratios for q in queries]), np.array([q.detail for q in queries])
+        self.scale = fit_scale(ratios, detail, missing, training)
+        left = missing - self.scale.of(ratios)[:, None, None] * detail
+        plain = np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks
         turns = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
         unturned = np.array([_turn(r, e) for r, e in zip(turns, left, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
         residual = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
-        if residual.score < IMPROVEMENT * error:
+        if convinces(residual.errors, plain, training.fold):
             self._residual, self.sigma_m = residual, residual.sigma_m
         return self
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
         query = self._query(coarse, contact, force)
-        fine = query.interpolated + self._scale(query) * query.detail
+        fine = query.interpolated + self.scale.of(query.ratios) * query.detail
         if self._residual is not None and query.turned is not None:
             fine += _turn(query.turned, self._residual.predict(coarse[self._surface].ravel()))
         return fine
@@ -113,9 +107,6 @@ class DetailCorrection:
             turned = (self._prolongation @ nodal.reshape(-1, 9)).reshape(-1, 3, 3)
             detail = _turn(turned, detail)
         return Query(self._prolongation @ coarse, detail, turned, ratios)
-
-    def _scale(self, query: Query) -> float:
-        return float(np.clip(1.0 + self.beta @ (query.ratios - 1.0), *self._scales))
 
 
 def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:

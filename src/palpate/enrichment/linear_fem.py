@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from palpate.bodies.contacts import row_of
 from palpate.enrichment.fit_inputs import Fitting
 from palpate.solvers.compliance import Compliance
 
@@ -12,11 +13,15 @@ class LinearFem:
     sigma_m = np.nan
 
     def __init__(self, compliance: Compliance):
-        self._compliance = compliance
+        self._contacts, self._columns = compliance.contacts, compliance.fine
 
     def predict(self, coarse: np.ndarray | None, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
-        return np.tensordot(force, self._compliance.fine[self._compliance.row(contact)], 1)
+        return np.tensordot(force, self._columns[row_of(self._contacts, contact)], 1)
+
+    def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, None]:
+        """Return the same, and no rotations; InputError for a contact that is not prepared."""
+        return self.predict(None, contact, force), None
 
 
 def fit(fitting: Fitting) -> LinearFem:

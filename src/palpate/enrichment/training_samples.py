@@ -48,10 +48,17 @@ class Training:
     def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
         """Evaluate each candidate by cross-validation, (candidates,): mean RMSE / peak over the training samples.
 
+        Arguments as of ``errors``.
+        """
+        return self.errors(gram, blends).mean(axis=-1)
+
+    def errors(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Compute the RMSE / peak of each candidate and sample, (candidates, k), by cross-validation.
+
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
-        total = np.zeros(())
+        parts, order = [], []
         for part in range(self.fold.max() + 1):
             known, asked = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
             squared = blend_errors(
@@ -60,8 +67,9 @@ class Training:
                 gram[np.ix_(known, asked)],
                 gram.diagonal()[asked],
             )
-            total = total + (np.sqrt(squared / self.fine.shape[1]) / self.peaks[asked]).sum(axis=-1)
-        return total / len(self.fold)
+            parts.append(np.sqrt(squared / self.fine.shape[1]) / self.peaks[asked])
+            order.append(asked)
+        return np.concatenate(parts, axis=-1)[..., np.argsort(np.concatenate(order))]
 
 
 def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) -> Training:
@@ -88,6 +96,16 @@ def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
         raise InputError("enrichment: cross-validation needs two training contacts; raise train in config.")
     order = np.random.default_rng(options.seed).permutation(len(names))
     return order[member] % min(options.folds, len(names))
+
+
+def convinces(errors: np.ndarray, plain: np.ndarray, fold: np.ndarray) -> bool:
+    """Decide whether cross-validated ``errors`` (k,) improve on those of the ``plain`` method, (k,), beyond chance.
+
+    They do if the mean improvement of the folds, ``fold`` (k,), exceeds its standard error: the folds hold out what
+    the split holds out, so that samples of one contact do not count as many.
+    """
+    gains = np.array([(plain - errors)[fold == part].mean() for part in np.unique(fold)])
+    return bool(gains.mean() > gains.std(ddof=1) / np.sqrt(len(gains)))
 
 
 def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:

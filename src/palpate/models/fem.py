@@ -1,39 +1,61 @@
-"""Answer with corotational finite elements on one level of the body, stopped early or converged."""
+"""Answer with corotational finite elements on a level of the body, stopped early or converged, from cold or warm."""
 
 import numpy as np
 
-from palpate.models.fem_statics import Simulation, solver_options, to_surface
+from palpate.models.fem_starts import STARTS
+from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting, distinct
 
-
-def settings(case: Case, level: int) -> list[Setting]:
-    """List caps on Newton's iterations, then tolerances; none where the body has no middle level."""
-    if level == len(case.body.levels) - 1:
-        return []
-    grid = case.grid["fem"]
-    capped = [{"iterations": n} for n in grid["iterations"]]
-    return distinct([*capped, *({"tolerance": tolerance} for tolerance in (*grid["tolerances"], case.tolerance))])
+LAW = "corotational"
 
 
-def prepare(case: Case, setting: Setting, level: int) -> "Fem":
-    """Make matrix patterns and the factor of the rest state."""
-    return Fem(case, setting, level)
+def settings(case: Case, order: int) -> list[Setting]:
+    """List for each level, from coarse to fine, the starts, and for each of them how far the mesh is solved.
+
+    From rest there are caps on Newton's iterations, and tolerances; from the linear response and from the frame before
+    fewer caps, and no more than the loose tolerances. Quadratic elements on the finest level, which have many more
+    nodes than all others and take seconds, are converged from rest; ``finest_warm_iterations`` adds caps from the frame
+    before.
+    """
+    grid, last = case.grid["fem"], len(case.body.levels) - 1
+    tolerances = [{"tolerance": tolerance} for tolerance in grid["tolerances"]]
+    cold, warm = ([{"iterations": n} for n in grid[name]] for name in ("iterations", "warm_iterations"))
+    found: list[Setting] = []
+    for level in range(last + 1):
+        if order == 2 and level == last:
+            parts = [("frame", [{"iterations": n} for n in grid["finest_warm_iterations"]])]
+        else:
+            linear = [("linear", warm + tolerances)] if len(case.prepared_contacts) else []
+            parts = [*linear, ("frame", warm + tolerances), ("rest", cold + tolerances)]
+        parts.append(("rest", [{"tolerance": case.tolerance}]))
+        found += [{"level": level, "start": start} | far for start, fars in parts for far in fars]
+    return distinct(found)
+
+
+def prepare(case: Case, setting: Setting, order: int) -> "Fem":
+    """Make matrix patterns and the preconditioner of the rest state, and with ``start`` linear store its columns."""
+    return Fem(case, setting, order)
 
 
 class Fem:
-    """Finite elements of ``level`` (−1: fine), brought to the fine surface by linear interpolation."""
+    """Finite elements of ``order``, brought to the fine surface with their own shape functions."""
 
-    def __init__(self, case: Case, setting: Setting, level: int):
-        level %= len(case.body.levels)
-        self._simulation = Simulation(case, level, **solver_options(case, setting))
-        self._up = to_surface(case.body, level)
+    def __init__(self, case: Case, setting: Setting, order: int):
+        level, tolerance = setting["level"], setting.get("tolerance", case.tolerance)
+        self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order)
+        self._start = STARTS[setting["start"]](case, self._simulation, (level, order))
+        self._up = to_surface(case.body, level, order)
 
     @property
     def memory_mb(self) -> float:
         """The memory that is held between queries [MB]."""
         return held_mb(self)
 
+    def precede(self, contact: int, force: np.ndarray) -> None:
+        """Find the frame before, for a setting that starts from it; not timed."""
+        self._start.precede(contact, force)
+
     def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
-        return self._up @ self._simulation.displacement(contact, force)
+        return self._up @ self._simulation.displacement(contact, force, self._start.at(contact, force))

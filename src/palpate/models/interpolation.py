@@ -1,15 +1,18 @@
-"""Interpolate the coarse simulation linearly: what any user has before learning anything."""
+"""Interpolate the coarse answer linearly: what any user has before learning anything."""
 
 from palpate.enrichment.interpolation import Interpolation
-from palpate.models.coarse_enriched import Enriched, coarse_simulation
+from palpate.models.coarse_answers import coarse_settings, coarse_solver
+from palpate.models.coarse_enriched import Enriched
 from palpate.models.model import Case, Setting
+
+SEES, LAW = "deformation", "corotational"
 
 
 def settings(case: Case) -> list[Setting]:
-    """List the one setting there is; fem_coarse is the same with the coarse simulation stopped early."""
-    return [{}]
+    """List the coarse answers; simulated ones are those of fem_p1 on level 0."""
+    return coarse_settings(case, {})
 
 
 def prepare(case: Case, setting: Setting) -> Enriched:
     """Take the meshes; nothing is learnt."""
-    return Enriched(Interpolation(case.meshes), coarse_simulation(case))
+    return Enriched(Interpolation(case.meshes), coarse_solver(case, setting))

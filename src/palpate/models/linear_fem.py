@@ -1,12 +1,12 @@
 """Answer with linear fine finite elements, whose compliance is computed in advance."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from palpate.enrichment.linear_fem import LinearFem
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
+
+PREPARED, REDUCES, LAW = True, "p2", "linear"
 
 
 def settings(case: Case) -> list[Setting]:
@@ -23,8 +23,7 @@ class Linear:
     """Three stored columns for each contact."""
 
     def __init__(self, case: Case):
-        none = np.empty(0)
-        self._linear = LinearFem(replace(case.use_compliance(), restricted=none, coarse=none))  # not needed
+        self._linear = LinearFem(case.use_compliance())
 
     @property
     def memory_mb(self) -> float:

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.models.model import Model
+from palpate.models.model import Model, declared
 
 
 def load_model(name: str, place: str, keywords: Mapping[str, Any]) -> Model:
@@ -21,4 +21,5 @@ def load_model(name: str, place: str, keywords: Mapping[str, Any]) -> Model:
 
         return load(name, Path(place))
     module = importlib.import_module(place)
-    return Model(partial(module.settings, **keywords), partial(module.prepare, **keywords), place)
+    functions = partial(module.settings, **keywords), partial(module.prepare, **keywords)
+    return Model(*functions, place, **declared(module, place))

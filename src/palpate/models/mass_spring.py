@@ -10,6 +10,9 @@ from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 from palpate.models.spring_statics import Network
 
+REDUCES, LAW = "p2", "springs"
+"""They are fitted to its responses."""
+
 _fits: WeakKeyDictionary = WeakKeyDictionary()
 """Moduli and what they took [s], by training samples, level and kind: the fit of one setting serves all."""
 

@@ -25,7 +25,7 @@ class Case:
         what they use is added to their preparation
     options : how regressions are fitted; ``options.seed`` is for every random choice
     tolerance : relative residual at which run-time solves stop
-    grid : by family, the values to try of its settings: ``tradeoff.settings`` of the config
+    grid : by family, the values to try of its settings: ``tradeoff.settings`` of the config; and ``coarse_answers``
     used : what was used, with its cost [s]; the evaluation adds it to the offline time
     """
 
@@ -36,7 +36,7 @@ class Case:
     response: Compliance | None
     options: FitOptions
     tolerance: float
-    grid: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    grid: Mapping[str, Any] = field(default_factory=dict)
     used: dict[str, float] = field(default_factory=dict)
 
     def use_training(self) -> Database:
@@ -64,6 +64,11 @@ class Case:
         return self.database.take(np.empty(0, dtype=int))
 
     @property
+    def prepared_contacts(self) -> np.ndarray:
+        """The contacts, increasing, whose linear responses are stored; without such, none. Costs nothing."""
+        return np.empty(0, dtype=int) if self.response is None else self.response.contacts
+
+    @property
     def n_surface(self) -> int:
         """The number of fine surface nodes, whose displacements are asked for."""
         return len(self.database.nodes_fine_surface)
@@ -80,7 +85,11 @@ class Case:
 
 
 class Solver(Protocol):
-    """A prepared model; ``memory_mb`` is what it holds [MB], read after the queries: ``memory.held_mb`` counts."""
+    """A prepared model; ``memory_mb`` is what it holds [MB], read after the queries: ``memory.held_mb`` counts.
+
+    It may have ``precede(contact, force)`` too, which is called before each query, with its load, and not timed: it
+    finds the frame before, under 97 % of the force, for a model that starts from there.
+    """
 
     memory_mb: float
 
@@ -98,11 +107,41 @@ class Model(NamedTuple):
     settings(case) : from cheap to expensive, at least five where the model has a setting, else [{}]
     prepare(case, setting) : offline work, timed; InputError or NotConverged if it cannot be done
     place : the module or file that it comes from, for messages
+    sees : "load", if it is given the force, or "deformation", if it sees what a force does to the coarse mesh only
+    prepared : whether it answers contacts only whose linear responses were stored before; see ``needs_contacts``
+    reduces : "p2", if its answers come from responses of the fine quadratic elements, stored or learnt from; else ""
+    law : of the material, as a table has it; "" if it is not known
     """
 
     settings: Callable[[Case], list[Setting]]
     prepare: Callable[[Case, Setting], Solver]
     place: str = "a model"
+    sees: str = "load"
+    prepared: bool = False
+    reduces: str = ""
+    law: str = ""
+
+    def needs_contacts(self, setting: Setting) -> bool:
+        """Return whether the model with this setting answers prepared contacts only.
+
+        A coarse answer or a start that is the stored linear response makes any model one that does.
+        """
+        return self.prepared or "linear" in (setting.get("coarse"), setting.get("start"))
+
+
+DECLARED: dict[str, tuple] = {"sees": ("load", "deformation"), "prepared": (False, True), "reduces": ("", "p2")}
+"""What a model's file may say of it, in capitals, such as SEES = "load": the values that each may have, the first of
+which it has if the file says nothing."""
+
+
+def declared(module: object, place: str) -> dict[str, Any]:
+    """Return the fields of ``Model`` that a module or file gives in capitals; InputError naming ``place`` if wrong."""
+    found = {name: getattr(module, name.upper(), values[0]) for name, values in DECLARED.items()}
+    for name, value in found.items():
+        if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):
+            known = " or ".join(map(repr, DECLARED[name]))
+            raise InputError(f"{place}: {name.upper()} is {value!r}; give {known}.")
+    return found | {"law": str(getattr(module, "LAW", ""))}
 
 
 def training_counts(case: Case, shares: Iterable[float]) -> list[int]:

@@ -18,6 +18,8 @@ _ON_TOP = {
     "palpate.enrichment.blend": "palpate.models.paper_enrichment",
 }
 """The models that put methods of enrichment, by their modules, on top of a coarse simulation."""
+_VARIANTS = ("palpate.models.paper_enrichment", "palpate.models.mass_spring")
+"""Modules whose models are variants of one method: twelve blends, four networks of springs."""
 
 
 def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
@@ -28,10 +30,10 @@ def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
 
 # module, and what of it the model is: both functions get these as keywords
 MODELS: dict[str, tuple[str, dict]] = {
-    "fem_coarse": ("palpate.models.fem", {"level": 0}),
-    "fem_middle": ("palpate.models.fem", {"level": 1}),
-    "fem_fine": ("palpate.models.fem", {"level": -1}),
+    "fem_p1": ("palpate.models.fem", {"order": 1}),
+    "fem_p2": ("palpate.models.fem", {"order": 2}),
     "linear_fem": ("palpate.models.linear_fem", {}),
+    "linear_residual": ("palpate.models.linear_residual", {}),
     "warped_compliance": ("palpate.models.warped_compliance", {}),
     "detail_correction": ("palpate.models.detail_correction", {}),
     **_enriched("interpolation", "ridge", "pod_rbf"),
@@ -43,10 +45,13 @@ MODELS: dict[str, tuple[str, dict]] = {
     **_enriched("blend"),
 }
 
-SAVED_AGAINST = "fem_fine"
-"""The model of whoever prepares nothing, at its last setting, the tightest of its tolerances."""
-RESERVED = ("reference",)
-"""Names that the table gives to the reference's own error, so that models have others."""
+SAVED_AGAINST = "fem_p2"
+"""The model of whoever prepares nothing, at its last setting: the finest level, converged from rest."""
+FAMILY_OF = {name: where.rpartition(".")[2] for name, (where, _) in MODELS.items() if where in _VARIANTS}
+"""The family of each model that is one of many variants: a diagram shows the family's best. Others stand alone."""
+RESERVED = ("truth", "zero")
+"""Names that the table gives to the truth's own error and to the answer that nothing moves, so that models have
+others."""
 
 
 def model(name: str, own: Mapping[str, str]) -> Model:

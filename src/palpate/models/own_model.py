@@ -1,17 +1,18 @@
 """Load models of the user's own from their files, and name the file in whatever goes wrong in them."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
 from palpate.errors import InputError, NotConverged
-from palpate.models.model import Case, Model, Setting, Solver
+from palpate.models.model import Case, Model, Setting, Solver, declared
 from palpate.own_file import MODEL_FUNCTIONS, failure, import_file
 
 GUIDE = "see docs/add-a-model.md"
+CALLED = ("respond", "precede")
+"""The functions of a prepared model; the second one is optional."""
 
 
 def load(name: str, path: Path) -> Model:
@@ -22,25 +23,23 @@ def load(name: str, path: Path) -> Model:
             raise InputError(f"{path}: has no function {function}; {GUIDE}.")
 
     def settings(case: Case) -> list[Setting]:
-        found = _told(path, module.settings, case)
+        found = _named(path, module.settings, case)
         if not (isinstance(found, list) and all(isinstance(setting, dict) for setting in found)):
             raise InputError(f"{path}: settings returns no list of dictionaries; {GUIDE}.")
         return found
 
     def prepare(case: Case, setting: Setting) -> Solver:
-        solver = _told(path, module.prepare, case, setting)
+        solver = _named(path, module.prepare, case, setting)
         if not (hasattr(solver, "respond") and hasattr(solver, "memory_mb")):
             raise InputError(f"{path}: what prepare returns lacks respond or memory_mb; {GUIDE}.")
 
-        def respond(contact: int, force: np.ndarray) -> np.ndarray:
-            return _told(path, solver.respond, contact, force)
+        asked = {name: partial(_named, path, getattr(solver, name)) for name in CALLED if hasattr(solver, name)}
+        return SimpleNamespace(**asked, memory_mb=solver.memory_mb)
 
-        return SimpleNamespace(respond=respond, memory_mb=solver.memory_mb)
-
-    return Model(settings, prepare, str(path))
+    return Model(settings, prepare, str(path), **declared(module, str(path)))
 
 
-def _told(path: Path, call: Callable, *arguments: Any) -> Any:
+def _named(path: Path, call: Callable, *arguments: Any) -> Any:
     try:
         return call(*arguments)
     except NotConverged:

@@ -1,26 +1,28 @@
-"""Put paper 1's enrichment, in all its forms, on top of the coarse simulation: a kind of feature, a kind of weights."""
+"""Put paper 1's enrichment, in all its forms, on top of a coarse answer: a kind of feature, a kind of weights."""
 
 from palpate.enrichment.blend import fit
-from palpate.models.coarse_enriched import Enriched, coarse_simulation, fitting_to
-from palpate.models.model import Case, Setting, distinct, training_counts
+from palpate.models.coarse_answers import coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.models.coarse_enriched import Enriched
+from palpate.models.model import Case, Setting, training_counts
+
+SEES, REDUCES, LAW = "deformation", "p2", "corotational"
 
 
 def settings(case: Case, features: str, weights: str) -> list[Setting]:
-    """List training samples k, and of paper 1's contact-ordered feature its neighbours l, with all samples."""
-    grid, usual = case.grid["paper_enrichment"], {"neighbours": case.options.neighbours}
-    found = [{"samples": count} for count in training_counts(case, grid["training_shares"])]
-    if features == "unordered":
-        return found
-    found = [count | usual for count in found]
+    """List coarse answers; with the best, training samples k and the neighbours l of the contact-ordered feature."""
+    grid = case.grid["paper_enrichment"]
+    usual = {} if features == "unordered" else {"neighbours": case.options.neighbours}
+    fewer = [{"samples": count} | usual for count in training_counts(case, grid["training_shares"])]
     if features == "ordered":
         most = len(case.meshes.coarse_surface)
-        found += [{"samples": case.n_training, "neighbours": n} for n in grid["neighbours"] if n < most]
-    return distinct(found)
+        fewer += [{"samples": case.n_training, "neighbours": n} for n in grid["neighbours"] if n < most]
+    return coarse_settings(case, {"samples": case.n_training} | usual, fewer)
 
 
 def prepare(case: Case, setting: Setting, features: str, weights: str) -> Enriched:
     """Choose σ by cross-validation on the training samples, and order the nodes around all contacts in advance."""
-    fitting = fitting_to(case.first(setting["samples"]))
+    coarse = coarse_solver(case, setting)
+    fitting = fitting_to(seen_with(case, setting, coarse).first(setting["samples"]))
     method = fit(fitting, features, weights, setting.get("neighbours"))
     method.order_ahead(fitting.db.coarse_surface)
-    return Enriched(method, coarse_simulation(case))
+    return Enriched(method, coarse)

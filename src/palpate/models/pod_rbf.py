@@ -1,17 +1,21 @@
-"""Put proper orthogonal decomposition with radial basis functions on top of the coarse simulation."""
+"""Put proper orthogonal decomposition with radial basis functions on top of a coarse answer."""
 
 from palpate.enrichment.pod_rbf import fit
-from palpate.models.coarse_enriched import Enriched, coarse_simulation, fitting_to
+from palpate.models.coarse_answers import coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.models.coarse_enriched import Enriched
 from palpate.models.model import Case, Setting
+
+SEES, REDUCES, LAW = "deformation", "p2", "corotational"
 
 
 def settings(case: Case) -> list[Setting]:
-    """List how many modes are kept, up to one for each sample but the mean."""
+    """List the coarse answers with a mode for each sample but the mean, and with the best of them fewer modes."""
     most = case.n_training - 1
-    counts = sorted({min(modes, most) for modes in (*case.grid["pod_rbf"]["modes"], most)})
-    return [{"modes": modes} for modes in counts]
+    counts = sorted({min(modes, most) for modes in case.grid["pod_rbf"]["modes"]})
+    return coarse_settings(case, {"modes": most}, ({"modes": modes} for modes in counts))
 
 
 def prepare(case: Case, setting: Setting) -> Enriched:
     """Choose kernel and width by cross-validation on the training samples."""
-    return Enriched(fit(fitting_to(case), setting["modes"]), coarse_simulation(case))
+    coarse = coarse_solver(case, setting)
+    return Enriched(fit(fitting_to(seen_with(case, setting, coarse)), setting["modes"]), coarse)

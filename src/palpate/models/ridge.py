@@ -1,15 +1,21 @@
-"""Put ridge regression to fine displacements, linear or through a kernel, on top of the coarse simulation."""
+"""Put ridge regression to fine displacements, linear or through a kernel, on top of a coarse answer."""
 
 from palpate.enrichment.ridge import fit
-from palpate.models.coarse_enriched import Enriched, coarse_simulation, fitting_to
+from palpate.models.coarse_answers import coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.models.coarse_enriched import Enriched
 from palpate.models.model import Case, Setting, training_counts
+
+SEES, REDUCES, LAW = "deformation", "p2", "corotational"
 
 
 def settings(case: Case, kernel: bool) -> list[Setting]:
-    """List how many training samples are used."""
-    return [{"samples": count} for count in training_counts(case, case.grid["ridge"]["training_shares"])]
+    """List the coarse answers with all training samples, and with the best of them how many are used."""
+    counts = training_counts(case, case.grid["ridge"]["training_shares"])
+    return coarse_settings(case, {"samples": case.n_training}, ({"samples": count} for count in counts))
 
 
 def prepare(case: Case, setting: Setting, kernel: bool) -> Enriched:
     """Choose widths and ridges by cross-validation on the training samples."""
-    return Enriched(fit(fitting_to(case.first(setting["samples"])), kernel), coarse_simulation(case))
+    coarse = coarse_solver(case, setting)
+    seen = seen_with(case, setting, coarse).first(setting["samples"])
+    return Enriched(fit(fitting_to(seen), kernel), coarse)

@@ -6,6 +6,9 @@ from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting, distinct
 from palpate.models.shape_statics import Shapes, cubes, fit
 
+REDUCES, LAW = "p2", "shape matching"
+"""They are fitted to its responses."""
+
 
 def settings(case: Case) -> list[Setting]:
     """List mode, clusters and steps, from cheap to expensive."""

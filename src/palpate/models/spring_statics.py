@@ -35,7 +35,7 @@ class Network:
             raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
         self.model, self.rest = spring_model(self.particles), self.particles.nodes
         self.up = to_surface(case.body, level)
-        self._shares = ContactShares(case.body, level, case.radius_m)
+        self._shares = ContactShares(case, level)
         self._load = np.zeros_like(self.rest)
 
     def stiffen(self, young_pa: np.ndarray, volume_n_m: float) -> None:

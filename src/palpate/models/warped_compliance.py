@@ -1,22 +1,21 @@
-"""Answer with stored linear responses of both meshes, whose difference is turned with the body; nothing is simulated.
+"""Answer with stored linear responses of the fine mesh, turned with the rotations that they have themselves.
 
-These are precomputed Green's functions (James and Pai 1999) with a warp by nodal rotations (Choi and Ko 2005), which
-here turns only what the fine response has beyond the coarse one. On top, a scale and a kernel ridge are learnt from
-training samples, as in ``detail_correction``: the linear coarse response stands in the place of a simulated one.
+These are precomputed Green's functions (James and Pai 1999) with the warp of Choi and Ko (2005). Nothing is simulated,
+and with no samples nothing is learnt; otherwise a kernel ridge on what the warp leaves is added.
 """
 
-from palpate.models.coarse_enriched import Enriched
-from palpate.models.detail_correction import corrected
-from palpate.models.fem_statics import LinearCoarse
-from palpate.models.model import Case, Setting, distinct, training_counts
+from palpate.enrichment.warped_response import WarpedResponse
+from palpate.models.model import Case, Setting
+from palpate.models.stored_responses import Stored, shares
+
+PREPARED, REDUCES, LAW = True, "p2", "warped linear"
 
 
 def settings(case: Case) -> list[Setting]:
-    """List how many training samples are learnt from; without any, neither scale nor residual is learnt."""
-    counts = training_counts(case, case.grid["warped_compliance"]["training_shares"])
-    return distinct({"samples": count} for count in counts)
+    """List how many training samples are learnt from; with none, the method is the published one."""
+    return shares(case, "warped_compliance")
 
 
-def prepare(case: Case, setting: Setting) -> Enriched:
-    """Compute the detail of every contact, and fit scale and residual to linear coarse answers, as queries get them."""
-    return corrected(case, setting, LinearCoarse(case))
+def prepare(case: Case, setting: Setting) -> Stored:
+    """Find the rotations of every stored response, and fit the residual."""
+    return Stored(case, WarpedResponse(case.meshes, case.use_compliance()), setting["samples"])

@@ -1,0 +1,75 @@
+"""Get the coarse answer that a method makes a fine one of: stored, stopped early, loose or converged.
+
+Whoever learns from coarse answers learns from such as its queries get.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from time import perf_counter
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from palpate.enrichment.fit_inputs import Fitting
+from palpate.models.fem_statics import LinearCoarse, Simulation
+from palpate.models.model import Case, Setting, distinct
+
+LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
+LOOSE_TOLERANCE = 1e-3
+"""Relative residual at which the coarse simulation stops that is called loose."""
+COARSE_ANSWERS = (LINEAR, "1 iteration", "2 iterations", "3 iterations", LOOSE, CONVERGED)
+"""The coarse answers that methods are tried with where the grid says nothing; iterations are Newton's, from rest."""
+
+_answers: WeakKeyDictionary = WeakKeyDictionary()
+"""Coarse answers to training samples and what they took [s], by those samples and kind: they serve all methods."""
+
+
+def coarse_answers(case: Case) -> list[str]:
+    """Return the kinds of coarse answer, cheapest first; stored ones only if the case has linear responses."""
+    kinds = case.grid.get("coarse_answers", COARSE_ANSWERS)
+    return [kind for kind in kinds if kind != LINEAR or case.response is not None]
+
+
+def coarse_settings(case: Case, full: Setting, fewer: Iterable[Setting] = ()) -> list[Setting]:
+    """List each coarse answer with the setting ``full``, and the settings ``fewer`` with the last, best one alone."""
+    *cheap, best = coarse_answers(case)
+    last = [{"coarse": best} | setting for setting in fewer if setting != full]
+    return distinct([*({"coarse": kind} | full for kind in cheap), *last, {"coarse": best} | full])
+
+
+def coarse_solver(case: Case, setting: Setting) -> Simulation | LinearCoarse:
+    """Prepare the coarse answers that ``setting`` names."""
+    kind = setting["coarse"]
+    if kind == LINEAR:
+        return LinearCoarse(case)
+    if kind in (LOOSE, CONVERGED):
+        return Simulation(case, 0, LOOSE_TOLERANCE if kind == LOOSE else case.tolerance)
+    return Simulation(case, 0, case.tolerance, int(kind.split()[0]))
+
+
+def seen_with(case: Case, setting: Setting, coarse: Simulation | LinearCoarse) -> Case:
+    """Return the case with coarse answers to its training samples as queries will get them from ``coarse``.
+
+    Converged ones are those of the database. NotConverged if a sample has none.
+    """
+    kind = setting["coarse"]
+    if kind == CONVERGED:
+        return case
+    known = _answers.setdefault(case.database, {})
+    if kind in known:
+        answers, seconds = known[kind]
+        case.charge("coarse answers", seconds)  # spent before, for another setting
+    else:
+        begin, db = perf_counter(), case.database
+        answers = np.array([coarse.displacement(int(c), f) for c, f in zip(db.contact, db.force, strict=True)])
+        known[kind] = answers, perf_counter() - begin
+    return replace(case, database=replace(case.database, coarse_live=answers))
+
+
+def fitting_to(case: Case) -> Fitting:
+    """Return what a method is fitted to: all training samples of ``case``, of the live protocol.
+
+    InputError where they are too few to divide into folds.
+    """
+    db = case.use_training()
+    return Fitting.of(db, np.arange(len(db.contact)), "live", case.options)

@@ -1,0 +1,102 @@
+"""Choose where Newton's method begins: at rest, at the stored linear response, or at the frame before."""
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Protocol
+from weakref import WeakKeyDictionary, ref
+
+import numpy as np
+
+from palpate.bodies.contacts import row_of
+from palpate.errors import NotConverged
+from palpate.models.fem_statics import Simulation
+from palpate.models.model import Case
+
+BEFORE = 0.97
+"""Share of the load under which the frame before stood: a finger that presses within half a second at 60 frames a
+second adds so much a frame."""
+
+_kept: WeakKeyDictionary = WeakKeyDictionary()
+"""Linear columns with what they took [s], and frames, by training samples and elements: one setting's serve all."""
+
+
+class Start(Protocol):
+    """The displacements that Newton's method begins at."""
+
+    def at(self, contact: int, force: np.ndarray) -> np.ndarray | None:
+        """Return displacements (n_nodes, 3) [m] of all nodes, None for rest; InputError for a bad contact."""
+
+    def precede(self, contact: int, force: np.ndarray) -> None:
+        """Do what happened before this query was asked; not timed."""
+
+
+class Rest:
+    """Begin at rest."""
+
+    def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
+        """Take what all starts take: the case, the simulation, and level and order of its elements."""
+
+    def at(self, contact: int, force: np.ndarray) -> None:
+        """Return None."""
+
+    def precede(self, contact: int, force: np.ndarray) -> None:
+        """Do nothing."""
+
+
+class LinearStart:
+    """Begin at the linear response of the same elements, whose columns were stored for each prepared contact."""
+
+    def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
+        kept = _kept.setdefault(case.database, {})
+        if elements in kept:
+            self._columns, seconds = kept[elements]
+            case.charge("columns", seconds)  # spent before, for another setting
+        else:
+            begin = perf_counter()
+            self._columns = simulation.linear_columns(case.prepared_contacts)
+            kept[elements] = self._columns, perf_counter() - begin
+        self._contacts = case.prepared_contacts
+
+    def at(self, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the linear response; InputError for a contact that is not prepared."""
+        return np.tensordot(force, self._columns[row_of(self._contacts, contact)], 1)
+
+    def precede(self, contact: int, force: np.ndarray) -> None:
+        """Do nothing."""
+
+
+class FrameBefore:
+    """Begin at the converged answer to BEFORE times the same force; where there is none, at rest.
+
+    Frames that a setting has found serve the later ones. A solver holds the last one only.
+    """
+
+    def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
+        self._simulation, self._database, self._elements = simulation, ref(case.database), elements
+        self._asked: tuple[int, bytes] | None = None
+        self._frame: np.ndarray | None = None
+
+    def precede(self, contact: int, force: np.ndarray) -> None:
+        """Find the frame before; not timed."""
+        self._asked = contact, force.tobytes()
+        database = self._database()
+        kept = {} if database is None else _kept.setdefault(database, {})
+        frames = kept.setdefault(("frames", *self._elements), {})
+        if self._asked not in frames:
+            try:
+                frames[self._asked] = self._simulation.settled(contact, BEFORE * force)
+            except NotConverged:
+                frames[self._asked] = None
+        self._frame = frames[self._asked]
+
+    def at(self, contact: int, force: np.ndarray) -> np.ndarray | None:
+        """Return the frame that ``precede`` has found for this load, or None for rest."""
+        return self._frame if self._asked == (contact, force.tobytes()) else None
+
+
+STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Start]] = {
+    "rest": Rest,
+    "linear": LinearStart,
+    "frame": FrameBefore,
+}
+"""The starts by the names that settings have."""

@@ -53,8 +53,11 @@ def _parser() -> argparse.ArgumentParser:
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
     )
     limit.add_argument("--max-error", type=_share, help="largest mean error, as a share of the peak displacement")
+    advise.add_argument(
+        "--error", choices=["rms", "patch"], default="rms", help="over the whole surface (rms), or where it is pressed"
+    )
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
-    advise.set_defaults(act=lambda asked: _advise(Path(asked.results), asked.scene, asked.budget_ms, asked.max_error))
+    advise.set_defaults(act=_advise)
     return parser
 
 
@@ -83,31 +86,33 @@ def _share(text: str) -> float:
     return value
 
 
-def _advise(results: Path, scene: str | None, budget_ms: float | None, max_error: float | None) -> str:
+def _advise(asked: argparse.Namespace) -> str:
     """Advise for one scene or for all; without a limit, what the run was asked for."""
     from palpate.figures import tables
 
+    results = Path(asked.results)
     pressed, moving, listed = (
         results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy", "advice")
     )
-    asked = budget_ms is None and max_error is None
-    paths = [listed] if asked else [path for path in (pressed, moving) if path.is_file()] or [pressed]
+    free = asked.budget_ms is None and asked.max_error is None
+    paths = [listed] if free else [path for path in (pressed, moving) if path.is_file()] or [pressed]
     found = [tables.read(path) for path in paths]
     known = [name for table in found for name in tables.scenes(table)]
-    if scene is not None and scene not in known:
-        raise InputError(f"--scene {scene} is not in {results}; choose from {', '.join(known)}.")
-    chosen = known if scene is None else [scene]
-    if asked:
+    if asked.scene is not None and asked.scene not in known:
+        raise InputError(f"--scene {asked.scene} is not in {results}; choose from {', '.join(known)}.")
+    chosen = known if asked.scene is None else [asked.scene]
+    if free:
         from palpate.report.advice_list import advice_list
 
-        return advice_list(found[0][found[0]["scene"].isin(chosen)])
-    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
-    return "\n".join(_advise_scene(results, name, found, limits) for name in chosen)
+        return advice_list(found[0][found[0]["scene"].isin(chosen)], asked.error)
+    limits = {"budgets_ms": [asked.budget_ms]} if asked.max_error is None else {"max_errors": [asked.max_error]}
+    return "\n".join(_advise_scene(results, name, found, limits, asked.error) for name in chosen)
 
 
-def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits: dict) -> str:
-    """Advise for one scene of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves."""
+def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits: dict, kind: str) -> str:
+    """Advise for one scene of accuracy_vs_time.csv, by its first split, or of dynamic_accuracy.csv if it moves."""
     from palpate.evaluation.tradeoff.advice import advise
+    from palpate.evaluation.tradeoff.advice_agreement import same_in
     from palpate.evaluation.tradeoff.advice_motion import advise_motion
     from palpate.evaluation.tradeoff.bootstrap import read_errors
     from palpate.figures import tables
@@ -115,6 +120,11 @@ def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits
 
     table = next(table for table in found if scene in tables.scenes(table))
     rows = tables.where(table, scene=scene)
-    if "regime" in table:
-        return lines(advise(rows, read_errors(results / "data", rows), **limits).iloc[0], rows)
-    return lines(advise_motion(rows, **limits).iloc[0], rows)
+    if "regime" not in table:
+        if kind != "rms":
+            return f"{scene}: a scene that moves has no patch; leave --error {kind} out"
+        return lines(advise_motion(rows, **limits).iloc[0], rows)
+    advised = advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind])
+    same, splits = same_in(advised)
+    agreed = f"the same model in {same} of {splits} splits of the contacts" if splits > 1 else ""
+    return lines(advised.iloc[0], tables.where(rows, split=advised["split"].iloc[0]), agreed)

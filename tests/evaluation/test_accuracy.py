@@ -5,7 +5,7 @@ import pytest
 
 from palpate.enrichment.interpolation import Interpolation
 from palpate.errors import InputError
-from palpate.evaluation.accuracy import accuracy_rows, errors, predict, sample_errors
+from palpate.evaluation.accuracy import accuracy_rows, errors, patch_nodes, predict, sample_errors, truth_errors
 
 
 class Nothing:
@@ -26,6 +26,30 @@ def test_errors_by_hand():
     assert found.max_of_peak == pytest.approx(2 / 5)
     assert found.p95_of_peak == pytest.approx(2 / 5)
     assert errors(reference, reference) == (0, 0, 0, 0)
+
+
+def test_errors_against_the_truth_by_hand():
+    truth = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+    predicted = truth + np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, -2.0, 0.0], [0.0, 0.0, 0.0]])
+    found = truth_errors(predicted, truth, np.array([True, True, False, False]))
+    assert found.rmse_of_peak == pytest.approx(np.sqrt((1 + 4 + 4) / 4) / 5)
+    assert found.relative_l2 == pytest.approx(np.sqrt((1 + 4 + 4) / (25 + 1 + 4)))
+    assert found.patch_rms_of_peak == pytest.approx(np.sqrt((1 + 4) / 2) / 5)  # of the whole peak, not of the patch's
+    assert found.patch_max_of_peak == pytest.approx(2 / 5) == found.max_of_peak
+    last = truth_errors(predicted, truth, np.array([False, False, False, True]))
+    assert last.patch_rms_of_peak == last.patch_max_of_peak == 0
+    nothing = truth_errors(np.zeros((4, 3)), truth, np.array([True, False, False, False]))
+    assert nothing.relative_l2 == nothing.patch_max_of_peak == nothing.patch_rms_of_peak == 1
+
+
+def test_the_patch_is_on_the_side_that_is_pressed(box):
+    """A plate of 2 mm: a disc of 12 mm reaches its other side, whose nodes are not pressed."""
+    mesh = box([10, 10, 1], [0.1, 0.1, 0.002])
+    contact = int(np.argmin(np.linalg.norm(mesh.nodes - [0.05, 0.05, 0.002], axis=1)))
+    nodes = mesh.nodes[mesh.surface[patch_nodes(mesh, contact, 0.012)]]
+    assert len(nodes) == 5 and np.allclose(nodes[:, 2], 0.002)
+    assert np.linalg.norm(nodes - mesh.nodes[contact], axis=1).max() <= 0.012
+    assert mesh.surface[patch_nodes(mesh, contact, 0.0)].tolist() == [contact]
 
 
 def test_a_reference_that_moves_nowhere_is_refused():

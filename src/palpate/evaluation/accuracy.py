@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from palpate.bodies.mesh import Mesh
 from palpate.enrichment.fit_inputs import Method
 from palpate.errors import InputError
 from palpate.samples.database import Database
@@ -29,6 +30,23 @@ class Errors(NamedTuple):
     max_of_peak: float
 
 
+class TruthErrors(NamedTuple):
+    """Error of one prediction against the truth, over the fine surface nodes; "of peak" is relative to its peak.
+
+    rmse_m, rmse_of_peak, p95_of_peak, max_of_peak : as in ``Errors``
+    relative_l2 : RMS error over RMS displacement, on the same nodes
+    patch_rms_of_peak, patch_max_of_peak : RMS and largest length of the error vector over the nodes that are pressed
+    """
+
+    rmse_m: float
+    rmse_of_peak: float
+    relative_l2: float
+    p95_of_peak: float
+    max_of_peak: float
+    patch_rms_of_peak: float
+    patch_max_of_peak: float
+
+
 def node_errors(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Return the length of the error vector at each node, (n,) [m], of displacements (n, 3) [m]."""
     return np.linalg.norm(predicted - reference, axis=1)
@@ -50,6 +68,32 @@ def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
         float(np.percentile(error, 95) / peak),
         float(error.max() / peak),
     )
+
+
+def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) -> TruthErrors:
+    """Measure a predicted displacement (n, 3) [m] of the fine surface against the true one, (n, 3) [m].
+
+    patch : (n,) bool, the nodes that are pressed, as ``patch_nodes`` gives them
+    Raises InputError if the truth moves nowhere.
+    """
+    found, error = errors(predicted, truth), node_errors(predicted, truth)
+    peak = np.linalg.norm(truth, axis=1).max()
+    return TruthErrors(
+        **found._asdict(),
+        relative_l2=float(np.linalg.norm(error) / np.linalg.norm(truth)),
+        patch_rms_of_peak=float(np.sqrt(np.mean(error[patch] ** 2)) / peak),
+        patch_max_of_peak=float(error[patch].max() / peak),
+    )
+
+
+def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
+    """Mark the surface nodes of ``mesh`` in the disc of ``radius_m`` [m] around node ``contact``: (n_surface,) bool.
+
+    Those that face away, as on the other side of a thin lobe, are not in it. The contact itself always is.
+    """
+    surface = mesh.surface
+    near = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
+    return (near & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
 
 
 def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:

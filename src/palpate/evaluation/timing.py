@@ -56,7 +56,7 @@ def time_calls(
     from threadpoolctl import threadpool_limits
 
     count = len(calls)
-    timed = Timed([[] for _ in calls], [""] * count)
+    timed = Timed([[] for _ in range(count)], [""] * count)
     with threadpool_limits(limits=1):
         first, *_ = (_once(calls[i % count], lambda answer: None)[0] for i in range(WARM_UP))
         wanted, made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()

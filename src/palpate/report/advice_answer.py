@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_reasons import mesh_error
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.report.advice_words import next_best
@@ -21,10 +20,14 @@ MEANINGS = {
 
 
 def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> list[str]:
-    """Put the advice for one scene into a few sentences that a newcomer understands.
+    """Put the advice for one scene into a few sentences that a newcomer understands: of errors over the surface.
 
+    advice : its rows of advice.csv, of which those of the first split are taken
     settings : its rows of accuracy_vs_time.csv; what : a few words on what each model does
     """
+    advice = advice[advice["error"] == "rms"]
+    advice = advice[advice["split"] == advice["split"].min()]
+    settings = settings[settings["split"] == settings["split"].min()]
     medians = settings.set_index(["model", "setting"])["online_median_s"]
     rows = [row for _, row in advice.iterrows()]
     timed = [row for row in rows if np.isfinite(row["budget_ms"])]
@@ -33,9 +36,6 @@ def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -
     met = [_under(same, medians) for same in _alike(exact)]
     if met:
         found.append(f"{capital('; '.join(met))}.")
-    own = mesh_error(settings)
-    if own > advice["rmse_of_peak"].min():
-        found.append(f"The mesh itself has an error of {percent(own)}: to get below that, refine it first.")
     return found
 
 

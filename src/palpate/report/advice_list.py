@@ -3,27 +3,41 @@
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
+from palpate.evaluation.tradeoff.advice_agreement import same_in
+from palpate.evaluation.tradeoff.equal_settings import KINDS
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.report.advice_words import limit
+from palpate.report.advice_words import WHERE, error_of, limit
 
 
-def advice_list(advice: pd.DataFrame) -> str:
-    """Return advice.csv as lines: each scene, and under it what to take for each limit, its error and its time."""
+def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
+    """Return advice.csv as lines: each scene, and under it what to take for each limit, its error and its time.
+
+    kind : of the errors; advice is that of the first split, with how many others agree
+    """
+    advice = advice[advice["error"] == kind]
+    if advice.empty:
+        return "No scene has advice about that kind of error."
     width = max(len(limit(row)) for _, row in advice.iterrows())
     found = []
     for scene, rows in advice.groupby("scene", sort=False):
-        found.append(f"Advice for {scene} (mean error as a share of the peak displacement; time of an answer):")
-        found += [f"  {limit(row):{width}}  {_choice(row)}" for _, row in rows.iterrows()]
+        found.append(f"Advice for {scene} (mean error as a share {WHERE[kind]}; time of an answer):")
+        for _, asked in rows.groupby(["budget_ms", "max_error"], sort=False, dropna=False):
+            found.append(f"  {limit(asked.iloc[0]):{width}}  {_choice(asked.iloc[0])}{_agreed(asked)}")
         # of moving scenes the reference's own error is that of its step, and is included; they have no interval
         own = rows["reference_error"].max() if rows["error_low"].notna().any() else 0.0
-        if own > rows["rmse_of_peak"].min():
-            found.append(f"  The mesh itself has an error of {percent(own)}, not included: to get below it, refine it.")
+        if own > rows[KINDS[kind]].min():
+            found.append(f"  The truth is known to {percent(own)}: below that, models are tied.")
     return "\n".join(found).replace("\u00a0", " ")
+
+
+def _agreed(asked: pd.DataFrame) -> str:
+    same, splits = same_in(asked)
+    return f" (the same model in {same} of {splits} splits)" if splits > 1 else ""
 
 
 def _choice(row: pd.Series) -> str:
     if row["model"] == NONE:
         return f"none: {row['why']}"
-    error, time = percent(row["rmse_of_peak"]), seconds(row["online_p95_s"])
+    error, time = percent(error_of(row)), seconds(row["online_p95_s"])
     return f"{label(row['model'], row['setting'])}: {error}, {time}"

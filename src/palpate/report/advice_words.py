@@ -5,16 +5,20 @@ import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import name
-from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
+from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, KINDS
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.report.words import capital, plain
 
+WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
+"""The meaning of each kind of error."""
 
-def lines(advice: pd.Series, settings: pd.DataFrame) -> str:
+
+def lines(advice: pd.Series, settings: pd.DataFrame, agreed: str = "") -> str:
     """Return lines for the terminal about one row of advice.csv.
 
-    settings : its scene's rows of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves
+    settings : its scene's and split's rows of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves
+    agreed : how many splits advise the same, if there are several
     """
     if advice["model"] == NONE:
         return f"{advice['scene']}, {limit(advice)}: none\n  because   {advice['why']}".replace("\u00a0", " ")
@@ -26,20 +30,35 @@ def lines(advice: pd.Series, settings: pd.DataFrame) -> str:
         spent = f"{row['real_time_factor']:.2g} s for a second of motion, {step} a step, {spent}"
     else:
         spent = f"{seconds(row['online_median_s'])} an answer, {spent}"
-    drawn = "" if moves else " in 90 % of draws of the contacts"
+    drawn = "" if moves else " in 90 % of draws of the test contacts"
     if moves:
         own, both = advice["reference_error"], advice["rmse_of_peak"] + advice["reference_error"]
         drawn = f"; with the reference's own {percent(own)} added, {percent(both)}"
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
-        f"  error     {percent(advice['rmse_of_peak'])} of the peak displacement ({interval(advice)}{drawn}); "
-        f"at 95 % of the nodes {percent(advice['p95_of_peak'])} at most",
+        f"  error     {percent(error_of(advice))} {WHERE[advice['error']]} ({interval(advice)}{drawn}); "
+        f"{_also(advice)}",
         f"  time      {spent}",
         f"  margin    {percent(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
         f"  before    {_preparation(row['offline_s'])}" + ("" if moves else f", {row['memory_mb']:.3g} MB"),
+        *([f"  agreed    {agreed}"] if agreed else []),
         f"  because   {advice['why']}",
     ]
     return "\n".join(found).replace("\u00a0", " ")
+
+
+def error_of(advice: pd.Series) -> float:
+    """Return the error on test contacts of the kind that a row of advice.csv is about."""
+    return float(advice[KINDS[advice["error"]]])
+
+
+def _also(advice: pd.Series) -> str:
+    """Return the error of the other kind, or of a scene that moves that of most nodes."""
+    if advice["error"] == "patch":
+        return f"over the whole surface {percent(advice['rmse_of_peak'])}"
+    if np.isnan(advice["patch_rms_of_peak"]):
+        return f"at 95 % of the nodes {percent(advice['p95_of_peak'])} at most"
+    return f"at the patch {percent(advice['patch_rms_of_peak'])}"
 
 
 def _preparation(offline_s: float) -> str:
@@ -54,14 +73,18 @@ def sentence(advice: pd.Series) -> str:
     timed = np.isfinite(advice["budget_ms"])
     spare = f", which leaves {percent(advice['margin'])} of the time" if timed else ""
     return (
-        f"{asked}: {label(advice['model'], advice['setting'])}. Its error is {percent(advice['rmse_of_peak'])} "
+        f"{asked}: {label(advice['model'], advice['setting'])}. Its error{_at(advice)} is {percent(error_of(advice))} "
         f"({interval(advice)}), its time {seconds(advice['online_p95_s'])} at the 95th percentile{spare}. "
         f"{capital(next_best(advice))}.{_terms(advice)}"
     )
 
 
+def _at(advice: pd.Series) -> str:
+    return " at the patch" if advice["error"] == "patch" else ""
+
+
 def _terms(advice: pd.Series) -> str:
-    """Name what is faster and was passed over, what is added to the error, and where the mesh should be refined."""
+    """Name what is faster and was passed over, what is added to the error, and where the truth is not known."""
     own, said = advice["reference_error"], ""
     if advice["faster_factor"] > 0:
         who = capital(label(advice["faster"], advice["faster_setting"]))
@@ -72,10 +95,10 @@ def _terms(advice: pd.Series) -> str:
     if np.isnan(advice["error_low"]):
         if np.isfinite(own) and np.isfinite(advice["max_error"]):
             said += f" The error that is judged includes the reference's own, {percent(own)}."
-    elif own > np.nanmax([advice["rmse_of_peak"], advice["max_error"]]):
-        said += f" Refine the mesh: its own error, {percent(own)}, is larger and not included."
-    elif own > advice["rmse_of_peak"]:
-        said += f" The error of the mesh itself, {percent(own)}, is not included."
+    elif own > advice["max_error"]:
+        said += f" The truth itself is known to {percent(own)} only, so that no smaller error can be told."
+    elif own > error_of(advice):
+        said += f" Below {percent(own)}, the truth's own error, models are tied and the fastest is taken."
     return said
 
 

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from palpate.config import check_samples
 from palpate.errors import InputError
 
 
@@ -13,4 +12,7 @@ def check(config: dict, file: Path) -> None:
         raise InputError(
             f"{file}: enrichment.sigma_relative.min is {sigma['min']}; make it less than max, {sigma['max']}."
         )
-    check_samples(file, "enrichment", config)
+    if not any("train" in body for body in config["bodies"].values()):
+        raise InputError(f"{file}: enrichment is there and no body has train and test; give a body both.")
+    if twice := sorted(set(config["enrichment"]["regimes"]) & set(config.get("regimes", {}))):
+        raise InputError(f"{file}: enrichment.regimes.{twice[0]} is under regimes, too; give it another name.")

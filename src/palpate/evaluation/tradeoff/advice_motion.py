@@ -13,6 +13,8 @@ from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL
 
 BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": CLOSE}
 BY_TIME = {"real_time_factor": CLOSE, "rmse_of_peak": EQUAL}
+MOVING = ("rms", 0)
+"""Kind of error and split of a scene that moves: it is not divided, and has no patch."""
 
 
 def advise_motion(
@@ -29,7 +31,7 @@ def advise_motion(
     able, scene = motions[motions["failures"] == 0], motions["scene"].iloc[0]
     if able.empty:
         limits = [(budget, np.nan) for budget in budgets_ms] + [(np.nan, limit) for limit in max_errors]
-        rows = [Advice(scene, *limit, why="no model got through the scene") for limit in limits]
+        rows = [Advice(scene, *MOVING, *limit, why="no model got through the scene") for limit in limits]
     else:
         rows = [_within(able, scene, budget) for budget in budgets_ms]
         rows += [_under(able, scene, limit) for limit in max_errors]
@@ -40,12 +42,13 @@ def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
     used = np.maximum(able["real_time_factor"], able["step_p95_ms"] / budget_ms)
     fits = able[used <= 1 - MARGIN]
     if fits.empty:
-        return Advice(scene, budget_ms, np.nan, reference_error=_own(able), why=_late(able, used, budget_ms))
+        why = _late(able, used, budget_ms)
+        return Advice(scene, *MOVING, budget_ms, np.nan, reference_error=_own(able), why=why)
     best, rival = choice(fits, BY_ERROR)
     said = f"least error of {counted(fits)} that run in real time and leave {100 * MARGIN:.0f} % of it unused"
     found = _told(best) | versus(best, rival, "rmse_of_peak")
     why = _why(said, best, rival, "rmse_of_peak")
-    return Advice(scene, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)
+    return Advice(scene, *MOVING, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)
 
 
 def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
@@ -60,7 +63,7 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
         )
         if _own(able) >= max_error:
             why += "; a smaller dynamic.change_of_peak makes the reference more exact"
-        return Advice(scene, np.nan, max_error, reference_error=_own(able), why=why)
+        return Advice(scene, *MOVING, np.nan, max_error, reference_error=_own(able), why=why)
     best, rival = choice(fits, BY_TIME)
     passed = passed_over(able, known, best, "real_time_factor", max_error)
     found = _told(best) | versus(best, rival, "real_time_factor") | passed
@@ -68,7 +71,7 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
     why = _why(said, best, rival, "real_time_factor")
     why = "; ".join([why, *reasons.passed_over(passed, "the reference's own added")])
     margin = 1 - known[best.name] / max_error
-    return Advice(scene, np.nan, max_error, **found, margin=margin, why=why)
+    return Advice(scene, *MOVING, np.nan, max_error, **found, margin=margin, why=why)
 
 
 def _told(best: pd.Series) -> dict:

@@ -1,75 +1,89 @@
 """Explain in a sentence, with its numbers, why a model is advised or none is."""
 
+import numpy as np
 import pandas as pd
 
-from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, RANGE, TRUTH
+from palpate.evaluation.tradeoff.bootstrap import BOUNDS, RANGE, TRUTH
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, EXACT
 
 MARGIN = 0.2
 """Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""
 
 
-def mesh_error(settings: pd.DataFrame) -> float:
-    """Return the error of the fine mesh itself, as a share of the peak; NaN where it was not measured."""
-    return settings.loc[(settings["model"] == TRUTH) & (settings["setting"] == EXTRAPOLATED), "rmse_of_peak"].max()
+class Known:
+    """The knowledge that a split's rows of accuracy_vs_time.csv hold about one kind of error.
+
+    settings : the rows; column : of the errors on test samples; chosen_by : of those on validation samples
+    own : the truth's own error on the test samples, NaN where it is not known
+    floor : below which errors cannot be told apart: the truth's own on the test or the validation samples
+    """
+
+    def __init__(self, settings: pd.DataFrame, column: str):
+        self.settings, self.column, self.chosen_by = settings, column, f"validation_{column}"
+        self.own = truth_error(settings, column)
+        self.floor = float(np.nanmax([EXACT, self.own, truth_error(settings, self.chosen_by)]))
+
+
+def truth_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
+    """Return the truth's own error in ``column``, of several rows the largest; NaN where it was not measured."""
+    return settings.loc[settings["model"] == TRUTH, column].max()
 
 
 def within(
-    best: pd.Series,
-    rival: pd.Series | None,
-    confidence: float,
-    fits: pd.DataFrame,
-    settings: pd.DataFrame,
-    budget_ms: float,
+    best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd.DataFrame, known: Known, budget_ms: float
 ) -> str:
     """Explain ``best`` of what ``fits`` a budget."""
     parts = [
-        f"least error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of {budget_ms:g} ms unused",
-        f"best, or tied with the best, in {_share(confidence)} of draws of the contacts",
-        next_best(rival, best, "rmse_of_peak"),
+        f"least validation error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of {budget_ms:g} ms "
+        "unused",
+        f"best, or tied with the best, in {_share(confidence)} of draws of the test contacts",
+        next_best(rival, best, known.column, known.floor),
     ]
-    late = settings[(settings["failures"] == 0) & (settings["rmse_of_peak"] < best["rmse_of_peak"])]
+    settings = known.settings[~known.settings["model"].isin(BOUNDS)]
+    late = settings[(settings["failures"] == 0) & (settings[known.chosen_by] < best[known.chosen_by])]
     late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
-    if len(late):
-        close = late.loc[late["rmse_of_peak"].idxmin()]
+    if len(late) and best[known.chosen_by] > known.floor:
+        close = late.loc[late[known.chosen_by].idxmin()]
         parts.append(
-            f"{name(close)} has a smaller error ({percent(close['rmse_of_peak'])}) "
+            f"{name(close)} has a smaller error ({percent(close[known.column])}) "
             f"but too close to the budget ({_ms(close['online_p95_s'])})"
         )
-    return "; ".join([*parts, *_mesh(best["rmse_of_peak"], settings), *_failed(settings)])
+    return "; ".join([*parts, *_truth(best[known.chosen_by], known), *_failed(settings)])
 
 
-def late(able: pd.DataFrame, settings: pd.DataFrame, budget_ms: float) -> str:
+def late(able: pd.DataFrame, known: Known, budget_ms: float) -> str:
     """Explain why nothing fits a budget."""
     if able.empty:
-        return "; ".join(["no setting has answered every sample", *_failed(settings)])
+        return "; ".join(["no setting has answered every sample", *_failed(known.settings)])
     fastest = able.loc[able["online_p95_s"].idxmin()]
     need = f"{(1 - MARGIN) * budget_ms:.3g} ms are what leaves {_share(MARGIN)} of the budget free"
     told = f"the fastest setting, {name(fastest)}, takes {_ms(fastest['online_p95_s'])} at the 95th percentile"
-    return "; ".join([f"{told}, and {need}", *_failed(settings)])
+    return "; ".join([f"{told}, and {need}", *_failed(known.settings)])
 
 
 def under(
-    best: pd.Series, rival: pd.Series | None, passed: dict, fits: pd.DataFrame, settings: pd.DataFrame, limit: float
+    best: pd.Series, rival: pd.Series | None, passed: dict, fits: pd.DataFrame, known: Known, limit: float
 ) -> str:
     """Explain ``best`` of what stays under an error; passed : fields of an ``Advice`` about what is faster."""
     parts = [
-        f"fastest of {counted(fits)} with a mean error that stays below {percent(limit)} "
+        f"fastest of {counted(fits)} with a mean validation error that stays below {percent(max(limit, known.floor))} "
         f"in {_share(RANGE[1])} of draws of the contacts",
         next_best(rival, best, "online_median_s"),
         *passed_over(passed, f"in {_share(RANGE[1])} of draws it is not more"),
     ]
-    return "; ".join([*parts, *_mesh(best["rmse_of_peak"], settings, limit), *_failed(settings)])
+    if best[known.column] > max(limit, known.floor):
+        parts.append(f"on the test contacts its error is larger, {percent(best[known.column])}")
+    return "; ".join([*parts, *_truth(best[known.chosen_by], known, limit), *_failed(known.settings)])
 
 
-def wrong(able: pd.DataFrame, highest: pd.Series, settings: pd.DataFrame, limit: float) -> str:
+def wrong(able: pd.DataFrame, highest: pd.Series, known: Known, limit: float) -> str:
     """Explain why nothing stays under an error; highest : what each of ``able`` stays below in 95 % of draws."""
     if able.empty:
-        return "; ".join(["no setting has answered every sample", *_failed(settings)])
+        return "; ".join(["no setting has answered every sample", *_failed(known.settings)])
     least = able.loc[highest.idxmin()]
-    told = f"the setting of least error, {name(least)}, has a mean error of {percent(least['rmse_of_peak'])}"
+    told = f"the setting of least error, {name(least)}, has a mean error of {percent(least[known.chosen_by])}"
     sure = f"stays below {percent(highest.min())} in {_share(RANGE[1])} of draws of the contacts"
-    return "; ".join([f"{told} and {sure}", *_mesh(limit, settings), *_failed(settings)])
+    return "; ".join([f"{told} and {sure}", *_failed(known.settings)])
 
 
 def passed_over(passed: dict, known: str) -> list[str]:
@@ -88,9 +102,9 @@ def name(setting: pd.Series) -> str:
     return setting["model"] if setting["setting"] == "default" else f"{setting['model']} {setting['setting']}"
 
 
-def ratio(rival: pd.Series, best: pd.Series, column: str) -> float:
-    """Return how many times as much the rival has; errors below EXACT count as that."""
-    least = EXACT if column == "rmse_of_peak" else 0
+def ratio(rival: pd.Series, best: pd.Series, column: str, floor: float = EXACT) -> float:
+    """Return how many times as much the rival has; errors below ``floor`` count as that."""
+    least = floor if column.endswith("of_peak") else 0
     return max(rival[column], least) / max(best[column], least)
 
 
@@ -101,27 +115,23 @@ def behind(factor: float, tie: float, what: str) -> str:
     return f"has {factor:.3g} times the {what}" if factor < 1000 else f"has over 1000 times the {what}"
 
 
-def next_best(rival: pd.Series | None, best: pd.Series, column: str) -> str:
+def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: float = EXACT) -> str:
     """Name the best of the other models, and how far it is behind in ``column``, an error or a time."""
     if rival is None:
         return "no other model meets the limit"
-    tie, what = (EQUAL, "error") if column == "rmse_of_peak" else (CLOSE, "time")
-    return f"the next best model, {name(rival)}, {behind(ratio(rival, best, column), tie, what)}"
+    tie, what = (EQUAL, "error") if column.endswith("of_peak") else (CLOSE, "time")
+    return f"the next best model, {name(rival)}, {behind(ratio(rival, best, column, floor), tie, what)}"
 
 
-def _mesh(error: float, settings: pd.DataFrame, limit: float = 0.0) -> list[str]:
-    """Advise to refine the mesh where its own error is larger than ``error``, which is against it, and than ``limit``.
-
-    Where it is only larger than ``error``, tell that it is not included.
-    """
-    own = mesh_error(settings)
-    if not error < own:  # or not known
+def _truth(error: float, known: Known, limit: float = np.inf) -> list[str]:
+    """Explain where the truth is not known well enough: for the limit that is asked for, or to tell models apart."""
+    if known.floor <= EXACT:
         return []
-    return [
-        f"refine the mesh: its own error, {percent(own)}, is larger and not included"
-        if own > limit
-        else f"the error of the mesh itself, {percent(own)}, is not included"
-    ]
+    if limit < known.floor:
+        return [f"the truth itself is known to {percent(known.floor)} only, so that no smaller error can be told"]
+    if error < known.floor:
+        return [f"below {percent(known.floor)}, the truth's own error, models are tied and the fastest is taken"]
+    return []
 
 
 def _failed(settings: pd.DataFrame) -> list[str]:

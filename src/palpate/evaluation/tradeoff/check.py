@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from palpate.config import check_samples
-from palpate.errors import InputError
+from palpate.config import pressed_bodies
+from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
 from palpate.own_file import MODEL_FUNCTIONS, check_source
@@ -21,4 +21,21 @@ def check(config: dict, file: Path) -> None:
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
-    check_samples(file, "tradeoff", config)
+    _check_bodies(file, config)
+
+
+def _check_bodies(file: Path, config: dict) -> None:
+    """Raise InputError for bodies that cannot be pressed, or that nothing presses."""
+    if not config.get("regimes"):
+        raise InputError(f"{file}: tradeoff is there and there are no regimes; add one that says how hard to press.")
+    pressed = config["tradeoff"]["limit_points"] or {}
+    for name in [*(config["tradeoff"]["bodies"] or []), *filter(None, [pressed.get("body")])]:
+        if name not in config["bodies"]:
+            raise InputError(f"{file}: tradeoff names {describe_unknown([name], list(config['bodies']))}")
+        if not config["bodies"][name].get("refinements"):
+            raise InputError(f"{file}: tradeoff names {name}, which is not refined; give it refinements of at least 1.")
+    if not pressed_bodies(config):
+        raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
+    for name, regime in config["regimes"].items():
+        if wrong := describe_unknown(list(regime["radius_of_body_m"]), list(config["bodies"])):
+            raise InputError(f"{file}: regimes.{name}.radius_of_body_m names {wrong}")

@@ -1,67 +1,33 @@
-"""Measure one model on one case: its error on samples it never saw, and what it costs before and at run time."""
+"""Measure one model on one case: its error against the truth, and what it costs before and at run time."""
 
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.accuracy import Errors, errors
-from palpate.evaluation.timing import said, time_calls
+from palpate.evaluation.accuracy import TruthErrors
+from palpate.evaluation.timing import time_calls
+from palpate.evaluation.tradeoff.findings import Asked, Finding, found_rows, labels_of
+from palpate.evaluation.tradeoff.judge import Judge
 from palpate.models.model import Case, Model, Setting, Solver, checked, setting_text
-from palpate.samples.database import Database
-
-ERRORS = list(Errors._fields)
-LABELS = ["scene", "body", "regime", "model", "setting"]
-SAMPLE_COLUMNS = [*LABELS, "sample", *ERRORS, "seconds", "failure"]
-SETTING_COLUMNS = [
-    *LABELS, "protocol", "split", "samples", "failures", *ERRORS,
-    "online_median_s", "online_p95_s", "offline_s", "memory_mb", "threads", "failure",
-]  # fmt: skip
-
-
-class Asked(NamedTuple):
-    """The answers of a solver to each test sample.
-
-    errors : of its answers; None where it failed, and ``failures`` has its message, else ""
-    seconds : of every timed call of each sample; of one that failed, none
-    """
-
-    errors: list[Errors | None]
-    failures: list[str]
-    seconds: list[list[float]]
-
-    @staticmethod
-    def failed(failure: NotConverged, count: int) -> "Asked":
-        """Return that none of ``count`` samples was answered."""
-        return Asked([None] * count, [said(failure)] * count, [[]] * count)
-
-
-class Finding(NamedTuple):
-    """The result of one setting; ``labels`` are the columns LABELS."""
-
-    labels: dict[str, str]
-    asked: Asked
-    offline_s: float
-    memory_mb: float
 
 
 def measure(
     case: Case,
     name: str,
     model: Model,
-    test: Database,
-    numbers: np.ndarray,
+    judge: Judge,
     repeats: int,
     budget_s: float,
     progress: Callable = iter,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measure all settings of ``model`` on the samples ``test`` with these ``numbers``: rows of both.
+    """Measure all settings of ``model`` on the samples of ``judge``: rows of both tables.
 
     ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
     On one BLAS thread. A setting that cannot be prepared has failed on every sample. InputError for one given twice.
@@ -72,6 +38,7 @@ def measure(
     texts = [setting_text(setting) for setting in settings]
     if twice := [text for text in texts if texts.count(text) > 1]:
         raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
+    kind = {"sees": model.sees, "law": model.law}
     with threadpool_limits(limits=1):
         for setting in progress(settings):
             fresh = replace(case, used={})
@@ -79,40 +46,62 @@ def measure(
             solver = _prepared(model, fresh, setting)
             offline = perf_counter() - start + sum(fresh.used.values())
             if isinstance(solver, NotConverged):
-                asked, memory = Asked.failed(solver, len(numbers)), 0.0
+                asked, memory = Asked.failed(solver, len(judge.numbers)), 0.0
             else:
-                asked, memory = ask(solver, test, repeats, budget_s, model.place), float(solver.memory_mb)
-            findings.append(Finding(labels_of(case, name, setting_text(setting)), asked, offline, memory))
-    return found_rows(findings, numbers, case.options.split)
+                asked = ask(solver, judge, repeats, budget_s, model.place, model.reduces != "")
+                memory = float(solver.memory_mb)
+            told = kind | {"prepared": model.needs_contacts(setting)}
+            findings.append(Finding(labels_of(case, name, setting_text(setting)), asked, offline, memory, told))
+    return found_rows(findings, judge)
 
 
-def ask(solver: Solver, test: Database, repeats: int, budget_s: float, place: str = "a model") -> Asked:
-    """Ask for every sample of ``test`` once, and again in turn while there is time, as ``time_calls`` says.
+def ask(
+    solver: Solver, judge: Judge, repeats: int, budget_s: float, place: str = "a model", reduces: bool = False
+) -> Asked:
+    """Ask for every sample of ``judge`` once, and again in turn while there is time, as ``time_calls`` says.
 
     Answers are checked off the clock; ``place`` is what the InputError for one of a wrong shape names.
+    reduces : whether the solver reduces the fine operator, and its distance from that is measured too
     """
-    found: list[Errors | None] = [None] * len(test.contact)
+    count = len(judge.numbers)
+    found: list[TruthErrors | None] = [None] * count
+    operator = [np.nan] * count
 
     def receive(i: int, answer: np.ndarray) -> None:
-        checked(answer, test.fine.shape[1], place)
-        found[i] = found[i] or errors(answer, test.fine[i])
+        checked(answer, judge.truth.shape[1], place)
+        if found[i] is None:
+            found[i] = judge.errors(i, answer)
+            operator[i] = judge.operator_error(i, answer) if reduces else np.nan
 
-    timed = time_calls(_Queries(solver, test), repeats, budget_s, receive)
-    kept = [None if failure else each for each, failure in zip(found, timed.failures, strict=True)]
-    return Asked(kept, timed.failures, timed.seconds)
+    timed = time_calls(_Queries(solver, judge), repeats, budget_s, receive)
+    for i, failure in enumerate(timed.failures):
+        if failure:
+            found[i], operator[i] = None, np.nan
+    return Asked(found, operator, timed.failures, timed.seconds)
 
 
 class _Queries(Sequence):
-    """One query for each sample of ``test``; looked up, it has a copy of the force for the solver."""
+    """One query for each sample; looked up, it has a copy of the force for the solver, which may prepare for it."""
 
-    def __init__(self, solver: Solver, test: Database):
-        self._solver, self._test = solver, test
+    def __init__(self, solver: Solver, judge: Judge):
+        self._solver, self._samples = solver, judge.samples
+        self._precede: Callable[[int, np.ndarray], object] | None = getattr(solver, "precede", None)
 
     def __len__(self) -> int:
-        return len(self._test.contact)
+        return len(self._samples.contact)
 
     def __getitem__(self, i: Any) -> Any:  # a slice has no meaning here
-        return partial(self._solver.respond, int(self._test.contact[i]), self._test.force[i].copy())
+        contact, force = int(self._samples.contact[i]), self._samples.force[i]
+        if self._precede:
+            try:
+                self._precede(contact, force.copy())
+            except NotConverged as failure:
+                return partial(_raise, failure)
+        return partial(self._solver.respond, contact, force.copy())
+
+
+def _raise(failure: NotConverged) -> None:
+    raise failure
 
 
 def _prepared(model: Model, case: Case, setting: Setting) -> Solver | NotConverged:
@@ -120,41 +109,6 @@ def _prepared(model: Model, case: Case, setting: Setting) -> Solver | NotConverg
         return model.prepare(case, setting)
     except NotConverged as failure:
         return failure
-
-
-def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
-    """Return the columns LABELS."""
-    scene = f"{case.body.name}_{case.regime}"
-    return {"scene": scene, "body": case.body.name, "regime": case.regime, "model": model, "setting": setting}
-
-
-def found_rows(findings: list[Finding], numbers: np.ndarray, split: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tabulate a row a sample and a row a setting; cells of errors and seconds are empty where nothing was answered."""
-    samples = [row for finding in findings for row in _sample_rows(finding, numbers)]
-    settings = [{"split": split} | _setting_row(finding) for finding in findings]
-    return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
-
-
-def _sample_rows(finding: Finding, numbers: np.ndarray) -> list[dict]:
-    rows = []
-    for number, found, failure, seconds in zip(numbers, *finding.asked, strict=True):
-        row = {} if found is None else found._asdict() | {"seconds": np.median(seconds)}
-        rows.append({**finding.labels, "sample": number, **row, "failure": failure})
-    return rows
-
-
-def _setting_row(finding: Finding) -> dict:
-    """Take means over the samples that were answered, but the largest max_of_peak of any."""
-    asked = finding.asked
-    row = finding.labels | {"protocol": "live", "samples": len(asked.failures), "threads": 1}
-    row |= {"failures": sum(map(bool, asked.failures)), "failure": next(filter(None, asked.failures), "")}
-    row |= {"offline_s": finding.offline_s, "memory_mb": finding.memory_mb}
-    found = pd.DataFrame([f for f in asked.errors if f is not None], columns=ERRORS)
-    if found.empty:
-        return row
-    seconds = [s for calls in asked.seconds for s in calls]
-    row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
-    return row | found.mean().to_dict() | {"max_of_peak": found["max_of_peak"].max()}
 
 
 def warn_unanswered(name: str, settings: pd.DataFrame) -> None:

@@ -4,15 +4,38 @@ from palpate.evaluation.table import Table
 
 TABLES = {
     "accuracy_vs_time": Table(
-        "scene body regime model setting protocol split samples failures rmse_m rmse_of_peak p95_of_peak "
-        "max_of_peak online_median_s online_p95_s offline_s memory_mb break_even_queries threads commit "
-        "failure",
-        "The error, the time, the preparation and the memory of every model at each of its settings.",
+        "scene body regime model setting sees prepared law protocol split samples failures rmse_m rmse_of_peak "
+        "relative_l2 p95_of_peak max_of_peak patch_rms_of_peak patch_max_of_peak operator_rmse_of_peak "
+        "rmse_of_peak_median rmse_of_peak_p95 relative_l2_median relative_l2_p95 patch_rms_of_peak_median "
+        "patch_rms_of_peak_p95 validation_rmse_of_peak validation_patch_rms_of_peak online_median_s online_p95_s "
+        "offline_s memory_mb break_even_queries threads commit failure",
+        "The error against the truth, the time, the preparation and the memory of every model at each of its settings.",
+    ),
+    "truth": Table(
+        "scene samples rejected elements level nodes inverted rmse_of_peak relative_l2 patch_rms_of_peak order "
+        "ratio_min ratio_max least_det squeezed seconds",
+        "How exactly the truth of each scene is known: its own error, and the mesh and time that it takes.",
     ),
     "advice": Table(
-        "scene budget_ms max_error model setting rmse_of_peak error_low error_high p95_of_peak online_p95_s "
-        "margin confidence rival rival_setting factor reference_error faster faster_setting faster_error faster_high "
-        "faster_factor why",
+        "scene error split budget_ms max_error model setting rmse_of_peak patch_rms_of_peak validation_error error_low "
+        "error_high p95_of_peak online_p95_s margin confidence rival rival_setting factor reference_error faster "
+        "faster_setting faster_error faster_high faster_factor why",
         "The model and setting to take for each limit of time or error, the next best one, and the reason.",
+    ),
+    "advice_agreement": Table(
+        "scene body regime error budget_ms max_error model setting splits same same_setting others rmse_of_peak "
+        "patch_rms_of_peak least most",
+        "How many of the splits advise the same model for each limit.",
+        always=False,
+    ),
+    "advice_by_radius": Table(
+        "body error split budget_ms max_error radius_m model setting rmse_of_peak patch_rms_of_peak flips",
+        "What is advised for fingers of several radii, and where that changes.",
+        always=False,
+    ),
+    "limit_points": Table(
+        "body contact pressure_of_young peak_of_size least_det converged",
+        "The dent under a growing pressure, contact by contact: where the law itself has more than one answer.",
+        always=False,
     ),
 }

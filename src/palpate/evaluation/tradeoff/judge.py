@@ -1,0 +1,103 @@
+"""Judge answers: the samples that are asked for in a split, their truth, and the errors of an answer to one of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.bodies.body_file import load
+from palpate.enrichment.training_samples import FitOptions
+from palpate.errors import InputError
+from palpate.evaluation.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.evaluation.tradeoff.truth import Truth
+from palpate.evaluation.tradeoff.truth_file import load_truth
+from palpate.models.model import Case
+from palpate.samples.database import Database, read
+from palpate.samples.folds import fold_sides, read_folds
+from palpate.solvers.compliance import load_compliance
+
+SIDES = ("validation", "test")
+"""The names of the sides: settings are chosen on the first, and their errors reported on the second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """The k samples of one split that a model is asked for; n fine surface nodes.
+
+    split : its number, from 1 on
+    numbers : (k,) sample numbers; side : (k,) of SIDES
+    samples : the database of these; its ``fine`` are converged answers of the fine operator
+    truth : (k, n, 3) [m]; own : (k, ·) errors of the truth itself, as ``TruthErrors``; own_seconds : (k,) what it took
+    patch : (k, n) bool, the nodes that are pressed
+    """
+
+    split: int
+    numbers: np.ndarray
+    side: np.ndarray
+    samples: Database
+    truth: np.ndarray
+    own: np.ndarray
+    own_seconds: np.ndarray
+    patch: np.ndarray
+
+    def errors(self, i: int, answer: np.ndarray) -> TruthErrors:
+        """Measure an answer (n, 3) [m] to the i-th sample against the truth."""
+        return truth_errors(answer, self.truth[i], self.patch[i])
+
+    def operator_error(self, i: int, answer: np.ndarray) -> float:
+        """Return the RMS distance of an answer from the fine operator's converged one, as a share of the true peak."""
+        distance = np.linalg.norm(answer - self.samples.fine[i], axis=1)
+        return float(np.sqrt(np.mean(distance**2)) / np.linalg.norm(self.truth[i], axis=1).max())
+
+
+def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge:
+    """Collect the validation and test samples of ``split`` whose truth is believed, as ``Truth.rows`` says.
+
+    db : of all samples; table : of ``samples.folds``; radius_m : of the patch [m]
+    Raises InputError if a side has no sample left.
+    """
+    numbers: list[int] = []
+    side: list[str] = []
+    rows: list[int] = []
+    for name, asked in zip(SIDES, fold_sides(table, split)[1:], strict=True):
+        found = truth.rows(asked)
+        if not len(found):
+            raise InputError(
+                f"{body.name}: no {name} sample of split {split} has an answer on all levels; press less "
+                "(regimes.*.peak_of_size), or refine the body."
+            )
+        numbers, rows = [*numbers, *truth.sample[found]], [*rows, *found]
+        side += [name] * len(found)
+    return Judge(
+        split,
+        np.array(numbers),
+        np.array(side),
+        db.take(np.array(numbers)),
+        truth.displacement[rows],
+        truth.own[rows],
+        truth.seconds[rows],
+        np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]]),
+    )
+
+
+def read_judged(
+    files: Mapping[str, Any],
+    regime: str,
+    split: int,
+    radius_m: float,
+    options: FitOptions,
+    tolerance: float,
+    grid: Mapping[str, Mapping[str, Any]],
+) -> tuple[Case, Judge]:
+    """Read a case with the training samples of ``split``, and the judge of the others.
+
+    files : body, database, samples (folds), truth, and perhaps compliance; the rest as in ``Case``
+    """
+    body, db, table = load(files["body"]), read(files["database"]), read_folds(files["samples"])
+    linear = load_compliance(files["compliance"]) if files.get("compliance") else None
+    training = db.take(fold_sides(table, split)[0])
+    case = Case(body, regime, radius_m, training, linear, options, tolerance, grid)
+    return case, judge(body, db, table, load_truth(files["truth"]), split, radius_m)

@@ -37,7 +37,7 @@ PATHS := src tests examples workflow/scripts
 STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
 
 .DEFAULT_GOAL := all
-.PHONY: all plan $(STUDIES) env test smoke slurm-test example check bench snapshot lock tidy clean distclean help
+.PHONY: all plan $(STUDIES) env test smoke full slurm-test example check bench snapshot lock tidy clean distclean help
 
 all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -72,6 +72,10 @@ smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a 
 	@$(RUN) snakemake $(SMOKE)
 	@echo "The report: .smoke/results/report.html"
 
+full: $(STAMP)  ## run what takes hours, too, in .full: more bodies, all splits, fingers of other radii
+	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml --directory .full
+	@echo "The report: .full/results/report.html"
+
 slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py
 
@@ -90,7 +94,9 @@ check: $(TOOLS)  ## check style, the workflow's lint, and that the workflow can 
 	@$(BIN)/python -m pytest tests/workflow/test_lint.py
 	@$(SNAKEMAKE) --dry-run > /dev/null
 
-bench: $(STAMP)  ## time scenes against loops by hand; Hertz; a million pairs of triangles against exact arithmetic
+bench: $(STAMP)  ## time element kernels; scenes against loops by hand; Hertz; a million pairs of triangles exactly
+	@$(BIN)/python tests/benchmarks/fused_kernel.py
+	@$(BIN)/python tests/benchmarks/quadratic_elements.py
 	@$(BIN)/python tests/benchmarks/composed_loop.py
 	@$(BIN)/python tests/benchmarks/hertz.py
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
@@ -111,7 +117,7 @@ tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that co
 
 clean:  ## delete the results, and keep the environment
 	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report.html) \
-	.smoke .slurm .example .snakemake
+	.smoke .full .slurm .example .snakemake
 
 distclean: clean  ## delete the environment, too
 	rm -rf $(VENV)

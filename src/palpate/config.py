@@ -32,12 +32,19 @@ def asked_for(config: dict, schema: dict) -> list[str]:
     return [name for name in studies(schema) if name in config]
 
 
-def check_samples(file: Path, study: str, config: dict) -> None:
-    """Raise InputError unless there is a body with samples, and a regime of loads, for ``study``."""
-    if not config.get("regimes"):
-        raise InputError(f"{file}: {study} is there and there are no regimes; add one that gives their peak.")
-    if not any("train" in body for body in config["bodies"].values()):
-        raise InputError(f"{file}: {study} is there and no body has train and test; give a body both.")
+def pressed_bodies(config: dict) -> list[str]:
+    """Return the names of the bodies that the trade-off presses: those that it names, or all that are refined."""
+    if "tradeoff" not in config:
+        return []
+    named = config["tradeoff"]["bodies"]
+    return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
+
+
+def finger_regimes(config: dict) -> dict[str, dict]:
+    """Return a regime for each radius of ``tradeoff.finger_radii_m``, by name: as deep as the first of the regimes."""
+    first = next(iter(config["regimes"].values()))
+    radii = config["tradeoff"]["finger_radii_m"]
+    return {f"finger_{1e6 * radius:.0f}_um": first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}
 
 
 def _check_body(place: str, body: dict, folder: Path) -> None:
@@ -51,10 +58,6 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
         )
     if not missing:
         _check_counts(place, body)
-    elif "contacts" in body:
-        raise InputError(
-            f"{place}.contacts limits what samples press, and there are none; give magnitudes, train and test, too."
-        )
     levels = body.get("refinements", 0) + 1
     if len(body.get("paper_surface", range(levels))) != levels:
         raise InputError(
@@ -89,12 +92,6 @@ def _check_counts(place: str, body: dict) -> None:
                 f"{place}.{key} is {body[key]}; make it a multiple of the {magnitudes} magnitudes, "
                 "so that whole contacts can be held out."
             )
-    needed = (body["train"] + body["test"]) // magnitudes
-    if body.get("contacts", needed) < needed:
-        raise InputError(
-            f"{place}.contacts is {body['contacts']}, and train and test need {needed}, one for each {magnitudes} "
-            f"samples; give at least {needed}, or leave it out for all."
-        )
     if body["refinements"] < 1:
         raise InputError(
             f"{place}.refinements is 0; give at least 1, because samples compare a coarse mesh with a fine one, "

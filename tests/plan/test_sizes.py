@@ -7,7 +7,7 @@ import pytest
 
 from palpate.bodies.body_file import save
 from palpate.bodies.make_body import make_body
-from palpate.plan.sizes import Level, Size, filled, size_of
+from palpate.plan.sizes import Level, filled, size_of
 
 HERE = Path()
 ROUND = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
@@ -66,8 +66,3 @@ def test_a_body_that_is_made_is_counted_and_no_longer_estimated(slab, tmp_path):
     save(slab, tmp_path / "body.h5")
     entry = {"kind": "ct", "surface_nodes": 5000, "refinements": 1}
     assert list(size_of(entry, HERE, tmp_path / "body.h5").levels) == sizes(slab)
-
-
-def test_contacts_are_what_is_given_and_no_more_than_there_are():
-    assert size_of(LIVER | {"contacts": 30}, HERE).contacts == 30
-    assert size_of(LIVER | {"contacts": 3000}, HERE) == size_of(LIVER, HERE) == Size(size_of(LIVER, HERE).levels, 129)

@@ -31,7 +31,10 @@ TIMED = re.compile(
 """Columns that hold times or memory, or what follows from them."""
 NOT_TIMES = {"time_s", "start_s"}
 """Columns of simulated time."""
-FROM_TIMES = {"claims", "collision_claims", "advice", "scaling", "complexity", "collision_scaling", "online_cost"}
+FROM_TIMES = {
+    "claims", "collision_claims", "advice", "advice_agreement", "advice_by_radius", "scaling", "complexity",
+    "collision_scaling", "online_cost",
+}  # fmt: skip
 """Tables whose rows are worked out from times: only that they are there is compared."""
 
 

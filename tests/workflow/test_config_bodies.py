@@ -56,11 +56,6 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (BAR | {"magnitudes": [1.0]}, "bodies.new lacks train; give magnitudes"),
         (BAR | SAMPLES, "bodies.new.refinements is 0; give at least 1"),
         (BAR | {"refinements": 1} | SAMPLES | {"test": 5}, "bodies.new.test is 5; make it a multiple"),
-        (BAR | {"contacts": 9}, "bodies.new.contacts limits what samples press, and there are none; give magnitudes,"),
-        (
-            BAR | {"refinements": 1} | SAMPLES | {"contacts": 6},
-            "bodies.new.contacts is 6, and train and test need 7, one for each 2 samples; give at least 7, or",
-        ),
         (CLOTH | SAMPLES, "bodies.new has an unknown key magnitudes"),
         (CLOTH | {"refinements": 1}, "bodies.new has an unknown key refinements"),
         (CLOTH | {"thickness_m": 0.0}, "bodies.new.thickness_m is 0.0, but must be above 0"),

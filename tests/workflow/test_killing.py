@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 SMOKE = Path(__file__).parents[1] / "smoke/config.yaml"
-TARGET = "results/data/liver/small/fine_0.h5"
+TARGET = "results/data/liver/point_small/fine_0.h5"
 
 
 @pytest.fixture

@@ -75,4 +75,4 @@ def test_a_config_that_is_not_there_gets_one_sentence():
 def test_what_init_writes_can_be_planned(mine, plan):
     jobs = plan(mine.parent, mine)
     assert jobs["make_body"] == 1 and jobs["write_report"] == 1
-    assert jobs["simulate_fine"] == 2 * 4  # two regimes of 48 samples, 15 a job
+    assert jobs["simulate_fine"] == 3 * 5  # three regimes of 24 contacts with 3 presses each, 15 a job

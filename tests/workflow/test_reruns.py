@@ -14,10 +14,10 @@ import pytest
 from palpate.files import read_yaml
 from palpate.schema import studies
 
-FEM = {"compute_compliance", "choose_loads", "simulate_fine", "simulate_coarse"}
+FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine", "simulate_coarse"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
 AFTER_SWEEP = {"merge_table", "check_claims", "draw", "write_report"}
-MODELS = {"measure_models", "measure_reference_error", "measure_dynamic"}
+MODELS = {"measure_models", "simulate_truth", "measure_dynamic"}
 REPORT = {"write_report": 1, "all": 1}
 
 
@@ -86,7 +86,7 @@ def test_other_settings_of_a_family_rerun_its_models_alone(after):
 def test_an_added_model_is_measured_alone(after, whole):
     jobs = after(lambda settings: settings["tradeoff"]["models"].append("pod_rbf"))
     assert jobs["measure_models"] == 1
-    assert not (UP_TO_DATABASE | {"sweep_sigma", "evaluate_methods", "measure_reference_error"}) & set(jobs)
+    assert not (UP_TO_DATABASE | {"sweep_sigma", "evaluate_methods", "simulate_truth"}) & set(jobs)
 
 
 def test_a_model_that_is_registered_reruns_no_other(after):

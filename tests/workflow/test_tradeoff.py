@@ -10,7 +10,7 @@ from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
-TRADEOFF = {"models": ["fem_fine", "fem_coarse", "detail_correction"], "own_models": {}}
+TRADEOFF = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
 
 
 @pytest.fixture
@@ -22,8 +22,8 @@ def trading(smoke) -> dict:
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_models"] == 2 and jobs["measure_reference_error"] == 1 and jobs["tabulate_tradeoff"] == 1
-    assert jobs["make_body"] == 1
+    assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
+    assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
     assert not {"sweep_sigma", "evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
 
 
@@ -36,8 +36,16 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"models": ["fem_fine", "fem_corse"]}, "tradeoff names fem_corse, which is unknown; did you mean fem_coarse?"),
-        ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_fine"),
+        ({"models": ["fem_p2", "fem_p3"]}, "tradeoff names fem_p3, which is unknown; did you mean fem_p"),
+        ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_p2"),
+        ({"bodies": ["livr"]}, "tradeoff names livr, which is unknown; did you mean liver?"),
+        ({"bodies": ["bar"]}, "tradeoff names bar, which is not refined; give it refinements of at least 1."),
+        ({"splits": [6]}, "tradeoff.splits[0] is 6, but must be at most 5"),
+        ({"contacts": 4}, "tradeoff.contacts is 4, but must be at least 5"),
+        (
+            {"presses": [{"magnitude": 1, "tilt_degrees": 60}]},
+            "tradeoff.presses[0].tilt_degrees is 60, but must be at most 45",
+        ),
         (
             {"own_models": {"detail_correction": "mine.py"}},
             "tradeoff names detail_correction, which palpate uses itself",
@@ -57,5 +65,15 @@ def test_what_is_wrong_is_said(trading, changes, said):
 
 def test_it_needs_bodies_that_are_sampled(trading):
     trading["bodies"] = {"bar": trading["bodies"]["bar"]}
-    with pytest.raises(InputError, match="tradeoff is there and no body has train and test"):
+    trading["tradeoff"]["bodies"] = None
+    with pytest.raises(InputError, match="tradeoff is there and no body is refined"):
+        complete(trading, SCHEMA, Path("config.yaml"))
+
+
+def test_it_needs_regimes_for_bodies_that_are_there(trading):
+    trading["regimes"]["small"]["radius_of_body_m"] = {"livr": 0.01}
+    with pytest.raises(InputError, match=r"regimes\.small\.radius_of_body_m names livr, which is unknown"):
+        complete(trading, SCHEMA, Path("config.yaml"))
+    del trading["regimes"]
+    with pytest.raises(InputError, match="tradeoff is there and there are no regimes"):
         complete(trading, SCHEMA, Path("config.yaml"))

@@ -5,13 +5,13 @@ include: "functions/bodies.smk"
 
 
 # settings of a body that say how many samples it gets and what the paper had, not what it is
-NOT_OF_THE_BODY = {"magnitudes", "contacts", "train", "test", "paper_surface"}
+NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 
 
 # bodies made from a CT, which get pictures and masses of their own
 CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
 # bodies whose meshes are tabulated
-MEASURED = list(dict.fromkeys((BODIES if "enrichment" in ASKED else []) + (CTS if "ct" in ASKED else [])))
+MEASURED = list(dict.fromkeys(BODIES + (CTS if "ct" in ASKED else [])))
 
 
 rule make_body:
@@ -39,7 +39,9 @@ rule compute_compliance:
     log:
         "results/logs/{body}/compute_compliance_{radius}m.log",
     params:
-        contacts=lambda wildcards: config["bodies"][wildcards.body].get("contacts"),
+        # of a finger's presses; paper 1's forces may act on any node
+        contacts=lambda wildcards: config["tradeoff"]["contacts"] if float(wildcards.radius) else None,
+        order=lambda wildcards: 2 if float(wildcards.radius) else 1,
         code=code_of("compute_compliance"),
     message:
         "compute the compliance of {wildcards.body}"

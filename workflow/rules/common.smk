@@ -7,7 +7,7 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.config import asked_for, complete
+from palpate.config import asked_for, complete, finger_regimes, pressed_bodies
 from palpate.dependencies import digest, files_of
 from palpate.environment import check_environment
 from palpate.errors import InputError
@@ -52,19 +52,28 @@ ASKED = asked_for(config, SCHEMA)
 TARGETS = {}
 # the warnings of jobs that the studies need; the report lists them
 WARNED = []
+# tables that the report reads, and that not every run of their studies makes
+OPTIONAL = []
 # tables that several jobs fill: the parts of each
 MERGED = {}
 # figures that only read tables: module, scene and published numbers of each
 FIGURES = {}
 
-# bodies that get samples; the others are for scenes
-BODIES = [name for name, body in config["bodies"].items() if "train" in body]
-REGIMES = list(config.get("regimes", {}))
+# bodies that are pressed under a finger, and how hard
+PRESSED = pressed_bodies(config)
+REGIMES = list(config.get("regimes", {})) if PRESSED else []
+# fingers of other radii, as regimes of their own: they are in no diagram
+FINGERS = finger_regimes(config) if PRESSED else {}
+config["regimes"] = config.get("regimes", {}) | FINGERS
+# bodies that get paper 1's forces on single nodes, and how hard they are pressed
+BODIES = [name for name, body in config["bodies"].items() if "train" in body] if "enrichment" in ASKED else []
+POINTS = list(config["enrichment"]["regimes"]) if BODIES else []
 
 
 wildcard_constraints:
-    body="[a-z][a-z0-9_]*",
-    regime="[a-z][a-z0-9_]*",
+    # names may have underscores, as what stands between them
+    body="|".join(config["bodies"]) or "nothing",
+    regime="|".join([*config["regimes"], *POINTS]) or "nothing",
     scene="[a-z][a-z0-9_]*",
     batch=r"\d+",
     radius="[0-9.e-]+",
@@ -207,7 +216,11 @@ def mention_stale():
 
 def files_to_ask_for():
     """The files that can be made from these settings, as far as their names are known before the jobs are."""
-    known = {"body": list(config["bodies"]), "regime": REGIMES, "scene": list(config.get("scenes", {}))}
+    known = {
+        "body": list(config["bodies"]),
+        "regime": REGIMES + POINTS,
+        "scene": list(config.get("scenes", {})),
+    }
     known |= {"figure": list(FIGURES), "table": list(MERGED)}
     found = []
     for output in (output for made in workflow.rules for output in made.output):

@@ -9,7 +9,7 @@ REGRESSION = {key: config["enrichment"][key] for key in ("neighbours", "sigma_re
 # the numbers that the paper published
 PAPER = relpath(ROOT / "workflow/report/enrichment/published.yaml")
 RESPONSES = expand(
-    "{figure}_{body}_{regime}", figure=["deformed", "error_over_body"], body=BODIES, regime=REGIMES
+    "{figure}_{body}_{regime}", figure=["deformed", "error_over_body"], body=BODIES, regime=POINTS
 )
 
 TARGETS["enrichment"] = (
@@ -17,7 +17,7 @@ TARGETS["enrichment"] = (
         *(
             file
             for table in ("sigma_sweep", "enrichment_accuracy")
-            for file in merged(table, each(f"{table}.csv"))
+            for file in merged(table, points(f"{table}.csv"))
         ),
         *(
             file
@@ -29,9 +29,9 @@ TARGETS["enrichment"] = (
     + figures("enrichment", "sigma_sweep", published=True)
     + figures("enrichment", "complexity", "timing_bars", "accuracy_vs_online_cost", "fem_cost")
     + drawn("mesh_levels", *RESPONSES)
-    + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=REGIMES)
+    + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=POINTS)
 )
-WARNED += warned_of(BODIES) + each("loads_warned.txt")
+WARNED += warned_of(BODIES) + points("loads_warned.txt")
 
 
 rule sweep_sigma:
@@ -78,10 +78,10 @@ rule evaluate_methods:
 rule time_methods:
     input:
         body="results/data/{body}/body.h5",
-        loads=f"results/data/{{body}}/{REGIMES[0]}/loads.csv",
-        database=f"results/data/{{body}}/{REGIMES[0]}/database.h5",
-        compliance=lambda wildcards: compliance_of(wildcards.body, REGIMES[0]),
-        samples=f"results/data/{{body}}/{REGIMES[0]}/samples.csv",
+        loads=f"results/data/{{body}}/{POINTS[0]}/loads.csv",
+        database=f"results/data/{{body}}/{POINTS[0]}/database.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, POINTS[0]),
+        samples=f"results/data/{{body}}/{POINTS[0]}/samples.csv",
     output:
         timing="results/data/{body}/enrichment_timing.csv",
         cost="results/data/{body}/online_cost.csv",
@@ -119,7 +119,7 @@ rule time_complexity:
 
 rule tabulate_samples:
     input:
-        samples=each("samples.csv"),
+        samples=points("samples.csv"),
     output:
         peaks="results/tables/sample_peaks.csv",
         splits="results/tables/splits.csv",
@@ -135,7 +135,7 @@ rule tabulate_samples:
 
 rule tabulate_fem_cost:
     input:
-        fine=[file for body in BODIES for regime in REGIMES for file in fine_batches(body, regime)],
+        fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
     output:
         "results/tables/fem_cost.csv",
     log:

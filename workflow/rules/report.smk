@@ -15,6 +15,7 @@ rule write_report:
         studies=ASKED,
         scenes=list(config.get("scenes", {})),
         cts=CTS if "ct" in ASKED else [],
+        more=OPTIONAL,
         driven=DRIVEN if "scenes" in ASKED else [],
         code=code_of("write_report", *(f"palpate.report.parts.{study}" for study in ASKED)),
     message:

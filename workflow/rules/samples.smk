@@ -13,16 +13,41 @@ rule choose_loads:
         warned="results/data/{body}/{regime}/loads_warned.txt",
     log:
         "results/logs/{body}/{regime}/choose_loads.log",
+    wildcard_constraints:
+        regime="|".join(POINTS) or "nothing",
     params:
         magnitudes=lambda wildcards: config["bodies"][wildcards.body]["magnitudes"],
-        regime=lambda wildcards: config["regimes"][wildcards.regime],
-        samples=lambda wildcards: count(wildcards.body),
+        peak_of_size=lambda wildcards: config["enrichment"]["regimes"][wildcards.regime]["peak_of_size"],
+        samples=lambda wildcards: count(wildcards.body, wildcards.regime),
         seed=config["seed"],
         code=code_of("choose_loads"),
     message:
-        "choose loads: {wildcards.body}, {wildcards.regime}"
+        "choose forces on nodes: {wildcards.body}, {wildcards.regime}"
     script:
         "../scripts/choose_loads.py"
+
+
+rule choose_presses:
+    input:
+        body="results/data/{body}/body.h5",
+    output:
+        loads="results/data/{body}/{regime}/loads.csv",
+        warned="results/data/{body}/{regime}/loads_warned.txt",
+    log:
+        "results/logs/{body}/{regime}/choose_presses.log",
+    wildcard_constraints:
+        regime="|".join([*REGIMES, *FINGERS]) or "nothing",
+    params:
+        contacts=config.get("tradeoff", {}).get("contacts"),
+        presses=config.get("tradeoff", {}).get("presses"),
+        regime=lambda wildcards: config["regimes"][wildcards.regime],
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
+        seed=config["seed"],
+        code=code_of("choose_presses"),
+    message:
+        "find the forces of presses: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/choose_presses.py"
 
 
 rule simulate_fine:
@@ -35,6 +60,7 @@ rule simulate_fine:
         "results/logs/{body}/{regime}/simulate_fine_{batch}.log",
     params:
         samples_per_job=config["solver"]["samples_per_job"],
+        order=lambda wildcards: order(wildcards.regime),
         tolerance=config["solver"]["reference_tolerance"],
         code=code_of("simulate_fine"),
     message:
@@ -91,8 +117,7 @@ rule assemble_database:
         settings=lambda wildcards: {
             "seed": config["seed"],
             "body": body_entry(wildcards.body),
-            "magnitudes": config["bodies"][wildcards.body]["magnitudes"],
-            "regime": config["regimes"][wildcards.regime],
+            "loads": loads_entry(wildcards.body, wildcards.regime),
             "solver": config["solver"],
         },
         code=code_of("assemble_database"),
@@ -109,6 +134,8 @@ rule split_samples:
         "results/data/{body}/{regime}/samples.csv",
     log:
         "results/logs/{body}/{regime}/split_samples.log",
+    wildcard_constraints:
+        regime="|".join(POINTS) or "nothing",
     params:
         train=lambda wildcards: config["bodies"][wildcards.body]["train"],
         test=lambda wildcards: config["bodies"][wildcards.body]["test"],
@@ -118,3 +145,21 @@ rule split_samples:
         "split the samples: {wildcards.body}, {wildcards.regime}"
     script:
         "../scripts/split_samples.py"
+
+
+rule deal_folds:
+    input:
+        database="results/data/{body}/{regime}/database.h5",
+    output:
+        "results/data/{body}/{regime}/samples.csv",
+    log:
+        "results/logs/{body}/{regime}/deal_folds.log",
+    wildcard_constraints:
+        regime="|".join([*REGIMES, *FINGERS]) or "nothing",
+    params:
+        seed=config["seed"],
+        code=code_of("deal_folds"),
+    message:
+        "deal the contacts into five folds: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/deal_folds.py"

@@ -2,7 +2,7 @@
 
 SPRINGS = "results/data/springs"
 # what is pressed, without how long searches go on; the tables that each method fills; what they fit
-PRESSED = {key: value for key, value in config["springs"].items() if key not in ("searches", "floor")}
+CUBE_PRESSED = {key: value for key, value in config["springs"].items() if key not in ("searches", "floor")}
 SPRING_TABLES = ["spring_fit", "spring_history", "spring_errors"]
 METHODS = [
     "uniform",
@@ -42,7 +42,7 @@ rule simulate_spring_reference:
     log:
         "results/logs/springs/simulate_spring_reference_{poisson}.log",
     params:
-        calibration=PRESSED,
+        calibration=CUBE_PRESSED,
         code=code_of("simulate_spring_reference"),
     message:
         "press paper 2's cube, finite elements, Poisson's ratio {wildcards.poisson}"
@@ -60,7 +60,7 @@ rule fit_springs:
     # a generation is shared among cores
     threads: lambda wildcards: workflow.cores if wildcards.method in ("genetic", "cma_es") else HALF
     params:
-        calibration=PRESSED,
+        calibration=CUBE_PRESSED,
         searches=config["springs"]["searches"],
         seed=config["seed"],
         code=code_of("fit_springs"),
@@ -78,7 +78,7 @@ rule tabulate_spring_floor:
     log:
         "results/logs/springs/tabulate_spring_floor_{poisson}.log",
     params:
-        calibration=PRESSED,
+        calibration=CUBE_PRESSED,
         evaluations=config["springs"]["floor"]["evaluations"],
         code=code_of("tabulate_spring_floor"),
     message:

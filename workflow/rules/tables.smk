@@ -44,7 +44,6 @@ if {"tradeoff", "dynamic"} & set(ASKED):
         input:
             table=tabulated("accuracy_vs_time") if "tradeoff" in ASKED else [],
             errors=family_files("samples") if "tradeoff" in ASKED else [],
-            samples=each("samples.csv") if "tradeoff" in ASKED else [],
             motions=tabulated("dynamic_accuracy") if "dynamic" in ASKED else [],
         output:
             "results/tables/advice.csv",

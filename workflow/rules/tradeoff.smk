@@ -1,9 +1,6 @@
 # What accuracy costs in time: every model over its settings, on samples whose contacts it never saw.
 
 
-include: "functions/tradeoff.smk"
-
-
 from palpate.models.model_registry import MODELS, families
 
 # models by family, one job each, and the user's own
@@ -12,14 +9,50 @@ OWN_MODELS = {
 }
 COMPARED = [*(config["tradeoff"]["models"] or MODELS), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
-STATIC = [f"{body}_{regime}" for body in BODIES for regime in REGIMES]
+STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
+SPLITS = config["tradeoff"]["splits"]
+CHECKED = config["tradeoff"]["truth"]["check_samples"]
+
+
+include: "functions/tradeoff.smk"
+
 
 TARGETS["tradeoff"] = (
-    tabulated("accuracy_vs_time", "advice")
-    + figures("tradeoff", "advice", "break_even")
+    tabulated("accuracy_vs_time", "advice", "truth")
+    + figures("tradeoff", "advice", "break_even", "truth")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
-WARNED += warned_of(BODIES) + each("loads_warned.txt")
+WARNED += warned_of(PRESSED) + presses("loads_warned.txt") + presses("truth_warned.txt")
+if config["tradeoff"]["limit_points"]:
+    OPTIONAL += ["limit_points"]
+    TARGETS["tradeoff"] += figures("tradeoff", "limit_points")
+if FINGERS:
+    OPTIONAL += ["advice_by_radius"]
+    TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
+if len(SPLITS) > 1:
+    OPTIONAL += ["advice_agreement"]
+TARGETS["tradeoff"] += tabulated(*OPTIONAL)
+
+
+rule simulate_truth:
+    input:
+        body="results/data/{body}/body.h5",
+        loads="results/data/{body}/{regime}/loads.csv",
+        samples="results/data/{body}/{regime}/samples.csv",
+    output:
+        truth="results/data/{body}/{regime}/truth.h5",
+        warned="results/data/{body}/{regime}/truth_warned.txt",
+    log:
+        "results/logs/{body}/{regime}/simulate_truth.log",
+    params:
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
+        splits=lambda wildcards: [SPLITS[0]] if wildcards.regime in FINGERS else SPLITS,
+        tolerance=config["tradeoff"]["truth"]["tolerance"],
+        code=code_of("simulate_truth"),
+    message:
+        "simulate the truth: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/simulate_truth.py"
 
 
 rule measure_models:
@@ -28,52 +61,91 @@ rule measure_models:
         database="results/data/{body}/{regime}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
         samples="results/data/{body}/{regime}/samples.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
         own=lambda wildcards: [OWN_MODELS[wildcards.family]] if wildcards.family in OWN_MODELS else [],
     output:
-        samples="results/data/{body}/{regime}/tradeoff/{family}_samples.csv",
-        settings="results/data/{body}/{regime}/tradeoff/{family}_settings.csv",
+        samples="results/data/{body}/{regime}/tradeoff/{split}/{family}_samples.csv",
+        settings="results/data/{body}/{regime}/tradeoff/{split}/{family}_settings.csv",
     log:
-        "results/logs/{body}/{regime}/measure_models_{family}.log",
+        "results/logs/{body}/{regime}/measure_models_{family}_{split}.log",
     wildcard_constraints:
         family="|".join(FAMILIES),
+        split=r"\d",
     threads: HALF
     params:
         models=lambda wildcards: FAMILIES[wildcards.family],
-        settings=lambda wildcards: config["tradeoff"]["settings"].get(wildcards.family, {}),
+        settings=lambda wildcards: grid_of(wildcards.family),
         regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
-        radius_m=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
         repeats=config["timing"]["repeats"],
         budget_s=config["tradeoff"]["budget_s"],
         code=lambda wildcards: code_of("measure_models", *modules_of(wildcards.family)),
     message:
-        "measure the models of {wildcards.family}: {wildcards.body}, {wildcards.regime}"
+        "measure the models of {wildcards.family}: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
     script:
         "../scripts/measure_models.py"
 
 
-rule measure_reference_error:
+rule measure_bounds:
     input:
         body="results/data/{body}/body.h5",
         database="results/data/{body}/{regime}/database.h5",
         samples="results/data/{body}/{regime}/samples.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
     output:
-        samples="results/data/{body}/{regime}/tradeoff/reference_samples.csv",
-        settings="results/data/{body}/{regime}/tradeoff/reference_settings.csv",
+        samples="results/data/{body}/{regime}/tradeoff/{split}/bounds_samples.csv",
+        settings="results/data/{body}/{regime}/tradeoff/{split}/bounds_settings.csv",
     log:
-        "results/logs/{body}/{regime}/measure_reference_error.log",
+        "results/logs/{body}/{regime}/measure_bounds_{split}.log",
+    wildcard_constraints:
+        split=r"\d",
     params:
         regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
-        radius_m=lambda wildcards: config["regimes"][wildcards.regime]["radius_m"],
-        reference_samples=config["tradeoff"]["reference_samples"],
-        code=code_of("measure_reference_error"),
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
+        code=code_of("measure_bounds"),
     message:
-        "simulate one level finer: {wildcards.body}, {wildcards.regime}"
+        "measure the truth itself, and the answer zero: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
     script:
-        "../scripts/measure_reference_error.py"
+        "../scripts/measure_bounds.py"
+
+
+rule check_truth:
+    input:
+        body="results/data/{body}/body.h5",
+        loads="results/data/{body}/{regime}/loads.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
+    output:
+        "results/data/{body}/{regime}/truth_check.csv",
+    log:
+        "results/logs/{body}/{regime}/check_truth.log",
+    params:
+        samples=CHECKED,
+        code=code_of("check_truth"),
+    message:
+        "find the truth of a few samples with linear elements, too: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/check_truth.py"
+
+
+rule tabulate_truth:
+    input:
+        truths=presses("truth.h5"),
+        checks=presses("truth_check.csv") if CHECKED else [],
+    output:
+        "results/tables/truth.csv",
+    log:
+        "results/logs/tabulate_truth.log",
+    params:
+        scenes=STATIC,
+        code=code_of("tabulate_truth"),
+    message:
+        "tabulate how exactly the truth is known"
+    script:
+        "../scripts/tabulate_truth.py"
 
 
 rule tabulate_tradeoff:
@@ -89,3 +161,58 @@ rule tabulate_tradeoff:
         "tabulate what accuracy costs in time"
     script:
         "../scripts/tabulate_tradeoff.py"
+
+
+rule tabulate_advice_agreement:
+    input:
+        "results/tables/advice.csv",
+    output:
+        "results/tables/advice_agreement.csv",
+    log:
+        "results/logs/tabulate_advice_agreement.log",
+    params:
+        scenes={f"{body}_{regime}": (body, regime) for body in PRESSED for regime in REGIMES},
+        code=code_of("tabulate_advice_agreement"),
+    message:
+        "tabulate in how many splits the advice is the same"
+    script:
+        "../scripts/tabulate_advice_agreement.py"
+
+
+rule tabulate_advice_by_radius:
+    input:
+        settings=family_files("settings", FINGERS, SPLITS[:1]),
+        errors=family_files("samples", FINGERS, SPLITS[:1]),
+    output:
+        "results/tables/advice_by_radius.csv",
+    log:
+        "results/logs/tabulate_advice_by_radius.log",
+    params:
+        radii={
+            f"{body}_{finger}": (body, entry["radius_m"])
+            for body in PRESSED
+            for finger, entry in FINGERS.items()
+        },
+        limits=config["tradeoff"]["advice"],
+        code=code_of("tabulate_advice_by_radius"),
+    message:
+        "tabulate the advice for fingers of other radii"
+    script:
+        "../scripts/tabulate_advice_by_radius.py"
+
+
+rule tabulate_limit_points:
+    input:
+        body=lambda wildcards: f"results/data/{config['tradeoff']['limit_points']['body']}/body.h5",
+    output:
+        "results/tables/limit_points.csv",
+    log:
+        "results/logs/tabulate_limit_points.log",
+    params:
+        radius_m=lambda wildcards: config["tradeoff"]["limit_points"]["radius_m"],
+        contacts=lambda wildcards: config["tradeoff"]["limit_points"]["contacts"],
+        code=code_of("tabulate_limit_points"),
+    message:
+        "press harder and harder, until the material's law gives way"
+    script:
+        "../scripts/tabulate_limit_points.py"

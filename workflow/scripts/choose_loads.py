@@ -9,8 +9,8 @@ with job(snakemake.log[0], snakemake.output.warned):
         load(snakemake.input.body),
         load_compliance(snakemake.input.compliance),
         params.magnitudes,
-        params.regime["peak_of_size"],
-        params.regime["radius_m"],
+        params.peak_of_size,
+        0.0,
         params.samples,
         params.seed,
     )

@@ -11,4 +11,5 @@ with job(snakemake.log[0]) as say:
     loads = loads.iloc[batch * size : (batch + 1) * size]
     progress = steps(say, f"{body.name}, {snakemake.wildcards.regime}, batch {batch}: fine sample")
     finest = len(body.levels) - 1
-    save_responses(press(body, finest, loads, snakemake.params.tolerance, progress), snakemake.output[0])
+    asked = snakemake.params.tolerance, progress, snakemake.params.order
+    save_responses(press(body, finest, loads, *asked), snakemake.output[0])

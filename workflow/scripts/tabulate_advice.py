@@ -9,12 +9,11 @@ from palpate.job import job, write_table
 
 with job(snakemake.log[0]):
     limits, found = snakemake.params.limits, []
-    errors = {path: Path(path).parts[-4:-2] for path in snakemake.input.errors}
-    samples = {Path(path).parts[-3:-1]: path for path in snakemake.input.samples}
+    errors = {path: Path(path).parts[-5:-3] for path in snakemake.input.errors}
     for table in snakemake.input.table:
         for (body, regime), settings in pd.read_csv(table).groupby(["body", "regime"], sort=False):
             families = [path for path, place in errors.items() if place == (body, regime)]
-            found.append(advise(settings, errors_from(families, samples[body, regime], settings), **limits))
+            found.append(advise(settings, errors_from(families, settings), **limits))
     for path in snakemake.input.motions:
         found += [advise_motion(rows, **limits) for _, rows in pd.read_csv(path).groupby("scene", sort=False)]
     write_table(pd.concat(found), snakemake.output[0])

@@ -110,13 +110,9 @@ def _remedies(owner: str, case: Case) -> str:
         return f"lower duration_s or level of {owner}"
     if group != "bodies":
         return "lower the settings of its study"
-    entry, least = case.config["bodies"][name], 2
+    entry = case.config["bodies"][name]
     keys = ["refinements"] if entry.get("refinements", 0) > 1 else []
     keys += ["surface_nodes"] if "surface_nodes" in entry else []
-    if "train" in entry:
-        keys += ["train and test"]
-        least = (entry["train"] + entry["test"]) // len(entry["magnitudes"])
+    keys += ["train and test"] if "train" in entry else []
     lower = f"lower {' or '.join(keys) or 'the size'} of {owner}"
-    if "train" in entry and case.sizes[name].contacts > 4 * least:
-        return f"give it contacts (such as {2 * least}; now {case.sizes[name].contacts} are prepared), or {lower}"
-    return lower
+    return f"{lower} or tradeoff.contacts" if "tradeoff" in case.config else lower

@@ -10,6 +10,8 @@ JOB_MB = 250.0
 """What a job needs before it does anything: Python, its packages, and compiled functions."""
 SOLVER_MB = 1.3e-3
 """What finite elements need for each tetrahedron, multigrid included: 390 MB for 321 536, measured."""
+QUADRATIC_MB = 1.2e-2
+"""What quadratic finite elements need for each tetrahedron: 4.1 GB for 321 536, measured."""
 COPIES = {"detail_correction": 3, "warped_compliance": 3}
 """How often a family of models holds the compliance, in whole or in parts; others once."""
 
@@ -24,10 +26,13 @@ def memory_mb(job: Job, case: Case) -> float:
     elements = SOLVER_MB * size.fine.elements
     needed = {
         "make_body": lambda: elements,
-        "compute_compliance": lambda: elements + compliance_mb(size),
-        "simulate_fine": lambda: elements,
-        "measure_reference_error": lambda: 8 * elements,
-        "measure_models": lambda: elements + COPIES.get(job.wildcards["family"], 1) * compliance_mb(size),
+        "compute_compliance": lambda: QUADRATIC_MB * size.fine.elements + compliance_mb(size),
+        "simulate_fine": lambda: QUADRATIC_MB * size.fine.elements,
+        "simulate_truth": lambda: QUADRATIC_MB * 8 * size.fine.elements,
+        "choose_presses": lambda: elements,
+        "measure_models": lambda: (
+            QUADRATIC_MB * size.fine.elements + COPIES.get(job.wildcards["family"], 1) * compliance_mb(size)
+        ),
         **dict.fromkeys(("choose_loads", "evaluate_methods", "time_methods"), lambda: compliance_mb(size)),
     }
     return JOB_MB + (needed[job.rule]() if job.rule in needed else 0.0)

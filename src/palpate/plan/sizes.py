@@ -35,7 +35,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Size:
-    """The sizes of a body's levels, coarse first, how many contacts are prepared, and if a file has to be remeshed."""
+    """The sizes of a body's levels, coarse first, how many nodes can be pressed, and if a file has to be remeshed."""
 
     levels: tuple[Level, ...]
     contacts: int
@@ -64,8 +64,7 @@ def size_of(entry: dict, folder: Path, made: Path | None = None) -> Size:
     levels = [coarse]
     for _ in range(entry.get("refinements", 0)):
         levels.append(levels[-1].refined())
-    free = round((1.0 - HELD) * coarse.surface)
-    return Size(tuple(levels), min(entry.get("contacts", free), free), remeshed)
+    return Size(tuple(levels), round((1.0 - HELD) * coarse.surface), remeshed)
 
 
 def filled(surface: int) -> Level:
@@ -79,6 +78,8 @@ def _coarse(entry: dict) -> Level:
     kinds: dict[str, Callable[[], Level]] = {
         "cylinder": lambda: Level(266, 182, 936),
         "liver": lambda: Level(190, 140, 628),
+        "kidney": lambda: Level(166, 140, 479),
+        "stomach": lambda: Level(165, 140, 471),
         "box": lambda: _box(entry["divisions"]),
         "sheet": lambda: _sheet(entry["divisions"]),
         "ct": lambda: filled(entry["surface_nodes"]),

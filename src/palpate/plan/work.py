@@ -11,6 +11,12 @@ SOLVE_S = 5.6e-6
 """Seconds that a converged solve takes for each tetrahedron under small loads, on the machine of timings.yaml."""
 LARGE = 3.3
 """How much longer solves take under a load that moves the body by its whole size."""
+QUADRATIC = 4.0
+"""How much longer a solve with quadratic elements takes than one with as many linear ones."""
+DEEP = 0.06
+"""Peak displacement, as a share of the size, that the pressure of a fingertip makes at most."""
+FOLDS = 5
+"""Into so many the contacts are dealt: one tests, one chooses settings."""
 
 
 @dataclass(frozen=True)
@@ -31,22 +37,42 @@ class Case:
     config: dict
     sizes: dict[str, Size]
 
-    def samples(self, body: str) -> int:
-        """Return how many samples a body gets in a regime."""
-        return self.config["bodies"][body]["train"] + self.config["bodies"][body]["test"]
+    def is_point(self, job: Job) -> bool:
+        """Return whether the loads of a job's regime are paper 1's forces on single nodes."""
+        return job.wildcards["regime"] in self.config.get("enrichment", {}).get("regimes", {})
+
+    def samples(self, job: Job) -> int:
+        """Return how many samples the body of a job gets in its regime."""
+        if self.is_point(job):
+            body = self.config["bodies"][job.wildcards["body"]]
+            return body["train"] + body["test"]
+        return self.config["tradeoff"]["contacts"] * len(self.config["tradeoff"]["presses"])
+
+    def tested(self) -> float:
+        """Return how many samples a split of the trade-off tests on; as many choose settings."""
+        return self.config["tradeoff"]["contacts"] * len(self.config["tradeoff"]["presses"]) / FOLDS
+
+    def trained(self) -> float:
+        """Return how many samples a split of the trade-off trains on."""
+        return (FOLDS - 2) * self.tested()
+
+    def peak(self, job: Job) -> float:
+        """Return the peak displacement of a job's regime as a share of the body's size."""
+        if self.is_point(job):
+            return self.config["enrichment"]["regimes"][job.wildcards["regime"]]["peak_of_size"]
+        return self.config["regimes"][job.wildcards["regime"]].get("peak_of_size", DEEP)
 
     def harder(self, job: Job) -> float:
         """Return how many times as long solves take under the loads of a job's regime as under small ones."""
-        peak = self.config["regimes"][job.wildcards["regime"]]["peak_of_size"]
-        return 1.0 + LARGE * (peak - 0.02)
+        return 1.0 + LARGE * (self.peak(job) - 0.02)
 
     def solve_s(self, tetrahedra: int, level: int) -> float:
         """Estimate a converged solve [s]; on the coarsest level a factor of its stiffness grows faster than it does."""
         return SOLVE_S * tetrahedra * (1.0 if level else max(1.0, tetrahedra / 1000) ** 0.35)
 
-    def asked_s(self, body: str, seconds: float) -> float:
-        """Estimate how long a setting is asked [s] whose answers take ``seconds``: once a test sample, or a budget."""
-        return max(self.config["tradeoff"]["budget_s"], self.config["bodies"][body]["test"] * seconds)
+    def asked_s(self, seconds: float) -> float:
+        """Estimate how long a setting is asked [s] whose answers take ``seconds``: once a sample, or a budget."""
+        return max(self.config["tradeoff"]["budget_s"], 2.0 * self.tested() * seconds)
 
 
 def kind_of(job: Job, case: Case) -> str:
@@ -87,30 +113,37 @@ def _body(job: Job, case: Case) -> Amounts:
 
 
 def _compliance(job: Job, case: Case) -> Amounts:
-    size = _size(job, case)
-    return {"columns": 3.0 * size.contacts * size.fine.elements, "stored": 9.0 * size.contacts * size.fine.surface}
+    size, pressed = _size(job, case), float(job.wildcards["radius"]) > 0.0
+    contacts = min(case.config["tradeoff"]["contacts"], size.contacts) if pressed else size.contacts
+    slower = QUADRATIC if pressed else 1.0
+    return {"columns": 3.0 * contacts * size.fine.elements * slower, "stored": 9.0 * contacts * size.fine.surface}
 
 
 def _loads(job: Job, case: Case) -> Amounts:
     coarse = case.solve_s(_size(job, case).coarse.elements, 0)
-    return {"solve_s": case.samples(job.wildcards["body"]) * coarse * case.harder(job)}
+    return {"solve_s": case.samples(job) * coarse * case.harder(job)}
+
+
+def _presses(job: Job, case: Case) -> Amounts:
+    middle = case.solve_s(_size(job, case).levels[-2].elements, 1)
+    return {"solve_s": case.samples(job) * QUADRATIC * middle * case.harder(job)}
 
 
 def _fine(job: Job, case: Case) -> Amounts:
-    count, most = case.samples(job.wildcards["body"]), case.config["solver"]["samples_per_job"]
+    count, most = case.samples(job), case.config["solver"]["samples_per_job"]
     here = min(most, count - most * int(job.wildcards["batch"]))
-    return {"solve_s": here * case.solve_s(_size(job, case).fine.elements, 1) * case.harder(job)}
+    slower = 1.0 if case.is_point(job) else QUADRATIC
+    return {"solve_s": slower * here * case.solve_s(_size(job, case).fine.elements, 1) * case.harder(job)}
 
 
 def _fitted(job: Job, case: Case) -> Amounts:
-    return {"sample_nodes": float(case.samples(job.wildcards["body"]) * _size(job, case).fine.surface)}
+    return {"sample_nodes": float(case.samples(job) * _size(job, case).fine.surface)}
 
 
-def _reference(job: Job, case: Case) -> Amounts:
-    finer = 8 * _size(job, case).fine.elements
-    peak = case.config["regimes"][job.wildcards["regime"]]["peak_of_size"]
-    steps = 1.0 + 15.0 * peak  # a force on a single node is harder to follow the finer the mesh is
-    return {"solve_s": case.config["tradeoff"]["reference_samples"] * case.solve_s(finer, 1) * steps}
+def _truth(job: Job, case: Case) -> Amounts:
+    finest = QUADRATIC * case.solve_s(_size(job, case).fine.refined().elements, 1)
+    tested = min(FOLDS, len(case.config["tradeoff"]["splits"])) * case.tested()
+    return {"solve_s": tested * finest * case.harder(job)}
 
 
 def _models(job: Job, case: Case) -> Amounts:
@@ -124,6 +157,7 @@ RULES: dict[str, Callable[[Job, Case], Amounts]] = {
     "make_body": _body,
     "compute_compliance": _compliance,
     "choose_loads": _loads,
+    "choose_presses": _presses,
     "simulate_fine": _fine,
     "simulate_coarse": _loads,
     "subsample_coarse": _fitted,
@@ -131,7 +165,7 @@ RULES: dict[str, Callable[[Job, Case], Amounts]] = {
     "evaluate_methods": _fitted,
     "sweep_sigma": _fitted,
     "draw_responses": _fitted,
-    "measure_reference_error": _reference,
+    "simulate_truth": _truth,
     "measure_models": _models,
 }
 """The work of the rules that most studies need."""

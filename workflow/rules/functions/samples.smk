@@ -1,21 +1,48 @@
-# The files of samples, and how many a body gets.
+# The files of samples, and how many a body gets: of paper 1's forces on nodes, or pressed under a finger.
 
 
-def count(body):
-    """How many samples a body gets in each regime."""
-    return config["bodies"][body]["train"] + config["bodies"][body]["test"]
+def count(body, regime):
+    """How many samples a body gets in a regime."""
+    if regime in POINTS:
+        return config["bodies"][body]["train"] + config["bodies"][body]["test"]
+    return config["tradeoff"]["contacts"] * len(config["tradeoff"]["presses"])
+
+
+def order(regime):
+    """The order of the elements of fine responses: paper 1 has linear ones."""
+    return 1 if regime in POINTS else 2
+
+
+def radius(body, regime):
+    """The radius of the disc that is pressed, 0 for a single node."""
+    if regime in POINTS:
+        return 0.0
+    entry = config["regimes"][regime]
+    return float(entry["radius_of_body_m"].get(body, entry["radius_m"]))
+
+
+def loads_entry(body, regime):
+    """What the loads of a body follow from."""
+    if regime in POINTS:
+        return config["enrichment"]["regimes"][regime] | {"magnitudes": config["bodies"][body]["magnitudes"]}
+    return config["regimes"][regime] | {key: config["tradeoff"][key] for key in ("contacts", "presses")}
 
 
 def fine_batches(body, regime):
-    jobs = -(-count(body) // config["solver"]["samples_per_job"])
+    jobs = -(-count(body, regime) // config["solver"]["samples_per_job"])
     return [f"results/data/{body}/{regime}/fine_{batch}.h5" for batch in range(jobs)]
 
 
 def compliance_of(body, regime):
     """A body's compliance depends on the regime only through the radius of the press."""
-    return f"results/data/{body}/compliance_{float(config['regimes'][regime]['radius_m'])}m.h5"
+    return f"results/data/{body}/compliance_{radius(body, regime)}m.h5"
 
 
-def each(pattern):
-    """One file for each body and regime."""
-    return expand(f"results/data/{{body}}/{{regime}}/{pattern}", body=BODIES, regime=REGIMES)
+def points(pattern):
+    """One file for each body and regime of paper 1."""
+    return expand(f"results/data/{{body}}/{{regime}}/{pattern}", body=BODIES, regime=POINTS)
+
+
+def presses(pattern):
+    """One file for each body and regime of the trade-off."""
+    return expand(f"results/data/{{body}}/{{regime}}/{pattern}", body=PRESSED, regime=REGIMES)

@@ -7,6 +7,19 @@ def modules_of(family):
     return sorted(place for place in places if not place.endswith(".py"))
 
 
-def family_files(kind):
-    """One file for each body, regime and family: what its models answered (samples), and what that says (settings)."""
-    return [path for family in [*FAMILIES, "reference"] for path in each(f"tradeoff/{family}_{kind}.csv")]
+def grid_of(family):
+    """What a family is tried with, and the coarse answers that several share."""
+    settings = config["tradeoff"]["settings"]
+    return {"coarse_answers": settings["coarse_answers"], family: settings.get(family, {})}
+
+
+def family_files(kind, regimes=REGIMES, splits=SPLITS):
+    """One file for each body, regime, split and family: its answers (samples), and what they say (settings)."""
+    return expand(
+        "results/data/{body}/{regime}/tradeoff/{split}/{family}_{kind}.csv",
+        body=PRESSED,
+        regime=regimes,
+        split=splits,
+        family=[*FAMILIES, "bounds"],
+        kind=kind,
+    )

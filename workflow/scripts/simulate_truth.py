@@ -1,0 +1,15 @@
+import pandas as pd
+
+from palpate.bodies.body_file import load
+from palpate.evaluation.tradeoff.truth import truth_of
+from palpate.evaluation.tradeoff.truth_file import save_truth
+from palpate.job import job, steps
+from palpate.samples.folds import asked_samples, read_folds
+
+with job(snakemake.log[0], snakemake.output.warned) as say:
+    body, params = load(snakemake.input.body), snakemake.params
+    asked, tested = asked_samples(read_folds(snakemake.input.samples), params.splits)
+    loads = pd.read_csv(snakemake.input.loads)
+    progress = steps(say, f"{body.name}, {snakemake.wildcards.regime}: truth, solution")
+    chosen = loads[loads["sample"].isin(asked)]
+    save_truth(truth_of(body, chosen, set(tested), progress, params.tolerance), snakemake.output.truth)

@@ -1,0 +1,11 @@
+import pandas as pd
+
+from palpate.evaluation.tradeoff.truth_file import load_truth
+from palpate.evaluation.tradeoff.truth_table import truth_table
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    scenes, given = snakemake.params.scenes, snakemake.input
+    truths = dict(zip(scenes, map(load_truth, given.truths), strict=True))
+    checks = dict(zip(scenes, map(pd.read_csv, given.checks), strict=True)) if given.get("checks") else None
+    write_table(truth_table(truths, checks), snakemake.output[0])

@@ -2,3 +2,4 @@
 
 from fixtures.results import *  # noqa: F403
 from fixtures.studies import *  # noqa: F403
+from fixtures.trade_off import *  # noqa: F403

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from palpate.bodies.anchors import choose_anchors
+from palpate.bodies.body import Material, nest
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.liver import liver
@@ -17,7 +18,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError
-from palpate.init.choose import _hold, _patches
+from palpate.init.choose import FINE_TETRAHEDRA, _hold, _patches, _regimes
 from palpate.init.command import _schema, init
 from palpate.init.data import body_name, recognise
 from palpate.schema import read_schema
@@ -58,6 +59,11 @@ def written(file: Path) -> tuple[str, dict, dict]:
     return name, entry, given
 
 
+def paths_of(file: Path, entry: dict) -> dict[str, str]:
+    """Return the paths of an entry as they can be opened from here."""
+    return {key: str(file.parent / entry[key]) for key in ("path", "image", "mask") if entry.get(key)}
+
+
 @pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask"])
 def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
     """Which data, the configuration that is written for them, and what is printed."""
@@ -73,31 +79,53 @@ def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
 
 def test_what_is_written_passes_the_schema_and_makes_the_body(made):
     what, file, printed = made
-    name, entry, given = written(file)
+    name, entry, _ = written(file)
     assert name == {"stl": "ubung_2", "tetrahedra": "bar", "mask": "liver"}[what]
-    paths = {key: str(file.parent / entry[key]) for key in ("path", "image", "mask") if entry.get(key)}
+    paths = paths_of(file, entry)
     assert paths and all(entry[key].startswith("../") and Path(path).is_file() for key, path in paths.items())
     body = make_body(name, entry | paths)
     held = len(body.anchors[0])
     assert len(body.coarse.surface) / 20 < held < len(body.coarse.surface) / 2
     assert f"by {held} coarse nodes" in printed
     assert body.coarse.size == pytest.approx(0.2, rel=0.2)
-    assert 0.05 * body.coarse.size < given["regimes"]["large"]["radius_m"] < 0.15 * body.coarse.size
-    assert len(body.fine.tetrahedra) <= 80_000
+    assert len(body.fine.tetrahedra) <= FINE_TETRAHEDRA
     assert (file.parent / "body.png").stat().st_size > 10_000
 
 
-def test_enough_contacts_are_held_out_to_judge_by(made):
+def test_it_is_pressed_by_a_fingertip_and_by_a_hand_and_has_contacts_to_judge_by(made):
     _, entry, given = written(made[1])
-    per = len(entry["magnitudes"])
-    assert entry["test"] / per >= 8 and entry["train"] / per >= 16
-    assert list(given["regimes"]) == ["small", "large"] and "tradeoff" in given
+    size = make_body("", entry | paths_of(made[1], entry)).coarse.size
+    small, deep, large = given["regimes"].values()
+    assert list(given["regimes"]) == ["small", "deep", "large"]
+    assert small["radius_m"] == deep["radius_m"] == 0.012 and large["radius_m"] == pytest.approx(0.15 * size, rel=0.1)
+    assert deep["pressure_of_young"] == 0.25 and "peak_of_size" not in deep
+    assert small["peak_of_size"] == pytest.approx(0.3 * large["peak_of_size"], rel=0.1)
+    assert large["peak_of_size"] <= 0.1
+    assert given["tradeoff"]["contacts"] == 24
+    assert given["tradeoff"]["presses"][1] == {"magnitude": 0.8, "tilt_degrees": 45}
+    assert not {"magnitudes", "train", "test", "contacts"} & set(entry)
+
+
+@pytest.mark.parametrize(("size", "tip"), [(0.02, 0.003), (0.2, 0.012), (1.0, 0.04)])
+def test_the_fingertip_stays_one_unless_the_body_is_tiny_or_huge(size, tip):
+    """The disc has to be small on the body, and a fine mesh has to see it."""
+    body = nest("bar", box([size, size / 4, size / 4], [8, 2, 2]), 1, np.arange(9), Material(3000, 0.3, 1000))
+    regimes = _regimes(body)
+    assert regimes["small"]["radius_m"] == pytest.approx(tip)
+    assert regimes["large"]["radius_m"] >= tip
+
+
+def test_a_mesh_of_too_few_nodes_is_refused(tmp_path):
+    bar = box([0.2, 0.2, 0.2], [1, 1, 1])
+    meshio.write_points_cells(tmp_path / "cube.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
+    with pytest.raises(InputError, match=r"has [0-4] nodes that can be pressed|no side of it has enough nodes"):
+        init([tmp_path / "cube.vtk"])
 
 
 def test_every_key_has_a_comment(made):
     text = made[1].read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
-    assert [line for line in lines if not re.search(r"^ *\w+:.*  # \S", line)] == []
+    assert [line for line in lines if not re.search(r"^ *(\w+:|- \{).*  # \S", line)] == []
     assert len(lines) > 20 and max(map(len, text.splitlines())) <= 130
 
 

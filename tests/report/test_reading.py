@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from fixtures.material import CAPTIONS
+from fixtures.trade_off import OWN
 
 from palpate.report import page as report
 
@@ -26,14 +27,14 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def file(whole_folder, advised_tables, tmp_path_factory):
+def file(whole_folder, trade_off_tables, tmp_path_factory):
     """A page about everything, with empty figures of true sizes."""
     folder = tmp_path_factory.mktemp("reading")
     shutil.copytree(whole_folder.path, folder, dirs_exist_ok=True)
-    for name, table in zip(("accuracy_vs_time", "advice"), advised_tables, strict=True):
+    for name, table in trade_off_tables.items():
         table.to_csv(folder / "tables" / f"{name}.csv", index=False)
-    names = ["advice", "break_even"]
-    for scene in ("liver_small", "own_large"):
+    names = ["advice", "advice_flips", "break_even", "truth", "limit_points"]
+    for scene in OWN:
         names += [f"work_precision_{scene}", f"best_models_{scene}"]
     for name in [*names, *(path.stem for path in folder.glob("figures/*.svg"))]:
         width, height = (260, 290) if name.startswith("best_models") else (900, 500)
@@ -44,7 +45,8 @@ def file(whole_folder, advised_tables, tmp_path_factory):
         path.write_text(
             '{"legend": {"palette": "", "ticks": []}, "frames": {"times_s": [0]}, "window": [1, 1], "axes": []}'
         )
-    report.write(folder, CAPTIONS, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts)
+    more = [*trade_off_tables]
+    report.write(folder, CAPTIONS, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts, more=more)
     return folder / "report.html"
 
 

@@ -4,17 +4,15 @@ import subprocess
 
 import pandas as pd
 import pytest
+from fixtures.trade_off import OWN
 
 from palpate.errors import InputError
-from palpate.evaluation.tradeoff.advice import advise
 from palpate.figures.model_looks import label
 from palpate.report import results_markdown
 
 
 @pytest.fixture
-def results(trade_off, dynamic_table, tmp_path):
-    settings, samples = trade_off
-    advice = [advise(settings[settings["scene"] == s], errors, [0.001, 16.7]) for s, errors in samples.items()]
+def results(trade_off_tables, dynamic_table, tmp_path):
     hard = {"family": ["fem", "fem", "enrichment"], "outcome": ["stable", "refused", "stable"]}
     rows = [
         {"component": "fem", "stage": "respond", "size": size, "seconds": 1e-5 * size, "memory_mb": 1e-3 * size}
@@ -22,12 +20,13 @@ def results(trade_off, dynamic_table, tmp_path):
     ]
     effects = [["corotational", 8.0, None], ["held", 0.0, 9.0], ["gravity", 0.5, 0.3], ["integrator", 3.5, None]]
     tables = {
-        "accuracy_vs_time": settings,
+        "accuracy_vs_time": trade_off_tables["accuracy_vs_time"],
+        "truth": trade_off_tables["truth"],
         "dynamic_accuracy": dynamic_table,
         "effects": pd.DataFrame(effects, columns=["effect", "ms_per_step", "error_if_left_out"]).assign(
             scene="sag", share_of_step=0.0, memory_kb=0.0
         ),
-        "advice": pd.concat(advice),
+        "advice": trade_off_tables["advice"],
         "hard_cases": pd.DataFrame(hard).assign(
             case="c", source="", scene="", model="m", measure="", value=1, bound=1, declared="", passed=True, message=""
         ),
@@ -37,7 +36,7 @@ def results(trade_off, dynamic_table, tmp_path):
         (tmp_path / folder).mkdir()
     for name, table in tables.items():
         table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
-    for name in ["work_precision_liver_small", "work_precision_own_large", *results_markdown.PICTURES]:
+    for name in [*(f"work_precision_{scene}" for scene in OWN), *results_markdown.PICTURES]:
         (tmp_path / "figures" / f"{name}.png").write_bytes(name.encode())
     return tmp_path
 
@@ -47,14 +46,16 @@ def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
     docs.mkdir()
     results_markdown.write(results, docs)
     page = (docs / "results.md").read_text(encoding="utf-8").replace("\u00a0", " ")
-    assert "| liver_small | within 0.001 ms | none |" in page
-    advised = label("detail_correction", "samples=60")
-    assert f"| liver_small | within 16.7 ms | {advised} | 0.4 % (" in page
+    assert "| liver_small | rms | within 0.0001 ms | none |" in page
+    advised = label("detail_correction", "coarse=2 iterations, samples=42")
+    assert f"| liver_small | rms | within 16.7 ms | {advised} | 0.6 % (" in page
+
+    assert f"| liver_small | patch | within 16.7 ms | {advised} | 3 % (" in page
     assert "| family | refused | stable |\n| --- | --- | --- |\n| enrichment | 0 | 1 |\n| fem | 1 | 1 |" in page
     assert "| 40000 | 400 ms | 0.04 GB |" in page
     assert "| sag | corotational | 12 ms | gravity 30 % |" in page
     assert "| liver_press | 1 %, 0.025 × | 4 %, 5 × |" in page
-    assert "| liver_small | 0.6 % |" in page
+    assert "| liver_small | 15 | 0.09 % | 0.3 % | 0.22 % | 1.6 | 0 | 321,536 |" in page
     for line in (line for line in page.splitlines() if line.startswith("![")):
         assert (docs / line.split("(")[1].rstrip(")")).is_file()
 

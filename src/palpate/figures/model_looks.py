@@ -1,17 +1,24 @@
 """Give every model of the trade-off its name, colour and marker, the user's own included."""
 
-from palpate.figures.style import FEATURES, METHODS, WEIGHTS, Look
+from palpate.figures.style import METHODS, WEIGHTS, Look
 
 _NAMED = {
+    "fem_p1": Look("linear elements (P1)", "#7a7a7a", "8"),
+    "fem_p2": Look("quadratic elements (P2)", "#111111", "h"),
     "fem_fine": Look("fine FEM", "#111111", "8"),
     "fem_middle": Look("middle FEM", "#666666", ">"),
     "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),
+    "linear_residual": Look("linear FEM + kernel ridge", "#4477cc", "P"),
     "warped_compliance": Look("warped Green's functions", "#5aae61", "*"),
+    "paper_enrichment": Look("paper 1's blends, the best of twelve", "#d55e00", "o"),
+    "mass_spring": Look("springs, the best of four", "#8b1a1a", "o"),
     "springs": Look("springs", "#8b1a1a", "o"),
     "springs_volume": Look("springs with volume force", "#c0504d", "s"),
     "springs_nodal": Look("springs, one modulus per node", "#e08e45", "^"),
     "springs_nodal_volume": Look("springs, one modulus per node, volume force", "#f2c14e", "D"),
     "shape_matching": Look("shape matching", "#8064a2", "H"),
+    "zero": Look("no displacement at all", "#aa0000", "_"),
+    "truth": Look("the truth", "#9a9a9a", "x"),
 }
 _OWN = ("#005f73", "#bb3e03", "#5a189a", "#6a994e", "#9d0208")
 _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
@@ -34,10 +41,5 @@ def label(model: str, setting: str) -> str:
 
 
 def minor(model: str) -> bool:
-    """Return whether a model is one of paper 1's many variants, to be drawn fainter so that the others can be seen."""
+    """Return whether a model is one of paper 1's many variants, which share one curve."""
     return model.endswith(tuple(f"_{weights}" for weights in WEIGHTS))
-
-
-def features(model: str) -> str:
-    """Return the features that a variant of paper 1's method compares: "contact-ordered"."""
-    return FEATURES[model.partition("_")[0]][0]

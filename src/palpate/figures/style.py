@@ -121,6 +121,7 @@ EFFECTS = {
     "push": "#d55e00",
     "contact": "#e69f00",
     "held": "#b5a58c",
+    "bed": "#d9ccb4",
     "rayleigh": "#b8578f",
     "kelvin": "#cc79a7",
     "maxwell": "#7a3b63",

@@ -18,28 +18,31 @@ from palpate.errors import InputError
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""
-# tetrahedra of the fine mesh up to which a run takes minutes; contacts that are prepared, if there are more
-FINE_TETRAHEDRA, CONTACTS = 80_000, 60
-# contacts that samples press, each with two loads; a third of them is held out
-PRESSED, MAGNITUDES = 24, [0.7, 1.3]
+# tetrahedra of the fine mesh up to which the truth, which needs eight times as many quadratic ones, takes 5 GB at most
+FINE_TETRAHEDRA = 50_000
+# contacts that samples press, and the least that can be divided into those to test, to choose by and to learn from
+PRESSED, LEAST_PRESSED = 24, 5
 # of the coarse mesh from a CT; more only if the shape cannot be had with fewer
 SURFACE_NODES = (140, 280, 560)
 # depths that are tried, as shares of the body's extent, and the share of the surface nodes that should be held
 DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.15
-# radius of the finger, and the largest displacement of the large regime, as shares of the longest side; the latter is
-# less where a contact lies over a held node, as no solver follows tissue that is pressed flat: this share of the way
-FINGER, PEAK, OF_WAY = 0.1, 0.05, 0.4
-# displacements of the small regime against the large one's
-SMALL = 0.25
+# radius of a fingertip [m], and between which shares of the longest side it stays; that of a flat hand, as a share
+FINGERTIP, TIP_OF_SIZE, HAND = 0.012, (0.04, 0.15), 0.15
+# the largest displacement of the large regime, as a share of the longest side; less where a contact lies over a held
+# node, as no solver follows tissue that is pressed flat: this share of the way
+PEAK, OF_WAY = 0.1, 0.4
+# displacements of the small regime against the large one's; the pressure of the deep one against Young's modulus
+SMALL, DEEP = 0.3, 0.25
 
 
 class Choice(NamedTuple):
-    """The body that results, its coarse mesh, its whole entry, and the regimes that suit it."""
+    """The body that results, its coarse mesh, its whole entry, the regimes that suit it, how many contacts it has."""
 
     body: Body
     coarse: TetMesh
     entry: dict
     regimes: dict
+    contacts: int
 
 
 def choose(name: str, entry: dict) -> Choice:
@@ -54,19 +57,21 @@ def choose(name: str, entry: dict) -> Choice:
     chosen = entry | MATERIAL | {"refinements": refinements, "anchors": anchors}
     body = make_body(name, chosen)
     able = len(pressed_contacts(body, contacts_of(body)))
-    test = min(PRESSED, able) // 3
-    if not test:
+    if able < LEAST_PRESSED:
         raise InputError(f"{name}: its mesh has {able} nodes that can be pressed; give one with more triangles.")
-    train = min(PRESSED, able) - test
-    chosen |= {"magnitudes": MAGNITUDES, "train": train * len(MAGNITUDES), "test": test * len(MAGNITUDES)}
-    if len(contacts_of(body)) > CONTACTS:
-        chosen["contacts"] = CONTACTS
-    largest = min(PEAK, OF_WAY * _way(body) / (max(MAGNITUDES) * coarse.size))
-    peaks = {"small": rounded(SMALL * largest), "large": rounded(largest)}
-    radius = rounded(FINGER * coarse.size)
-    return Choice(
-        body, coarse, chosen, {name: {"peak_of_size": peak, "radius_m": radius} for name, peak in peaks.items()}
-    )
+    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, able))
+
+
+def _regimes(body: Body) -> dict:
+    """Choose how hard a body is pressed, and by what: a fingertip gently and firmly, a flat hand deep."""
+    size = body.coarse.size
+    largest = min(PEAK, OF_WAY * _way(body) / size)
+    tip = rounded(float(np.clip(FINGERTIP, TIP_OF_SIZE[0] * size, TIP_OF_SIZE[1] * size)))
+    return {
+        "small": {"peak_of_size": rounded(SMALL * largest), "radius_m": tip},
+        "deep": {"pressure_of_young": DEEP, "radius_m": tip},
+        "large": {"peak_of_size": rounded(largest), "radius_m": rounded(HAND * size)},
+    }
 
 
 def _resolved(name: str, entry: dict) -> tuple[dict, TetMesh]:

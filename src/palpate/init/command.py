@@ -75,7 +75,7 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, command: st
     volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
     meshes = " and ".join(f"{len(mesh.tetrahedra)}" for mesh in (body.coarse, body.fine))
     plane = entry["anchors"]["plane"]
-    radius = f"{1e3 * choice.regimes['large']['radius_m']:.3g} mm"
+    radius = f"{1e3 * choice.regimes['small']['radius_m']:.3g} mm"
     end = "largest" if plane["side"] == "max" else "smallest"
     lines = [
         *(f"found    {line}" for line in data.found),
@@ -83,7 +83,7 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, command: st
         *(f"assumed  {line}" for line in data.assumed),
         f"assumed  it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes",
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
-        f"density {entry['density_kg_m3']} kg/m³, a finger of {radius} radius",
+        f"density {entry['density_kg_m3']} kg/m³, a fingertip of {radius} radius",
         *(f"warning: {line}" for line in said),
         f"wrote    {file.with_name('body.png')}, a picture of it; balls are what is held",
         f"wrote    {file}, with a comment on every line; change there what you know better, then",

@@ -20,15 +20,23 @@ _HEAD = """\
 # All other keys: docs/add-a-body.md; a scene in which this body moves can stand here, too: docs/add-a-scene.md.
 """
 _TAIL = """\
-regimes:  # how hard the body is pressed
-  small:  # a light touch
+regimes:  # how hard the body is pressed; every press ends where tissue would collapse
+  small:  # a light touch of a fingertip
     peak_of_size: {small:g}  # largest displacement, as a share of the body's longest side: {small_mm:.2g} mm
-    radius_m: {radius_m:g}  # radius [m] of the finger that the force is spread over
-  large:  # a firm press
-    peak_of_size: {large:g}  # {large_mm:.2g} mm; too much presses tissue flat, which no solver follows
-    radius_m: {radius_m:g}  # radius [m] of the finger
+    radius_m: {tip_m:g}  # radius [m] of the disc that is pressed
+  deep:  # a firm press of a fingertip
+    pressure_of_young: {deep:g}  # highest pressure, as a share of Young's modulus; beyond 0.3 tissue collapses
+    radius_m: {tip_m:g}  # radius [m] of the disc that is pressed
+  large:  # a firm press of several fingers
+    peak_of_size: {large:g}  # {large_mm:.2g} mm; less where the pressure would exceed a quarter of Young's modulus
+    radius_m: {hand_m:g}  # radius [m] of the disc that is pressed
 tradeoff:  # the study: each model, its error and its time
-  reference_samples: 1  # samples simulated one level finer, for the error of the fine mesh itself
+  contacts: {contacts}  # places that are pressed; a fifth judges, a fifth chooses settings, the others are learnt from
+  presses:  # at each contact: shares of the regime's depth or pressure, and angles to the inward normal
+    - {{magnitude: 1.0, tilt_degrees: 0}}  # straight
+    - {{magnitude: 0.8, tilt_degrees: 45}}  # oblique
+    - {{magnitude: 0.6, tilt_degrees: 20}}  # gentler
+  splits: [1]  # of five ways to divide the contacts; [1, 2, 3, 4, 5] shows how far advice depends on that
   advice:  # for which times and errors a model is advised
     budgets_ms: [1, 16.7, 100]  # times of an answer [ms]: haptics, 60 pictures a second, an immediate reaction
     max_errors: [0.05, 0.01, 0.001]  # mean errors, as shares of the peak displacement
@@ -41,10 +49,8 @@ _COMMENTS = {
     "surface_nodes": "nodes of the coarse surface, which is made anew with that many",
     "snap": "whether the finer meshes follow the surface of the data",
     "young_pa": "Young's modulus [Pa], assumed",
-    "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where these elements are too stiff",
+    "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where linear elements are too stiff",
     "density_kg_m3": "density [kg/m³], assumed",
-    "magnitudes": "forces at each contact, as shares of the regime's",
-    "contacts": "nodes that can be pressed, spread over the surface; the others are not prepared",
 }
 
 
@@ -57,18 +63,25 @@ def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Pa
     schema : the file that editors complete keys with, if there is a relative path to it
     """
     line = f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else ""
-    peaks = {name: regime["peak_of_size"] for name, regime in choice.regimes.items()}
-    lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}
     comments = _COMMENTS | data.comments | _chosen(choice)
     lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in choice.entry.items()]
     body = "".join(lines).replace("    anchors:", f"{_OTHERS}    anchors:")
     parts = [
         _HEAD.format(schema=line, name=data.name, command=command),
         f"bodies:  # lower-case letters, digits and underscores name a body\n  {data.name}:  # {_size(choice)}\n{body}",
-        _TAIL.format(radius_m=choice.regimes["large"]["radius_m"], **peaks, **lengths),
+        _TAIL.format(contacts=choice.contacts, **_numbers(choice)),
         _CT.format(name=data.name, sizes=_sizes(choice)) if data.entry["kind"] == "ct" else "",
     ]
     return _aligned("".join(parts))
+
+
+def _numbers(choice: Choice) -> dict[str, float]:
+    """Return how hard the body is pressed, as the text names it."""
+    small, deep, large = (choice.regimes[name] for name in ("small", "deep", "large"))
+    peaks = {"small": small["peak_of_size"], "large": large["peak_of_size"]}
+    lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}
+    radii = {"tip_m": deep["radius_m"], "hand_m": large["radius_m"]}
+    return peaks | lengths | radii | {"deep": deep["pressure_of_young"]}
 
 
 def _sizes(choice: Choice) -> list[int]:
@@ -83,15 +96,12 @@ def _size(choice: Choice) -> str:
 def _chosen(choice: Choice) -> dict[str, str]:
     """Explain what was chosen for this body, by key."""
     body, entry = choice.body, choice.entry
-    coarse = len(body.coarse.tetrahedra)
-    held, per = len(body.anchors[0]), len(entry["magnitudes"])
+    coarse, held = len(body.coarse.tetrahedra), len(body.anchors[0])
     plane = entry["anchors"]["plane"]
     end = "largest" if plane["side"] == "max" else "smallest"
     return {
         "refinements": f"1:8 splits of the {coarse} coarse tetrahedra; each makes a run about 10 times as long",
         "anchors": f"held: the {held} nodes within {1e3 * plane['depth_m']:g} mm of the {end} {plane['axis']}",
-        "train": f"samples that models learn from: {entry['train'] // per} contacts × {per} forces",
-        "test": f"samples that they are judged by: {entry['test'] // per} other contacts × {per} forces",
     }
 
 

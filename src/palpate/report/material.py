@@ -21,6 +21,7 @@ class Report:
 
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
     last : the parts that belong to no study and come after those of the studies, by name
+    more : names of the tables of this run that not every run of their studies makes
     It has ``tables`` by name, ``published`` with the numbers of each study's paper, ``parts`` with the modules of the
     page in order, and ``numbers`` with what the captions of each part name.
     """
@@ -34,12 +35,13 @@ class Report:
         cts: Sequence[str] = (),
         driven: Collection[str] = (),
         last: Mapping[str, ModuleType] = MappingProxyType({}),
+        more: Sequence[str] = (),
     ):
         self.scenes, self.cts, self.driven = scenes, cts, driven
         self.figures, self._captions = Path(results) / "figures", Path(captions)
         self.part, self.folder = "", self._captions
         self.studies = {study: part_of(study) for study in studies}
-        self.tables = tables.read_all(Path(results) / "tables", tables_of(self.studies.values()))
+        self.tables = tables.read_all(Path(results) / "tables", {*tables_of(self.studies.values()), *more})
         published = {study: self._captions / study / "published.yaml" for study in studies}
         self.published = {study: read_yaml(path) for study, path in published.items() if path.is_file()}
         self.parts = self.studies | dict(last)

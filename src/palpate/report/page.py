@@ -24,6 +24,7 @@ def write(
     cts: Sequence[str] = (),
     driven: Collection[str] = (),
     warned: Sequence[str] = (),
+    more: Sequence[str] = (),
 ) -> None:
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
@@ -31,9 +32,10 @@ def write(
     where it has some claims(report) and failures(report). Its captions are ``captions``/<study>/*.rst.
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
     warned : what jobs warned of, which comes first
+    more : names of the tables of this run that not every run of their studies makes
     Raises InputError naming the first part, table, figure, caption or number that is missing.
     """
-    report = Report(results, captions, studies, scenes, cts, driven, LAST if studies else {})
+    report = Report(results, captions, studies, scenes, cts, driven, LAST if studies else {}, more)
     parts = {name: part.sections(report.of(name)) for name, part in report.parts.items()}
     parts = {name: sections for name, sections in parts.items() if sections}
     page = (

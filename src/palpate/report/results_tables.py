@@ -3,37 +3,43 @@
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.bootstrap import EXTRAPOLATED, TRUTH
 from palpate.figures import tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds
-from palpate.report.advice_words import behind, interval, limit
+from palpate.figures.tradeoff.scene_rows import first_split
+from palpate.report.advice_words import behind, error_of, interval, limit
 
 BESIDES = ("integrator", "held")
 """Rows of the table of effects that are no effect of their own, or without which a body is not that scene's."""
 
 
 def advice(advice: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each limit that was asked for: model, error, time, and the next best model."""
+    """Return a row for each limit that was asked for: model, error, time, and the next best model; of the first split.
+
+    Of each limit there is a row for each kind of error that was asked about.
+    """
     rows = []
-    for _, row in advice.iterrows():
+    for _, row in first_split(advice).iterrows():
         if row["model"] == NONE:
-            rows.append([row["scene"], limit(row), NONE, "", "", ""])
+            rows.append([row["scene"], row["error"], limit(row), NONE, "", "", ""])
             continue
-        model, error = label(row["model"], row["setting"]), f"{percent(row['rmse_of_peak'])} ({interval(row)})"
-        rows.append([row["scene"], limit(row), model, error, seconds(row["online_p95_s"]), _next_best(row)])
-    return pd.DataFrame(rows, columns=["scene", "asked", "take", "error", "95th percentile of time", "next best"])
+        model, error = label(row["model"], row["setting"]), f"{percent(error_of(row))} ({interval(row)})"
+        time = seconds(row["online_p95_s"])
+        rows.append([row["scene"], row["error"], limit(row), model, error, time, _next_best(row)])
+    names = ["scene", "error of", "asked", "take", "error", "95th percentile of time", "next best"]
+    return pd.DataFrame(rows, columns=names)
 
 
 def _next_best(row: pd.Series) -> str:
     return f"{label(row['rival'], 'default')} {behind(row)}" if row["factor"] > 0 else ""
 
 
-def reference(settings: pd.DataFrame) -> pd.DataFrame:
-    """Return the estimated error of the fine mesh in each scene."""
-    rows = tables.where(settings, model=TRUTH, setting=EXTRAPOLATED)
-    found = {"scene": rows["scene"], "error of the fine mesh": rows["rmse_of_peak"].map(percent)}
-    return pd.DataFrame(found).reset_index(drop=True)
+def truth(truth: pd.DataFrame) -> pd.DataFrame:
+    """Return how well the truth of each scene is known, and the mesh that it takes."""
+    errors = {"RMSE": "rmse_of_peak", "at the patch": "patch_rms_of_peak", "relative L2": "relative_l2"}
+    found = truth[["scene", "samples"]].assign(**{name: truth[column].map(percent) for name, column in errors.items()})
+    found = found.assign(order=truth["order"].map("{:.2g}".format), inverted=truth["inverted"])
+    return found.assign(elements=truth["elements"].map("{:,}".format))
 
 
 def motion(dynamic: pd.DataFrame) -> pd.DataFrame:

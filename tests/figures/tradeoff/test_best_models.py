@@ -1,5 +1,6 @@
 """The small diagram shows the models on the front, and everything else in grey."""
 
+import pytest
 from fixtures.drawn import texts
 
 from palpate.figures import style
@@ -7,24 +8,34 @@ from palpate.figures.model_looks import look
 from palpate.figures.tradeoff import best_models
 
 
-def test_the_front_is_numbered_and_named(advised_tables, tmp_path):
-    figure = best_models.draw(*advised_tables, scene="liver_small")
+@pytest.fixture
+def figure(trade_off_tables):
+    return best_models.draw(trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"], scene="liver_small")
+
+
+def test_the_front_is_numbered_and_named(figure, tmp_path):
     written = [text.replace("\u00a0", " ") for text in texts(figure)]
-    assert [text for text in written if text.isdigit() and len(text) == 1] == ["1", "2", "3", "4", "5"]
-    assert "1  linear fine FEM: 5 % in 10 µs" in written and "5  fine FEM: < 0.001 % in 400 ms" in written
+    assert [text for text in written if text.isdigit() and len(text) == 1] == ["1", "2", "3", "4"]
+    assert "1  linear fine FEM: 1.7 % in 12 µs" in written and "4  corrected coarse FEM: 0.6 % in 3.8 ms" in written
     assert "16.7 ms" in written
     style.save(figure, tmp_path / "best_models")
 
 
-def test_only_the_front_is_coloured(advised_tables):
-    axis = best_models.draw(*advised_tables, scene="liver_small").axes[0]
+def test_only_the_front_is_coloured(figure, trade_off_tables):
+    axis = figure.axes[0]
     large = [line.get_color() for line in axis.lines if line.get_markersize() > 10]
-    names = ("linear_fem", "pod_rbf", "detail_correction", "fem_coarse", "fem_fine")
-    assert large == [look(name).colour for name in names]
+    assert large == [look(name).colour for name in ("linear_fem", "linear_residual", *["detail_correction"] * 2)]
     (grey,) = (line for line in axis.lines if line.get_markersize() == 3)
-    assert len(grey.get_xdata()) == 7  # the setting that failed on some samples, and the reference, have no place
+    table = trade_off_tables["accuracy_vs_time"]
+    shown = (table["scene"] == "liver_small") & (table["failures"] == 0) & ~table["model"].isin(["zero", "truth"])
+    assert len(grey.get_xdata()) == shown.sum()  # what failed on some samples has no place, nor truth and zero answer
 
 
-def test_it_is_as_wide_as_a_telephone(advised_tables):
-    figure = best_models.draw(*advised_tables, scene="liver_small")
+def test_the_truth_and_the_zero_answer_limit_the_errors(figure):
+    axis = figure.axes[0]
+    assert max(patch.get_y() + patch.get_height() for patch in axis.patches) == pytest.approx(0.09)
+    assert [line.get_ydata()[0] for line in axis.lines if line.get_color() == look("zero").colour] == [33.0]
+
+
+def test_it_is_as_wide_as_a_telephone(figure):
     assert 96 * figure.get_figwidth() < 390 - 32

@@ -1,14 +1,22 @@
 """The number of answers after which preparation has paid is drawn as the table has it."""
 
+from fixtures.trade_off import accuracy_vs_time
+
 from palpate.figures.tradeoff import break_even
 
 
-def test_preparing_pays_where_the_table_says(advised_tables):
-    settings, advised = advised_tables
+def test_preparing_pays_where_the_table_says(trade_off_tables):
+    settings, advised = trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"]
     axis = break_even.draw(settings, advised).axes[0]
     dots = {line.get_xdata()[0]: line.get_ydata()[0] for line in axis.lines if line.get_marker() == "o"}
-    offline, online = 40.0, 5e-3
-    answers = offline / (0.4 - online)
-    assert {round(x): round(y) for x, y in dots.items()}[round(answers)] == round(0.4 * answers)  # what fine FEM takes
-    named = [text.get_text() for text in axis.get_legend().get_texts()]
-    assert named[0].startswith("fine FEM (tolerance=1e-08)") and len(named) == 3
+    offline, online, fine = 9.0, 0.012e-3, 0.45
+    answers = offline / (fine - online)
+    assert {round(x): round(y) for x, y in dots.items()}[round(answers)] == round(fine * answers)
+    named = [text.get_text().replace("\u00a0", " ") for text in axis.get_legend().get_texts()]
+    assert named[-1] == "linear fine FEM, 1.7 %" and len(named) == 3
+
+
+def test_several_splits_have_one_line_for_each_setting(trade_off_tables):
+    axis = break_even.draw(accuracy_vs_time((1, 2)), trade_off_tables["advice"]).axes[0]
+    named = [text.get_text().rsplit(",", 1)[0] for text in axis.get_legend().get_texts()]
+    assert len(named) == len(set(named))

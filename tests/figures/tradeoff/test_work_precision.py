@@ -1,4 +1,4 @@
-"""The work–precision diagram shows every model, its failures and the front."""
+"""The work–precision diagram shows every model with both errors, the truth, the zero answer, failures and fronts."""
 
 import re
 
@@ -6,70 +6,151 @@ import numpy as np
 import pandas as pd
 import pytest
 from fixtures.drawn import texts
+from fixtures.trade_off import accuracy_vs_time
 
-from palpate.figures import style, tables
+from palpate.figures import style
 from palpate.figures.model_looks import look
-from palpate.figures.tradeoff import work_precision
+from palpate.figures.tradeoff import precision_panel, work_precision
+from palpate.figures.tradeoff.scene_rows import answers, averaged, curves
 
 
-def test_every_model_has_its_curve_and_the_front_its_numbers(advised_tables, tmp_path):
-    figure = work_precision.draw(*advised_tables, scene="liver_small")
-    written = texts(figure)
-    for model in ("springs", "shape_matching", "linear_fem", "detail_correction", "pod_rbf", "fem_coarse", "fem_fine"):
-        assert look(model).label in written
-    budgets = {"0.01 ms:\nnone", "1 ms:\nlinear fine\nFEM", "16.7 ms:\ncorrected\ncoarse FEM", "1000 ms:\nfine FEM"}
-    assert budgets <= set(written)
-    assert "failed: springs (iterations=1) on 2 of 12" in written
-    assert any("fine mesh itself, 0.6" in text for text in written)
-    # coarse FEM is clearly slower than ours and clearly less wrong; ours and POD + RBF are tied
-    on_front = [re.match(r"\d  (.*)\n", text).group(1) for text in written if re.match(r"\d  ", text)]
-    assert on_front == [
-        "linear fine FEM",
-        "POD + RBF (modes=8)",
-        "corrected coarse FEM (samples=60)",
-        "coarse FEM (iterations=8)",
-        "fine FEM (tolerance=1e-08)",
+@pytest.fixture
+def found(trade_off_tables):
+    return [trade_off_tables[name].copy() for name in work_precision.TABLES]
+
+
+BLENDS = "paper_enrichment"
+
+
+def plain(figure) -> list[str]:
+    return [text.replace("\u00a0", " ") for text in texts(figure)]
+
+
+def on_front(axis) -> list[str]:
+    """The models that a list below a panel names, with their settings."""
+    return [re.match(r"\d  (.*):", line)[1] for line in axis.texts[0].get_text().split("\n")]
+
+
+def of(panel, model: str) -> list:
+    """The points of a model in a panel."""
+    shown = look(model)
+    return [line for line in panel.lines if line.get_marker() == shown.marker and shown.colour in line_colours(line)]
+
+
+def line_colours(line) -> tuple:
+    return line.get_color(), line.get_markeredgecolor()
+
+
+def test_both_panels_have_every_model_and_their_own_front(found, tmp_path):
+    figure = work_precision.draw(*found, scene="liver_small")
+    rms, patch, rms_front, patch_front, _ = figure.axes
+    written = plain(figure)
+    for model in ("fem_p1", "fem_p2", "linear_residual", "warped_compliance", "mass_spring", "shape_matching", BLENDS):
+        assert any(look(model).label in text for text in written)
+        assert of(rms, model) and of(patch, model)
+    assert [rms.get_ylabel(), patch.get_ylabel()] == [
+        "error over the surface, RMSE [% of peak]",
+        "error at the patch, RMS [% of peak]",
     ]
+    first = ["linear fine FEM", "linear FEM + kernel ridge (samples=42)"]
+    assert on_front(rms_front)[:2] == on_front(patch_front)[:2] == first
+    assert "warped Green's functions (samples=42)" in on_front(patch_front)
+    assert "warped Green's functions (samples=42)" not in on_front(rms_front)  # clearly worse than linear + ridge there
+    assert "1 ms:\nlinear FEM +\nkernel ridge" in written
     style.save(figure, tmp_path / "work_precision")
 
 
-def test_what_failed_is_hollow_and_on_no_front(advised_tables):
-    settings, advised = advised_tables
-    axis = work_precision.draw(settings, advised, scene="liver_small").axes[0]
-    hollow = [line for line in axis.lines if line.get_markerfacecolor() == "white"]
-    assert [line.get_xdata()[0] for line in hollow] == [pytest.approx(0.1)]
-    nothing = tables.where(settings, scene="liver_small").assign(failures=0)
-    columns = ["failures", "rmse_of_peak", "online_median_s", "online_p95_s"]
-    nothing.loc[nothing["model"] == "detail_correction", columns] = [12, np.nan, np.nan, np.nan]
-    assert "detail_correction" not in set(work_precision.front_rows(nothing)["model"])
-    written = texts(work_precision.draw(nothing, advised, scene="liver_small"))
-    failed = ", ".join(f"corrected coarse FEM (samples={count}) on 12 of 12" for count in (10, 60))
-    assert f"failed: {failed}" in written
+def test_the_band_is_the_truths_own_error_of_each_kind_and_the_line_the_zero_answer(found):
+    figure = work_precision.draw(*found, scene="liver_small")
+    rms, patch = figure.axes[:2]
+    tops = [max(p.get_y() + p.get_height() for p in axis.patches) for axis in (rms, patch)]
+    assert tops == [pytest.approx(0.09), pytest.approx(0.3)]
+    assert "grey: below the error of the truth itself, 0.09 %; models are tied" in plain(rms)
+    assert "no displacement at all: 33 %" in plain(rms) and "no displacement at all: 88 %" in plain(patch)
 
 
-def test_all_but_exact_answers_are_drawn_at_the_edge(advised_tables):
-    axis = work_precision.draw(*advised_tables, scene="liver_small").axes[0]
-    drawn = np.concatenate([line.get_ydata() for line in axis.lines if line.get_marker() == look("fem_fine").marker])
-    assert set(drawn) == {work_precision.LEAST}
-
-
-def test_own_models_are_drawn_wherever_they_come(advised_tables):
-    settings, advised = (
-        table.replace({"detail_correction": "mine", "shape_matching": "nearest", "linear_fem": "other"})
-        for table in advised_tables
+def test_a_truth_that_is_not_well_known_says_so(found):
+    assert any(
+        "The truth is known to 0.41 % only" in text for text in plain(work_precision.draw(*found, scene="liver_large"))
     )
-    assert {"mine", "nearest", "other"} <= set(texts(work_precision.draw(settings, advised, scene="liver_small")))
+    settings, advice = found
+    settings = settings[settings["model"] != "truth"]
+    assert any("is not known" in text for text in plain(work_precision.draw(settings, advice, scene="liver_small")))
 
 
-def test_the_blends_of_paper_1_share_a_line_of_the_legend(advised_tables):
-    settings, advised = advised_tables
-    rows = tables.where(settings, model="pod_rbf")
-    names = ["unordered_signed", "unordered_clipped", "ordered_signed", "framed_nonnegative_b"]
-    settings = pd.concat([settings, *(rows.assign(model=name) for name in names)])
-    figure = work_precision.draw(settings, advised, scene="liver_small")
-    blends = [text.get_text() for text in figure.legends[0].get_texts() if text.get_text().startswith("paper 1")]
-    assert blends == [
-        "paper 1: unordered",
-        "paper 1: contact-ordered",
-        "paper 1: contact-ordered, own frame",
+def test_lines_and_rims_show_who_is_told_what(found):
+    panel = work_precision.draw(*found, scene="liver_small").axes[0]
+    assert [mark.get_markeredgecolor() for mark in of(panel, "linear_fem") if mark.get_linestyle() == "None"] == [
+        "black"
     ]
+    starts = {mark.get_markeredgecolor() for mark in of(panel, "fem_p2") if mark.get_linestyle() == "None"}
+    assert starts == {"white", "black"}  # a start from the linear response needs a prepared contact
+    styles = {
+        line.get_color(): line.is_dashed()
+        for line in panel.lines
+        if len(line.get_xdata()) > 1 and line.get_marker() == "None"
+    }
+    assert styles[look("kernel_ridge_detail").colour] and styles[look(BLENDS).colour]
+    assert not styles[look("detail_correction").colour] and not styles[look("fem_p2").colour]
+
+
+def test_the_blends_of_paper_1_are_one_curve_of_the_best(found):
+    settings = averaged(found[0][found[0]["scene"] == "liver_small"])
+    blends = curves(answers(settings))[BLENDS]
+    assert blends["model"].nunique() == 12
+    panel = work_precision.draw(*found, scene="liver_small").axes[0]
+    drawn = {(mark.get_xdata()[0], mark.get_ydata()[0]) for mark in of(panel, BLENDS) if len(mark.get_xdata()) == 1}
+    best = blends[blends["model"] == "unordered_signed"]
+    assert drawn <= set(zip(*precision_panel.milliseconds_and_percent(best), strict=True))
+    assert 1 < len(drawn) < 6
+
+
+def test_every_level_of_finite_elements_is_named(found):
+    written = plain(work_precision.draw(*found, scene="liver_small").axes[0])
+    assert sorted(text for text in written if re.fullmatch(r"L\d", text)) == ["L0", "L0", "L1", "L1", "L2", "L2"]
+
+
+def test_what_failed_is_hollow_named_and_on_no_front(found):
+    settings, advice = found
+    figure = work_precision.draw(settings, advice, scene="liver_small")
+    hollow = [line for line in figure.axes[0].lines if line.get_markerfacecolor() == "white"]
+    assert len(hollow) == 3
+    failed = next(text for text in plain(figure) if text.startswith("failed: ")).replace("\n", " ")
+    assert "linear elements (P1) (level=2, start=rest, tolerance=1e-08) on 2 of 15" in failed
+    all_lost = settings["model"] == "linear_residual"
+    settings.loc[all_lost, ["rmse_of_peak", "patch_rms_of_peak", "online_median_s", "online_p95_s"]] = np.nan
+    settings.loc[all_lost, "failures"] = 15
+    figure = work_precision.draw(settings, advice, scene="liver_small")
+    assert "linear FEM + kernel ridge (samples=42)" not in on_front(figure.axes[2])
+
+
+def test_several_splits_are_drawn_as_means_with_a_band(found):
+    splits = accuracy_vs_time((1, 2, 3))
+    figure = work_precision.draw(splits, found[1], scene="liver_small")
+    assert "means of 3 splits" in figure.axes[0].get_title("left") and figure.axes[0].collections
+    rows = splits[(splits["scene"] == "liver_small") & (splits["model"] == "linear_fem")]
+    (mark,) = (mark for mark in of(figure.axes[0], "linear_fem") if mark.get_linestyle() == "None")
+    assert mark.get_ydata()[0] == pytest.approx(100 * rows["rmse_of_peak"].mean())
+
+
+def test_a_setting_whose_number_of_samples_differs_between_splits_is_one_setting(found):
+    splits = accuracy_vs_time((1, 2))
+    splits = splits[splits["scene"] == "liver_small"]
+    second = splits["split"] == 2
+    splits.loc[second, "setting"] = splits.loc[second, "setting"].str.replace("samples=42", "samples=45")
+    assert len(averaged(splits)) == second.sum()
+    fewer = pd.concat([splits[~second], splits[second & (splits["setting"] != "samples=45")]])
+    assert len(averaged(fewer)) == second.sum()  # by name, where splits have not tried as many
+
+
+def test_all_but_exact_answers_are_drawn_at_the_edge(found):
+    settings, advice = found
+    settings.loc[settings["model"] == "linear_fem", "rmse_of_peak"] = 1e-12
+    axis = work_precision.draw(settings, advice, scene="liver_small").axes[0]
+    assert {mark.get_ydata()[0] for mark in of(axis, "linear_fem")} == {precision_panel.LEAST}
+
+
+def test_own_models_are_drawn_wherever_they_come(found):
+    settings, advice = (table.replace({"detail_correction": "mine", "linear_fem": "other"}) for table in found)
+    written = plain(work_precision.draw(settings, advice, scene="liver_small"))
+    assert {"mine", "other"} <= set(written)

@@ -1,4 +1,4 @@
-"""Sentences, tables and captions about accuracy and time follow from the tables."""
+"""Tables and captions about accuracy and time follow from the tables."""
 
 import re
 
@@ -6,137 +6,140 @@ import numpy as np
 import pandas as pd
 import pytest
 from fixtures.material import CAPTIONS, material, numbers
+from fixtures.trade_off import OWN, accuracy_vs_time
 
-from palpate.figures import tables
 from palpate.files import read_yaml
 from palpate.models.model_registry import MODELS, RESERVED
 from palpate.report import page as report
-from palpate.report.advice_words import sentence
-from palpate.report.parts import tradeoff
+from palpate.report.parts import tradeoff, tradeoff_models
 
 FAMILIES = read_yaml(CAPTIONS / "tradeoff/models.yaml")
+FIGURES = ["advice", "break_even", "truth", *(f"work_precision_{scene}" for scene in OWN)]
 
 
 @pytest.fixture
-def liver(advised_tables):
-    return [tables.where(table, scene="liver_small") for table in advised_tables]
-
-
-@pytest.fixture
-def found(advised_tables):
-    return dict(zip(("accuracy_vs_time", "advice"), advised_tables, strict=True))
-
-
-def test_sentences_name_model_error_time_and_rival(liver):
-    _, advised = liver
-    said = [sentence(row).replace("\u00a0", " ") for _, row in advised.iterrows()]
-    assert said[0].startswith("Within 0.01 ms: none, because the fastest setting, linear fine FEM, takes 0.012 ms")
-    assert said[1].startswith("Within 1 ms: linear fine FEM. Its error is 5 % (")
-    assert said[1].endswith(
-        "which leaves 99 % of the time. The next best model, shape matching (steps=30), has 4 times the error."
-    )
-    assert "error is 0.4 % (" in said[2] and "its time 6 ms at the 95th percentile, which leaves 64 %" in said[2]
-    assert "has 200 times the error" in said[3]
-    assert said[4].startswith("Error of at most 5 %: corrected coarse FEM (samples=60)")
-    assert "The next best model, POD + RBF (modes=8), is about as fast. The error of the mesh itself, 0.6 %," in said[4]
-
-
-def test_sentences_say_what_was_passed_over_and_what_is_added(liver):
-    row = liver[1].iloc[1].copy()
-    row[["faster", "faster_setting", "faster_error", "faster_high", "faster_factor"]] = (
-        "pod_rbf",
-        "modes=8",
-        0.02,
-        0.06,
-        33,
-    )
-    row["reference_error"] = 0.16
-    assert (
-        sentence(row)
-        .replace("\u00a0", " ")
-        .endswith(
-            "POD + RBF (modes=8) is 33 times as fast and was passed over, as its error of 2 % may be up to 6 %. "
-            "Refine the mesh: its own error, 16 %, is larger and not included."
-        )
-    )
-    row[["error_low", "error_high", "faster_factor", "budget_ms"]] = np.nan
-    row[["reference_error", "max_error"]] = 0.0023, 0.1
-    assert (
-        sentence(row).replace("\u00a0", " ").endswith("The error that is judged includes the reference's own, 0.23 %.")
-    )
+def found(trade_off_tables):
+    return {name: trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice", "truth")}
 
 
 def test_captions_get_their_numbers(found):
     said = numbers("tradeoff", found)
-    assert (said["tradeoff_models"], said["tradeoff_settings"]) == ("7", "16")
-    assert said["tradeoff_failures"].startswith("2 failed on at least one sample")
-    assert said["tradeoff_truth"] == "0.6 % (liver, small loads); 6 % (own, large loads)"
-    assert "within 1 ms, linear fine FEM in 2 of 2 scenes (error 5 % to 50 %)" in said["headline"]
-    assert said["headline"].startswith("Within 0.01 ms, no model in 2 of 2 scenes;")
+    assert (said["tradeoff_models"], said["tradeoff_settings"]) == (
+        "13 methods (one in 12 variants, one in 4 variants)",
+        "135",
+    )
+    assert said["tradeoff_failures"].startswith("30 failed on at least one sample")
+    assert said["tradeoff_truth"] == "0.06 % to 0.41 % over the surface and 0.1 % to 0.8 % at the patch"
+    assert said["tradeoff_splits"].startswith("one division") and said["tradeoff_samples"] == "15"
+    assert said["headline"].startswith("Within 0.0001 ms, no model in 6 of 6 scenes;")
+    assert "within 1 ms, linear FEM + kernel ridge in 6 of 6 scenes (error 0.9 % to 2.3 %)" in said["headline"]
 
 
-def test_the_answer_is_about_the_scene_that_takes_the_fine_simulation_longest(found):
-    settings = found["accuracy_vs_time"].copy()
-    settings.loc[settings["scene"] == "own_large", "online_median_s"] *= 2
-    said = numbers("tradeoff", found | {"accuracy_vs_time": settings})
-    assert said["picture"] == "best_models_own_large" and said["hardest"] == "own, large loads"
-    first, none, fast, *_, accurate, mesh = said["answer"].split("\n")
+def test_splits_are_counted_with_their_spread(found):
+    said = numbers("tradeoff", found | {"accuracy_vs_time": accuracy_vs_time((1, 2, 3))})
+    assert said["tradeoff_splits"].startswith("3 divisions of the contacts")
+    assert 1.1 < float(re.search(r"factor of ([\d.]+) ", said["tradeoff_splits"])[1]) < 1.5
+    assert said["tradeoff_settings"] == "135"
+
+
+def test_the_answer_says_how_far_away_the_truth_is_how_well_it_is_known_and_the_dent(found):
+    settings = found["accuracy_vs_time"]
+    settings.loc[settings["scene"] == "liver_deep", "online_median_s"] *= 2
+    said = numbers("tradeoff", found)
+    assert said["picture"] == "best_models_liver_deep" and said["hardest"] == "liver, deep loads"
+    first, *rest, dent, known = said["answer"].split("\n")
     assert first == (
-        "The hardest scene of this run is the own under large loads: one answer of the fine simulation takes 800 ms."
+        "The hardest scene of this run is the liver under deep loads: one answer of quadratic elements (P2) on its "
+        "finest mesh takes 5.38 s."
     )
-    assert none == "Within 0.01 ms, no model answers in time."
-    assert fast.startswith(
-        "Within 1 ms (fast enough for force feedback to a hand), take linear fine FEM (stored responses of the fine "
-        "mesh to unit forces): its error is 50 %, its time 20 µs; the next best model, shape matching, has 4 times "
-        "the error."
+    assert known == (
+        "The truth itself is known to 0.15 % of the peak displacement over the surface, and to 0.6 % in the dent under "
+        "the finger."
     )
-    assert accurate.startswith("For an error of at most 5 %, take ")
-    assert mesh == "The mesh itself has an error of 6 %: to get below that, refine it first."
+    assert dent.startswith(
+        "In the dent itself, the least error is 7.8 % within 1 ms (warped Green's functions), 5.8 % wit"
+    )
+    assert any(
+        line.startswith("Within 1 ms (fast enough for force feedback to a hand), take linear FEM + ker")
+        for line in rest
+    )
 
 
-def test_budgets_with_the_same_answer_share_a_sentence(found):
-    advice = found["advice"]
-    row = advice[(advice["scene"] == "liver_small") & (advice["budget_ms"] == 16.7)]
-    same = pd.concat([row, row.assign(budget_ms=100.0)])
-    said = numbers("tradeoff", found | {"advice": same})["answer"].split("\n")
-    assert len(said) == 3 and said[2].startswith("The mesh itself has an error of 0.6 %")
-    assert said[1].startswith("Within 16.7 ms (one picture at 60 a second) and 100 ms (still felt as immediate), take")
+def written(folder, found, more=()):
+    """Write the report of a run of the trade-off with these tables; return the page."""
+    (folder / "tables").mkdir(parents=True)
+    (folder / "figures").mkdir()
+    for name, table in found.items():
+        table.to_csv(folder / "tables" / f"{name}.csv", index=False)
+    for name in [*FIGURES, *more, *(f"best_models_{scene}" for scene in OWN)]:
+        for suffix in ("svg", "png"):
+            (folder / "figures" / f"{name}.{suffix}").write_text(f"<svg>{name}</svg>")
+    report.write(folder, CAPTIONS, folder / "report.html", ["tradeoff"], more=[n for n in found if n in more])
+    return (folder / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
 
 
 def test_the_report_shows_all_of_it(found, tmp_path):
-    (tmp_path / "tables").mkdir()
-    (tmp_path / "figures").mkdir()
-    for name, table in found.items():
-        table.to_csv(tmp_path / "tables" / f"{name}.csv", index=False)
-    scenes = ("liver_small", "own_large")
-    names = [*(f"work_precision_{scene}" for scene in scenes), "advice", "break_even"]
-    for name in [*names, *(f"best_models_{scene}" for scene in scenes)]:
-        for suffix in ("svg", "png"):
-            (tmp_path / "figures" / f"{name}.{suffix}").write_text(f"<svg>{name}</svg>")
-    report.write(tmp_path, CAPTIONS, tmp_path / "report.html", ["tradeoff"])
-    page = (tmp_path / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
-    assert {name for name in names if f'<figure id="figure_{name}">' in page} == set(names)
-    assert "<li>Within 1 ms: linear fine FEM. Its error is 5 %" in page
-    table = page[page.index("What to take, its error") :]
-    assert "<td>none</td>" in table and "corrected coarse FEM (samples=60): 0.4 % in 6 ms" in table
+    page = written(tmp_path, found)
+    assert {name for name in FIGURES if f'<figure id="figure_{name}">' in page} == set(FIGURES)
+    for kind in ("over the surface (RMSE)", "at the patch"):
+        assert f"What to take for the least error {kind}, that error, and the time at the 95th percentile" in page
+    assert "<td>none</td>" in page and "linear FEM + kernel ridge: 0.9 % in 150 µs" in page
+    assert "warped Green&#x27;s functions: 3.9 % in 375 µs" in page
     assert not re.search(r"\{[a-z_]+\}", page.split("</style>")[1].split("<script>")[0])
     first = page[: page.index("</header>")]
     assert "The hardest scene of this run is" in first and "<img" in first and "The <strong>error</strong>" in first
     # each diagram has a small one for narrow screens
-    assert page.count('<source media="(max-width: 44rem)"') == 2
+    assert page.count('<source media="(max-width: 44rem)"') == len(OWN)
+    assert "limit points" not in page and "figure_limit_points" not in page
+
+
+def test_what_only_some_runs_have_is_shown_where_it_is(found, trade_off_tables, tmp_path):
+    page = written(tmp_path, found | {"limit_points": trade_off_tables["limit_points"]}, more=["limit_points"])
+    assert '<figure id="figure_limit_points">' in page and "A finding about the corotational law" in page
+
+
+def test_with_several_splits_advice_says_in_how_many_it_is_the_same(found, trade_off_tables, tmp_path):
+    first, second = found["advice"], found["advice"].assign(split=2)
+    second.loc[second["model"] == "linear_residual", ["model", "setting"]] = ["linear_fem", "default"]
+    several = {"advice": pd.concat([first, second]), "advice_agreement": trade_off_tables["advice_agreement"]}
+    page = written(tmp_path, found | several, more=["advice_agreement"])
+    assert "0.9 % in 150 µs (1 of 2 splits)" in page and "2 of 2 splits" not in page
+    assert "The contacts were divided in several ways" in page
+
+
+def test_what_models_are_given_is_a_table(found):
+    text = tradeoff_models.given_table(found["accuracy_vs_time"]).replace("\u00a0", " ")
+    rows = re.findall(r"<tr><td.*?</tr>", text)
+    cells = {re.sub("<.*?>", "|", row).strip("|").split("||")[0]: row for row in rows}
+    assert set(cells) == {"the load", "the load, at a contact that was prepared", "a coarse deformation only"}
+    prepared = cells["the load, at a contact that was prepared"]
+    assert "linear fine FEM" in prepared and "warped Green" in prepared and "0.6 % to 1.6 %" in prepared
+    assert "paper 1&#x27;s blends, the best of twelve" in cells["a coarse deformation only"]
+    assert "zero" not in text and "no displacement" not in text
+
+
+def test_every_variant_is_in_its_table(found):
+    text = tradeoff_models.variants_table(found["accuracy_vs_time"])
+    assert text.count("<tr>") == 17 and "contact-ordered, non-negative (a)" in text
+    without = found["accuracy_vs_time"][~found["accuracy_vs_time"]["model"].str.contains("ordered_|framed_|springs")]
+    assert tradeoff_models.variants_table(without) == ""
 
 
 def test_settings_that_failed_are_listed(found):
-    settings = found["accuracy_vs_time"].copy()
+    settings = found["accuracy_vs_time"]
     settings["failure"] = settings["failure"].where(settings["failures"] == 0, "no way down")
-    failed = list(tradeoff.failures(material("tradeoff", found | {"accuracy_vs_time": settings})))
-    assert failed[0] == ("springs (iterations=1)", "liver, small loads", "2 of 12 test samples: no way down")
-    assert len(failed) == 2 and not np.isin(failed, ["nan"]).any()
+    failed = list(tradeoff.failures(material("tradeoff", found)))
+    assert failed[0] == (
+        "linear elements (P1) (level=1, start=rest, tolerance=1e-08)",
+        "cylinder, small loads",
+        "2 of 15 test samples: no way down",
+    )
+    assert len(failed) == 30 and not np.isin(failed, ["nan"]).any()
 
 
 def models(names):
     measured = pd.DataFrame({"model": names, "setting": [f"k={i}" for i in range(len(names))]})
-    return tradeoff._models(material("tradeoff", {"accuracy_vs_time": measured}))
+    return tradeoff_models.models_table(material("tradeoff", {"accuracy_vs_time": measured}))
 
 
 def test_every_model_is_described():
@@ -147,10 +150,11 @@ def test_every_model_is_described():
 
 
 def test_families_of_which_nothing_was_measured_are_left_out():
-    text = models(["fem_fine", "fem_fine", "fem_coarse", "pod_rbf"])
-    assert ">finite elements (FEM)</td>" in text and "<td>reduced basis</td>" in text
-    assert "mass-spring" not in text
-    assert '<td class="number">2</td><td class="number">2</td>' in text  # two variants, of two settings at most
+    text = models(["fem_p1", "fem_p1", "springs", "springs_nodal", "pod_rbf"])
+    assert ">linear elements (P1)</td>" in text and "<td>reduced basis</td>" in text
+    assert "shape matching" not in text
+    assert '<td class="number">1</td><td class="number">2</td>' in text  # one variant, of two settings
+    assert '<td class="number">2</td><td class="number">1</td>' in text  # two variants, of one setting each
 
 
 def test_an_own_model_has_a_row():

@@ -2,12 +2,12 @@
 
 from matplotlib.figure import Figure
 
-from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.pareto import front
-from palpate.figures.tradeoff.work_precision import LEAST, front_rows, milliseconds_and_percent
+from palpate.figures.tradeoff.precision_panel import LEAST, milliseconds_and_percent
+from palpate.figures.tradeoff.scene_rows import ZERO, answers, averaged, front_rows, own_error
 
 TABLES = ("accuracy_vs_time", "advice")
 _WIDTH, _PLOT, _LINE = 3.6, 2.75, 0.17  # [inch] of the figure; height of the diagram, and of a line of text below it
@@ -20,12 +20,14 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
     accuracy_vs_time, advice : the tables of these names
     """
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
-    settings = settings[(settings["model"] != TRUTH) & (settings["failures"] == 0)].reset_index(drop=True)
-    best = front_rows(settings)
-    below = 0.48 + _LINE * (len(best) + 1)
+    settings = averaged(settings)
+    best, own = front_rows(settings), own_error(settings)
+    nothing = settings.loc[settings["model"] == ZERO, "rmse_of_peak"].mean()
+    settings = answers(settings[settings["failures"] == 0])
+    below = 0.48 + _LINE * (len(best) + 2)
     figure = Figure(figsize=(_WIDTH, _PLOT + below))
     height = figure.get_figheight()
-    axis = figure.add_axes((0.165, below / height, 0.815, (_PLOT - 0.08) / height))
+    axis = figure.add_axes((0.165, below / height, 0.77, (_PLOT - 0.08) / height))
     axis.set(xscale="log", yscale="log")
     axis.set_xlabel("time of an answer [ms]", fontsize=8, labelpad=1)
     axis.set_ylabel("error [% of the peak displacement]", fontsize=8, labelpad=1)
@@ -41,7 +43,7 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
             color=look(row.model).colour, fontweight="bold",
         )  # fmt: skip
     figure.text(
-        0.02, (below - 0.48 - _LINE * len(best)) / height, "grey: all other settings; lower left is better",
+        0.02, (below - 0.48 - _LINE * len(best)) / height, _remark(own),
         fontsize=7.5, va="top", color="#666666",
     )  # fmt: skip
     for budget in advice["budget_ms"].dropna().unique():
@@ -51,9 +53,21 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
             ha="right", va="bottom", rotation=90, fontsize=7.5, color="#555555",
         )  # fmt: skip
     axis.margins(0.06)
+    if nothing > 0:
+        axis.axhline(100 * nothing, color=look(ZERO).colour, lw=1, ls=(0, (1, 1.5)), zorder=1)
+    if own > 0:
+        low = min(axis.get_ylim()[0], 60 * own)
+        axis.set_ylim(low, None)
+        axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
     style.plain_log(axis.xaxis)
     style.plain_log(axis.yaxis)
     return figure
+
+
+def _remark(own: float) -> str:
+    """Explain what is drawn in grey and in red."""
+    band = f"\nband: below the error of the truth itself, {percent(own)}" if own > 0 else ""
+    return f"grey: other settings; red: no displacement at all{band}"
 
 
 def _point(axis, number: int, row) -> None:

@@ -3,11 +3,11 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from palpate.evaluation.tradeoff.bootstrap import TRUTH
 from palpate.evaluation.tradeoff.equal_settings import BY_ERROR, pick
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent
+from palpate.figures.tradeoff.scene_rows import answers, averaged, first_split
 
 TABLES = ("accuracy_vs_time", "advice")
 ANSWERS = np.geomspace(1, 1e6, 61)
@@ -17,11 +17,11 @@ DASHES = ("-", "--", ":", "-.")
 
 @style.styled
 def draw(accuracy_vs_time, advice) -> Figure:
-    """Draw the time of preparation and answers together, for every advised setting and fine FEM; a panel per scene.
+    """Draw the time of preparation and answers together, for every setting advised by RMSE; a panel per scene.
 
     accuracy_vs_time, advice : the tables of these names
     """
-    names = tables.scenes(accuracy_vs_time)
+    names, advice = tables.scenes(accuracy_vs_time), tables.where(first_split(advice), error="rms")
     columns = min(2, len(names))
     figure = Figure(figsize=(5 * columns, 3.4 * -(-len(names) // columns)), layout="constrained")
     panels = figure.subplots(-(-len(names) // columns), columns, squeeze=False).ravel()
@@ -46,8 +46,7 @@ def draw(accuracy_vs_time, advice) -> Figure:
 
 def advised(settings, advice):
     """Select the settings of one scene that are advised for any limit, and the most accurate; most accurate first."""
-    able = settings[(settings["failures"] == 0) & (settings["model"] != TRUTH)].set_index(
-        ["model", "setting"], drop=False
-    )
+    means = answers(averaged(settings))
+    able = means[means["failures"] == 0].set_index(["model", "setting"], drop=False)
     taken = {*zip(advice["model"], advice["setting"], strict=True), pick(able, BY_ERROR).name}
     return able[able.index.isin(taken)].sort_values("rmse_of_peak")

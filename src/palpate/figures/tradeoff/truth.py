@@ -1,0 +1,63 @@
+"""Draw how well the truth of each scene is known, and the order in which quadratic elements converge to it."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.figures import style, tables
+from palpate.figures.tradeoff.scene_rows import KNOWN
+
+TABLES = ("truth",)
+COLUMNS = {
+    "rmse_of_peak": ("over the surface, RMSE of peak", "#0072b2", "o"),
+    "patch_rms_of_peak": ("at the patch, RMS of peak", "#d55e00", "s"),
+    "relative_l2": ("relative L2", "#9a9a9a", "D"),
+}
+"""The errors of the truth itself: name, colour and marker."""
+SMOOTH = 3
+"""Order of quadratic elements where nothing is singular."""
+
+
+@style.styled
+def draw(truth) -> Figure:
+    """Draw the truth's own errors of each scene, and its order of convergence beside them; a row per scene.
+
+    truth : the table of this name
+    Points are means over the samples; lines reach to the worst sample, and over the orders of all samples.
+    """
+    names = tables.scenes(truth)
+    figure = Figure(figsize=(9.5, 1.5 + 0.36 * len(names)), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[3, 2])
+    rows = np.arange(len(names))
+    for i, (column, (name, colour, marker)) in enumerate(COLUMNS.items()):
+        place = rows + 0.16 * (i - 1)
+        most = truth.get(f"{column}_max", truth[column])
+        left.hlines(place, 100 * truth[column], 100 * most, color=colour, lw=1.2, alpha=0.5, zorder=2)
+        left.plot(100 * truth[column], place, marker, color=colour, mec="white", mew=0.5, ms=6, label=name, zorder=3)
+    if "other_element" in truth and truth["other_element"].notna().any():
+        name = "distance of the limit of linear elements, RMSE"
+        left.plot(100 * truth["other_element"], rows - 0.16, "o", mfc="none", mec="#0072b2", ms=6, label=name, zorder=3)
+    left.axvline(100 * KNOWN, color="#aa0000", lw=1, ls=(0, (4, 2)), zorder=1)
+    left.set(xscale="log", xlabel="error of the truth itself [%]", title="how well the truth is known")
+    left.set_yticks(rows, [scene.replace("_", " ") for scene in names])
+    left.set_ylim(len(names) - 0.5, -0.5)
+    low, high = left.get_xlim()
+    left.set_xlim(low, max(high, 130 * KNOWN))
+    style.plain_log(left.xaxis)
+    right.axvline(SMOOTH, color="#aaaaaa", lw=1, ls=":", zorder=0)
+    right.annotate(
+        "smooth ", (SMOOTH, 0.03), xycoords=("data", "axes fraction"), ha="right", fontsize=7.5, color="#666666"
+    )
+    if {"ratio_min", "ratio_max"} <= set(truth):
+        ends = [np.log2(truth[name].clip(lower=1)) for name in ("ratio_min", "ratio_max")]
+        right.hlines(rows, *ends, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
+    right.plot(truth["order"], rows, "o", color=style.INK, ms=6, zorder=2)
+    right.set(xlabel="order of convergence", title="how fast quadratic elements converge")
+    right.set_xlim(min(0.8, right.get_xlim()[0]), max(3.2, right.get_xlim()[1]))
+    for axis in (left, right):
+        axis.grid(axis="y", visible=False)
+    limit = Line2D(
+        [], [], color="#aa0000", lw=1, ls=(0, (4, 2)), label=f"{100 * KNOWN:g} %: beyond, the diagram says so"
+    )
+    figure.legend(handles=[*left.get_legend_handles_labels()[0], limit], loc="outside lower center", ncols=3)
+    return figure

@@ -1,0 +1,37 @@
+"""The figure of the truth shows its own errors and its order, scene by scene."""
+
+import pytest
+from fixtures.drawn import texts
+from fixtures.trade_off import OWN
+from fixtures.trade_off import truth as made_up
+
+from palpate.figures.tradeoff import truth
+
+
+def test_each_scene_has_its_errors_and_its_order():
+    table = made_up()
+    errors, order = truth.draw(table).axes
+    points = {line.get_label(): list(line.get_xdata()) for line in errors.lines if line.get_marker() in "osD"}
+    assert points["over the surface, RMSE of peak"] == [pytest.approx(100 * rms) for rms, _ in OWN.values()]
+    assert points["at the patch, RMS of peak"] == [pytest.approx(100 * patch) for _, patch in OWN.values()]
+    (orders,) = (line for line in order.lines if line.get_marker() == "o")
+    assert list(orders.get_xdata()) == list(table["order"])
+    assert "liver large" in texts(errors)
+    assert [line.get_xdata()[0] for line in errors.lines if line.get_color() == "#aa0000"] == [pytest.approx(0.3)]
+
+
+def test_the_limit_of_another_element_is_drawn_where_it_was_found():
+    table = made_up()
+    named = [text.get_text() for text in truth.draw(table).legends[0].get_texts()]
+    checked = table.assign(other_element=[0.002] + [float("nan")] * (len(table) - 1))
+    added = {text.get_text() for text in truth.draw(checked).legends[0].get_texts()} - set(named)
+    assert added == {"distance of the limit of linear elements, RMSE"}
+
+
+def test_the_worst_sample_and_all_orders_are_lines():
+    table = made_up()
+    more = table.assign(rmse_of_peak_max=3 * table["rmse_of_peak"], ratio_min=2.0, ratio_max=4.0)
+    errors, order = truth.draw(more).axes
+    ends = [segment[-1, 0] for segment in errors.collections[0].get_segments()]
+    assert ends == [pytest.approx(300 * rms) for rms, _ in OWN.values()]
+    assert order.collections[0].get_segments()[0][:, 0] == pytest.approx([1, 2])

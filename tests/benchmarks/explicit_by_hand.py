@@ -58,7 +58,7 @@ def clay_shapes(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
             pushed.add_force(x, v, force)
             elastic.goals(x, goals)
             _advance(x, v, goals, force, mobility, free, elastic.alpha, h)
-            drag.project(x, v, h)
+            drag.project(x, x, v, h)
             _check(x, v)
             flow.relax(x, h)
         return x

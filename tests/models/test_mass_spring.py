@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.errors import InputError
+from palpate.bodies.bed import Bed
+from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
 from palpate.models import mass_spring
 from palpate.models.fit_spring_moduli import _Search, fit
@@ -99,3 +100,10 @@ def test_nothing_is_answered_unchecked(slab_case, network, refuses):
 def test_without_anchors_there_is_no_equilibrium(loose):
     with pytest.raises(InputError, match="nothing is held"):
         Network(loose, 0)
+
+
+def test_springs_refuse_a_bed_that_they_do_not_have(slab_case):
+    case = slab_case[0]
+    bedded = replace(case, body=replace(case.body, bed=Bed(np.zeros(3), 0.05, 1e5)))
+    with pytest.raises(NotConverged, match="springs have no elastic bed, which holds slab"):
+        Network(bedded, 0)

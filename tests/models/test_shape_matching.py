@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.errors import InputError
+from palpate.bodies.bed import Bed
+from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
 from palpate.models import shape_matching
 from palpate.models.shape_statics import LEFT, Shapes, Softness, cubes, fit
@@ -84,3 +85,10 @@ def test_shapes_refuse_what_they_cannot_answer(slab_case):
 def test_without_anchors_shapes_do_not_come_to_rest(loose):
     with pytest.raises(InputError, match="nothing is held"):
         Shapes(loose, "linear", {"kind": "one"})
+
+
+def test_shapes_refuse_a_bed_that_they_do_not_have(slab_case):
+    case = slab_case[0]
+    bedded = replace(case, body=replace(case.body, bed=Bed(np.zeros(3), 0.05, 1e5)))
+    with pytest.raises(NotConverged, match="shapes have no elastic bed, which holds slab"):
+        Shapes(bedded, "linear", {"kind": "one"})

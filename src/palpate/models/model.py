@@ -144,6 +144,12 @@ def declared(module: object, place: str) -> dict[str, Any]:
     return found | {"law": str(getattr(module, "LAW", ""))}
 
 
+def refuse_bed(case: Case, what: str) -> None:
+    """Raise NotConverged for a body on an elastic bed, which ``what`` do not have: all samples count as failed."""
+    if case.body.bed is not None:
+        raise NotConverged(f"{what} have no elastic bed, which holds {case.body.name}", [float("nan")])
+
+
 def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
     """Return ``shares`` of the training samples as increasing whole numbers, at least 4 each, but 0 for the share 0."""
     return sorted({max(4, round(share * case.n_training)) if share else 0 for share in shares})

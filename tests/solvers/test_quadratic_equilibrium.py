@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fixtures.manufactured import body_force, wave
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
@@ -119,28 +120,6 @@ def test_patch_tractions_make_a_large_affine_deformation(box, poisson):
     problem = Equilibrium(body, 0, order=2)
     x = problem.solve(boundary_forces(mesh, first_piola), 1e-12).x
     assert np.abs(x - body.fine.nodes @ f.T).max() < 1e-10 * mesh.size
-
-
-WAVE = np.array([1.0, -0.5, 0.7])
-
-
-def wave(x):
-    """u = sin πx sin πy sin πz · WAVE, zero on the unit cube's boundary; and its gradient."""
-    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
-    slope = np.pi * np.stack([c[0] * s[1] * s[2], s[0] * c[1] * s[2], s[0] * s[1] * c[2]])
-    return np.einsum("i,...->i...", WAVE, s.prod(axis=0)), np.einsum("i,j...->ij...", WAVE, slope)
-
-
-def body_force(x, material):
-    """−div σ(u) = −μ Δu − (λ + μ) ∇ div u of the wave."""
-    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
-    divergence = np.zeros((3, *x.shape[1:]))
-    for i in range(3):
-        for j in range(3):
-            factors = [(c if k in (i, j) and i != j else s)[k] for k in range(3)]
-            divergence[i] += WAVE[j] * np.pi**2 * np.prod(factors, axis=0) * (1.0 if i != j else -1.0)
-    laplacian = -3 * np.pi**2 * np.einsum("i,...->i...", WAVE, s.prod(axis=0))
-    return -material.shear_pa * laplacian - (material.lame_pa + material.shear_pa) * divergence
 
 
 def quadratic_basis(mesh, nodes):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fixtures.manufactured import body_force, wave
 from scipy.integrate import solve_bvp
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementTetP1, ElementVector, Functional, LinearForm, MeshTet, condense
@@ -19,30 +20,6 @@ def vector_basis(mesh, order):
     basis = Basis(reference, ElementVector(ElementTetP1()), intorder=order)
     assert np.array_equal(basis.nodal_dofs.T.ravel(), np.arange(basis.N))
     return basis
-
-
-PUSH = np.array([1.0, -0.5, 0.7])
-
-
-def wave(x):
-    """u = sin πx sin πy sin πz · PUSH, zero on the unit cube's boundary; and its gradient."""
-    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
-    slope = np.pi * np.stack([c[0] * s[1] * s[2], s[0] * c[1] * s[2], s[0] * s[1] * c[2]])
-    return np.einsum("i,...->i...", PUSH, s.prod(axis=0)), np.einsum("i,j...->ij...", PUSH, slope)
-
-
-def body_force(x, material):
-    """−div σ(u) = −μ Δu − (λ + μ) ∇ div u of the wave."""
-    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
-    second = np.empty((3, *x.shape))
-    for i in range(3):
-        for j in range(3):
-            factors = [(c if k in (i, j) and i != j else s)[k] for k in range(3)]
-            second[i, j] = np.pi**2 * np.prod(factors, axis=0) * (1.0 if i != j else -1.0)
-    laplacian = np.einsum("i,jj...->i...", PUSH, second)
-    return -material.shear_pa * laplacian - (material.lame_pa + material.shear_pa) * np.einsum(
-        "ij...,j->i...", second, PUSH
-    )
 
 
 def test_manufactured_solution_converges_as_theory_says(box, soft):

@@ -33,8 +33,12 @@ def nodal_load(body: Body, level: int, contact: int, force: np.ndarray, radius_m
     of nodes of ``level``, or for order 2 of the level after it. Levels of the same shape have the same load: it does
     the same work on a displacement that both can have.
     """
-    mesh = body.levels[level]
-    nodes, shares = patch_shares(mesh, patch_at(body, contact, radius_m), order)
+    return spread(body.levels[level], patch_at(body, contact, radius_m), force, order)
+
+
+def spread(mesh: Mesh, patch: Patch, force: np.ndarray, order: int = 1) -> np.ndarray:
+    """Spread a total ``force`` (3,) [N] on ``patch`` over nodes, and for order 2 edges, of ``mesh``: (n, 3) [N]."""
+    nodes, shares = patch_shares(mesh, patch, order)
     load = np.zeros((len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0), 3))
     load[nodes] = np.outer(shares, force)
     return load

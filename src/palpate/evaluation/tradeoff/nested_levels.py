@@ -10,7 +10,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import NotConverged
 from palpate.samples.loads import force_of
 from palpate.solvers.equilibrium import Equilibrium
@@ -132,10 +132,7 @@ class _Level:
     def _forces(self, load: pd.Series) -> np.ndarray:
         """Return the nodal forces (n, 3) [N]; the patch is that of the body, the same for all levels."""
         patch = patch_at(self._body, int(load["contact"]), float(load["radius_m"]))
-        nodes, shares = patch_shares(self._mesh, patch, order=2)
-        forces = np.zeros_like(self._problem.mesh.nodes)
-        forces[nodes] = np.outer(shares, force_of(load))
-        return forces
+        return spread(self._mesh, patch, force_of(load), order=2)
 
 
 def _is_plain(body: Body, level: int) -> bool:

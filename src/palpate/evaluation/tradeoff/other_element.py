@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.effects.patch_load import patch_at, spread
 from palpate.evaluation.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.evaluation.tradeoff.nested_levels import truth_levels
 from palpate.evaluation.tradeoff.richardson import limit, ratio
@@ -57,9 +57,7 @@ def _solve(
 ) -> np.ndarray:
     rest = solver.mesh.nodes
     patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
-    nodes, shares = patch_shares(whole.levels[level], patch)
-    forces = np.zeros_like(rest)
-    forces[nodes] = np.outer(shares, force_of(load))
+    forces = spread(whole.levels[level], patch, force_of(load))
     return solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
 
 

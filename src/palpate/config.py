@@ -41,9 +41,13 @@ def pressed_bodies(config: dict) -> list[str]:
 
 
 def finger_regimes(config: dict) -> dict[str, dict]:
-    """Return a regime for each radius of ``tradeoff.finger_radii_m``, by name: as deep as the first of the regimes."""
+    """Return a regime for each radius of ``tradeoff.finger_radii_m``, by name: as deep as the first of the regimes.
+
+    The radius of the first regime needs no other one, unless bodies have their own there.
+    """
     first = next(iter(config["regimes"].values()))
-    radii = config["tradeoff"]["finger_radii_m"]
+    known = None if first["radius_of_body_m"] else first["radius_m"]
+    radii = [radius for radius in config["tradeoff"]["finger_radii_m"] if radius != known]
     return {f"finger_{1e6 * radius:.0f}_um": first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}
 
 

@@ -11,6 +11,8 @@ COMPARED = [*(config["tradeoff"]["models"] or MODELS), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
 STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
 SPLITS = config["tradeoff"]["splits"]
+# bodies that get all splits, and fingers of all radii
+IN_DEPTH = config["tradeoff"]["in_depth"] or PRESSED
 CHECKED = config["tradeoff"]["truth"]["check_samples"]
 
 
@@ -46,7 +48,7 @@ rule simulate_truth:
         "results/logs/{body}/{regime}/simulate_truth.log",
     params:
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
-        splits=lambda wildcards: [SPLITS[0]] if wildcards.regime in FINGERS else SPLITS,
+        splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
         tolerance=config["tradeoff"]["truth"]["tolerance"],
         code=code_of("simulate_truth"),
     message:
@@ -171,7 +173,7 @@ rule tabulate_advice_agreement:
     log:
         "results/logs/tabulate_advice_agreement.log",
     params:
-        scenes={f"{body}_{regime}": (body, regime) for body in PRESSED for regime in REGIMES},
+        scenes={f"{body}_{regime}": (body, regime) for body in IN_DEPTH for regime in REGIMES},
         code=code_of("tabulate_advice_agreement"),
     message:
         "tabulate in how many splits the advice is the same"
@@ -181,18 +183,14 @@ rule tabulate_advice_agreement:
 
 rule tabulate_advice_by_radius:
     input:
-        settings=family_files("settings", FINGERS, SPLITS[:1]),
-        errors=family_files("samples", FINGERS, SPLITS[:1]),
+        settings=finger_files("settings"),
+        errors=finger_files("samples"),
     output:
         "results/tables/advice_by_radius.csv",
     log:
         "results/logs/tabulate_advice_by_radius.log",
     params:
-        radii={
-            f"{body}_{finger}": (body, entry["radius_m"])
-            for body in PRESSED
-            for finger, entry in FINGERS.items()
-        },
+        radii={f"{body}_{regime}": (body, radius(body, regime)) for body, regime in finger_scenes()},
         limits=config["tradeoff"]["advice"],
         code=code_of("tabulate_advice_by_radius"),
     message:

@@ -13,13 +13,28 @@ def grid_of(family):
     return {"coarse_answers": settings["coarse_answers"], family: settings.get(family, {})}
 
 
-def family_files(kind, regimes=REGIMES, splits=SPLITS):
+def splits_of(body, regime):
+    """The splits of the contacts of a body that are measured in a regime."""
+    return SPLITS if body in IN_DEPTH and regime not in FINGERS else SPLITS[:1]
+
+
+def finger_scenes():
+    """The body and the regime of each press by a finger of another radius, and of that of the first regime."""
+    same = [] if config["regimes"][REGIMES[0]]["radius_of_body_m"] else REGIMES[:1]
+    return [(body, regime) for body in IN_DEPTH for regime in [*same, *FINGERS]]
+
+
+def finger_files(kind):
+    """One file for each press by a finger and each family, of the first split."""
+    return [file for body, regime in finger_scenes() for file in family_files(kind, [body], [regime], SPLITS[:1])]
+
+
+def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
     """One file for each body, regime, split and family: its answers (samples), and what they say (settings)."""
-    return expand(
-        "results/data/{body}/{regime}/tradeoff/{split}/{family}_{kind}.csv",
-        body=PRESSED,
-        regime=regimes,
-        split=splits,
-        family=[*FAMILIES, "bounds"],
-        kind=kind,
-    )
+    return [
+        f"results/data/{body}/{regime}/tradeoff/{split}/{family}_{kind}.csv"
+        for body in bodies
+        for regime in regimes
+        for split in splits or splits_of(body, regime)
+        for family in [*FAMILIES, "bounds"]
+    ]

@@ -36,6 +36,8 @@ def _check_bodies(file: Path, config: dict) -> None:
             raise InputError(f"{file}: tradeoff names {name}, which is not refined; give it refinements of at least 1.")
     if not pressed_bodies(config):
         raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
+    if wrong := describe_unknown(config["tradeoff"]["in_depth"] or [], pressed_bodies(config)):
+        raise InputError(f"{file}: tradeoff.in_depth names {wrong}")
     for name, regime in config["regimes"].items():
         if wrong := describe_unknown(list(regime["radius_of_body_m"]), list(config["bodies"])):
             raise InputError(f"{file}: regimes.{name}.radius_of_body_m names {wrong}")

@@ -18,8 +18,9 @@ from palpate.solvers.newton import Solution, minimise
 
 FIRST = 1e-4
 """Tolerance of the level that starts from rest; what it leaves is smaller than what the next level changes."""
-MOST = 20
-"""Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge."""
+MOST = 8
+"""Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge, and where the body
+snaps to another shape, 20 are too few."""
 
 
 @dataclass(eq=False)

@@ -13,7 +13,7 @@ import pandas as pd
 from palpate.evaluation.scaling import scaling_components, scaling_enrichment
 from palpate.evaluation.scaling.scaling_growth import exponents
 
-LONG_S = 0.5
+LONG_S = 0.2
 """A longer call is timed once; a shorter one is repeated for this time, and the median counts."""
 
 COMPONENTS = {
@@ -32,11 +32,12 @@ class Meter:
 
     clock : processor time of this thread, which excludes other processes; ``time.perf_counter`` where several threads
         work
+    patience_s : how long short calls are repeated; None for LONG_S
     """
 
-    def __init__(self, clock: Callable[[], float] = time.thread_time):
+    def __init__(self, clock: Callable[[], float] = time.thread_time, patience_s: float | None = None):
         gc.collect()
-        self.clock = clock
+        self.clock, self._patience_s = clock, LONG_S if patience_s is None else patience_s
         self.stages: list[dict[str, Any]] = []
         self._before = _resident_mb("VmRSS")
 
@@ -45,8 +46,8 @@ class Meter:
         return self._timed(stage, call, given, 0.0)
 
     def often(self, stage: str, call: Callable, *given: Any) -> Any:
-        """Time calls until they have taken LONG_S, at least one, and return the result of the last."""
-        return self._timed(stage, call, given, LONG_S)
+        """Time calls until they have taken ``patience_s``, at least one, and return the result of the last."""
+        return self._timed(stage, call, given, self._patience_s)
 
     def _timed(self, stage: str, call: Callable, given: tuple, patience: float) -> Any:
         _forget_peak()
@@ -69,7 +70,7 @@ def measure(component: str, sizes: list[int], report: Callable[[int], None] = la
     """
     run = COMPONENTS[component]
     clock = time.perf_counter if component == "cores" else time.thread_time
-    run(sizes[0], Meter(clock))  # compiles what is called
+    run(sizes[0], Meter(clock, 0.0))  # compiles what is called
     rows = []
     for asked in sizes:
         meter = Meter(clock)

@@ -12,8 +12,8 @@ TABLES = {
         "The error against the truth, the time, the preparation and the memory of every model at each of its settings.",
     ),
     "truth": Table(
-        "scene samples rejected elements level nodes inverted rmse_of_peak relative_l2 patch_rms_of_peak order "
-        "ratio_min ratio_max least_det squeezed seconds",
+        "scene radius_m samples rejected elements level nodes inverted rmse_of_peak relative_l2 patch_rms_of_peak "
+        "order ratio_min ratio_max least_det squeezed seconds",
         "How exactly the truth of each scene is known: its own error, and the mesh and time that it takes.",
     ),
     "advice": Table(

@@ -39,6 +39,7 @@ class Truth:
     own : (k, len(OWN)) the error that the limit may have itself, as ``TruthErrors``
     rejected : (k,) why a sample's limit is not believed, or ""
     seconds : (k,) time of its solutions [s]
+    radius_m : of the disc that is pressed [m]
     level, elements, nodes : number and size of the finest level
     """
 
@@ -52,6 +53,7 @@ class Truth:
     own: np.ndarray
     rejected: np.ndarray
     seconds: np.ndarray
+    radius_m: float
     level: int
     elements: int
     nodes: int
@@ -100,6 +102,7 @@ def truth_of(
         own=own,
         rejected=rejected.astype(object),
         seconds=np.array([each.seconds for each in ascents]),
+        radius_m=float(loads["radius_m"].iloc[0]),
         level=last,
         elements=len(whole.levels[last].tetrahedra),
         nodes=len(whole.levels[last + 1].nodes),

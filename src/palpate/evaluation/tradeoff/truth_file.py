@@ -10,7 +10,7 @@ from palpate.evaluation.tradeoff.truth import OWN, Truth
 from palpate.files import read_hdf5, write_whole
 
 ARRAYS = ("sample", "contact", "displacement", "levels", "ratio", "order", "least_det", "seconds")
-SIZES = ("level", "elements", "nodes")
+SIZES = ("level", "elements", "nodes", "radius_m")
 
 
 def save_truth(truth: Truth, path: Path | str) -> None:
@@ -31,6 +31,6 @@ def load_truth(path: Path | str) -> Truth:
     with read_hdf5(path) as file:
         arrays = {name: file[name][:] for name in ARRAYS}
         own = np.stack([file[f"own_{name}"][:] for name in OWN], axis=1)
-        sizes: dict[str, Any] = {name: int(file.attrs[name]) for name in SIZES}
+        sizes: dict[str, Any] = {name: file.attrs[name].item() for name in SIZES}
         rejected = np.array(file["rejected"].asstr()[:], dtype=object)
         return Truth(**arrays, own=own, rejected=rejected, **sizes)

@@ -8,7 +8,7 @@ import pandas as pd
 from palpate.evaluation.tradeoff.truth import OWN, SQUEEZED, Truth
 
 COLUMNS = [
-    "scene", "samples", "rejected", "elements", "level", "nodes", "inverted", "rmse_of_peak", "relative_l2",
+    "scene", "radius_m", "samples", "rejected", "elements", "level", "nodes", "inverted", "rmse_of_peak", "relative_l2",
     "patch_rms_of_peak", "order", "rmse_of_peak_max", "relative_l2_max", "patch_rms_of_peak_max", "ratio_min",
     "ratio_max", "least_det", "squeezed", "seconds", "other_element", "other_element_samples", "why_rejected",
 ]  # fmt: skip
@@ -28,7 +28,13 @@ def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> di
     """
     refused = ~truth.believed
     kept = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
-    row = {"scene": scene, "samples": int(kept.sum()), "rejected": int(refused.sum()), "level": truth.level}
+    row = {
+        "scene": scene,
+        "radius_m": truth.radius_m,
+        "samples": int(kept.sum()),
+        "rejected": int(refused.sum()),
+        "level": truth.level,
+    }
     row |= {"elements": truth.elements, "nodes": truth.nodes}
     row |= {"inverted": int((truth.least_det <= 0.0).sum()), "seconds": _of(np.median, truth.seconds[kept])}
     for name in _MEANS:

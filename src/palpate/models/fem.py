@@ -15,20 +15,22 @@ def settings(case: Case, order: int) -> list[Setting]:
 
     From rest there are caps on Newton's iterations, and tolerances; from the linear response and from the frame before
     fewer caps, and no more than the loose tolerances. Quadratic elements on the finest level, which have many more
-    nodes than all others and take seconds, are converged from rest; ``finest_warm_iterations`` adds caps from the frame
-    before.
+    nodes than all others and take seconds, are solved from rest to the loosest tolerance, which is far below their own
+    error; ``finest_warm_iterations`` adds caps from the frame before.
     """
     grid, last = case.grid["fem"], len(case.body.levels) - 1
     tolerances = [{"tolerance": tolerance} for tolerance in grid["tolerances"]]
     cold, warm = ([{"iterations": n} for n in grid[name]] for name in ("iterations", "warm_iterations"))
     found: list[Setting] = []
     for level in range(last + 1):
+        end = {"tolerance": case.tolerance}
         if order == 2 and level == last:
             parts = [("frame", [{"iterations": n} for n in grid["finest_warm_iterations"]])]
+            end = (tolerances or [end])[0]
         else:
             linear = [("linear", warm + tolerances)] if len(case.prepared_contacts) else []
             parts = [*linear, ("frame", warm + tolerances), ("rest", cold + tolerances)]
-        parts.append(("rest", [{"tolerance": case.tolerance}]))
+        parts.append(("rest", [end]))
         found += [{"level": level, "start": start} | far for start, fars in parts for far in fars]
     return distinct(found)
 

@@ -54,7 +54,7 @@ def test_the_answer_says_how_far_away_the_truth_is_how_well_it_is_known_and_the_
     )
     assert known == (
         "The truth itself is known to 0.15 % of the peak displacement over the surface, and to 0.6 % in the dent under "
-        "the finger."
+        "the disc of 12 mm radius."
     )
     assert dent.startswith(
         "In the dent itself, the least error is 7.8 % within 1 ms (warped Green's functions), 5.8 % wit"

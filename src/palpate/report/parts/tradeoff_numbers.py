@@ -80,7 +80,7 @@ def exactness(truth: pd.DataFrame) -> list[str]:
     """Put into a sentence how well the truth of a scene is known, over the surface and at the patch."""
     return [
         f"The truth itself is known to {percent(row.rmse_of_peak)} of the peak displacement over the surface, and to "
-        f"{percent(row.patch_rms_of_peak)} in the dent under the disc of {1e3 * row.radius_m:g}\u00a0mm radius."
+        f"{percent(row.patch_rms_of_peak)} in the dent under the disc of {1e3 * row.radius_m:g} mm radius."
         for row in truth.itertuples()
     ]
 

@@ -27,6 +27,8 @@ def results(trade_off_tables, dynamic_table, tmp_path):
             scene="sag", share_of_step=0.0, memory_kb=0.0
         ),
         "advice": trade_off_tables["advice"],
+        "advice_agreement": trade_off_tables["advice_agreement"],
+        "advice_by_radius": trade_off_tables["advice_by_radius"],
         "hard_cases": pd.DataFrame(hard).assign(
             case="c", source="", scene="", model="m", measure="", value=1, bound=1, declared="", passed=True, message=""
         ),
@@ -56,6 +58,11 @@ def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
     assert "| sag | corotational | 12 ms | gravity 30 % |" in page
     assert "| liver_press | 1 %, 0.025 × | 4 %, 5 × |" in page
     assert "| liver_small | 15 | 0.09 % | 0.3 % | 0.22 % | 1.6 | 0 | 321,536 |" in page
+    coarse, stored = label("detail_correction", "default"), label("linear_residual", "default")
+    assert f"| liver_small | rms | {stored} 4 of 5 | {coarse} 5 of 5 |" in page
+    linear = label("linear_fem", "default")
+    assert f"| liver | patch | 12 mm | → {linear} 2.5 % | {coarse} 2.5 % | {stored} 2.5 % | none |" in page
+    assert f"| liver | patch | 8 mm | {stored} 3.8 % |" in page
     for line in (line for line in page.splitlines() if line.startswith("![")):
         assert (docs / line.split("(")[1].rstrip(")")).is_file()
 

@@ -19,6 +19,19 @@ from palpate.files import require_file, write_whole
 from palpate.report import results_tables
 
 TABLES = ["accuracy_vs_time", "advice", "truth", "dynamic_accuracy", "effects", "hard_cases", "scaling"]
+SEVERAL = {
+    "advice_agreement": (
+        "How often splits agree",
+        "The contacts are divided five times into those that train, choose and test. The model that most divisions "
+        "advise, and how many do.",
+    ),
+    "advice_by_radius": (
+        "Fingers of other radii",
+        "What the first split advises for each radius, and its error; an arrow stands where it is another model than "
+        "for the radius before.",
+    ),
+}
+"""Tables that only some runs have, with their heading and what is said of them."""
 PICTURES = ["advice", "truth", "dynamic_accuracy", "hard_cases", "scaling"]
 
 
@@ -29,11 +42,12 @@ def write(results: str | Path, docs: str | Path) -> None:
     the repository around ``docs`` lacks.
     """
     results, docs = Path(results), Path(docs)
-    found = tables.read_all(results / "tables", TABLES)
+    some = [name for name in SEVERAL if (results / "tables" / f"{name}.csv").is_file()]
+    found = tables.read_all(results / "tables", [*TABLES, *some])
     commits = list(found["accuracy_vs_time"]["commit"].astype(str).unique())
     for commit in commits:
         _check_commit(commit, docs)
-    scenes = tables.scenes(found["accuracy_vs_time"])
+    scenes = _shown(found["accuracy_vs_time"])
     names = [*(f"work_precision_{scene}" for scene in scenes), *PICTURES]
     pictures = [require_file(results / "figures" / f"{name}.png") for name in names]
     (docs / "results").mkdir(exist_ok=True)
@@ -85,6 +99,11 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     )
     yield _markdown(results_tables.truth(found["truth"]))
     yield _picture("truth")
+    for name, (heading, said) in SEVERAL.items():
+        if name in found:
+            yield f"## {heading}"
+            yield said
+            yield _markdown(getattr(results_tables, name.removeprefix("advice_"))(found[name]))
     yield "## Accuracy over time"
     for scene in scenes:
         yield f"### {scene.replace('_', ' ')}\n\n{_picture(f'work_precision_{scene}')}"
@@ -107,6 +126,12 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     yield _picture("hard_cases")
     yield f"## Scaling\n\n{_picture('scaling')}"
     yield _markdown(results_tables.scaling(found["scaling"]))
+
+
+def _shown(settings: pd.DataFrame) -> list[str]:
+    """Return the scenes whose diagrams are shown: those with the most splits, as a page of all would be long."""
+    splits = settings.groupby("scene")["split"].nunique()
+    return [scene for scene in tables.scenes(settings) if splits[scene] == splits.max()]
 
 
 def _markdown(table: pd.DataFrame) -> str:

@@ -42,6 +42,34 @@ def truth(truth: pd.DataFrame) -> pd.DataFrame:
     return found.assign(elements=truth["elements"].map("{:,}".format))
 
 
+def agreement(agreed: pd.DataFrame) -> pd.DataFrame:
+    """Return for each scene and kind of error in how many splits the same model is advised, a column for each limit."""
+    text = [
+        f"{label(row['model'], 'default')} {row['same']} of {row['splits']}" if row["model"] != NONE else NONE
+        for _, row in agreed.iterrows()
+    ]
+    return _by_limit(agreed.assign(text=text), ["scene", "error"])
+
+
+def by_radius(advised: pd.DataFrame) -> pd.DataFrame:
+    """Return what is advised for each radius of the finger, a column for each limit; a flip is marked by an arrow."""
+    text = [
+        f"{'→ ' if row['flips'] else ''}{label(row['model'], 'default')}"
+        + (f" {percent(error_of(row))}" if row["model"] != NONE else "")
+        for _, row in advised.iterrows()
+    ]
+    found = advised.assign(text=text, radius=advised["radius_m"].map(lambda radius: f"{1e3 * radius:g} mm"))
+    return _by_limit(found, ["body", "error", "radius"])
+
+
+def _by_limit(rows: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+    """Return ``rows``' column "text", a row for each of ``names`` and a column for each limit that was asked for."""
+    asked = rows.assign(asked=[limit(row) for _, row in rows.iterrows()])
+    order = list(dict.fromkeys(asked[names].itertuples(index=False, name=None)))
+    wide = asked.pivot(index=names, columns="asked", values="text").reindex(order)
+    return wide[list(dict.fromkeys(asked["asked"]))].fillna("").rename_axis(columns=None).reset_index()
+
+
 def motion(dynamic: pd.DataFrame) -> pd.DataFrame:
     """Return the least error of each model in each scene that moves, and how fast it runs then."""
     whole = dynamic[dynamic["failures"] == 0]

@@ -16,6 +16,8 @@ from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium
 
 ARRAYS = ("contacts", "fine", "restricted", "coarse")
+TOLERANCE = 1e-8
+"""Relative residual of each response; models that are made of them are 1e-3 and more away from the truth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +62,8 @@ def compute_compliance(
     restricted = np.empty((len(chosen), 3, n_coarse, 3))
     coarse = np.empty((len(chosen), 3, n_coarse, 3))
     whole = finer(body) if order == 2 else body
-    solve_fine = Equilibrium(whole, last, order).linear_solver()
-    solve_coarse = Equilibrium(body, 0).linear_solver() if last or order == 2 else solve_fine
+    solve_fine = Equilibrium(whole, last, order).linear_solver(TOLERANCE)
+    solve_coarse = Equilibrium(body, 0).linear_solver(TOLERANCE) if last or order == 2 else solve_fine
     for row, contact in enumerate(progress(chosen)):
         for axis, unit in enumerate(np.eye(3)):
             response = solve_fine(nodal_load(whole, last, contact, unit, radius_m, order))

@@ -33,6 +33,15 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
     assert plan(tmp_path, write_config(trading), "tradeoff")["measure_models"] == 3
 
 
+def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_config, trading):
+    trading["tradeoff"] |= {"bodies": ["liver", "abdomen"], "splits": [1, 2], "in_depth": ["liver"]}
+    trading["tradeoff"] |= {"finger_radii_m": [0.01, 0.02]}  # the second is that of the regime
+    jobs = plan(tmp_path, write_config(trading), "tradeoff")
+    families, scenes, fingers = 2, 1, 1
+    assert jobs["measure_models"] == families * (2 * scenes + fingers + scenes)
+    assert jobs["choose_presses"] == jobs["simulate_truth"] == 2 * scenes + fingers
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -40,6 +49,7 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
         ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_p2"),
         ({"bodies": ["livr"]}, "tradeoff names livr, which is unknown; did you mean liver?"),
         ({"bodies": ["bar"]}, "tradeoff names bar, which is not refined; give it refinements of at least 1."),
+        ({"in_depth": ["bar"]}, "tradeoff.in_depth names bar, which is unknown; "),
         ({"splits": [6]}, "tradeoff.splits[0] is 6, but must be at most 5"),
         ({"contacts": 4}, "tradeoff.contacts is 4, but must be at least 5"),
         (

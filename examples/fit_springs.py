@@ -5,7 +5,8 @@ import sys
 import numpy as np
 import plot
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.calibration.fem_motion import reference_motion
 from palpate.calibration.fitness import Fitness, Range
@@ -22,10 +23,9 @@ def main(picture=None):
     cube, (node, inward) = particles_of(body, level=0, surface=False), middle(mesh, "top")
     press, top = Press("top", node, 0.001 * inward, rise_s=0.02), mesh.nodes[mesh.nodes[:, 2] == 0.01]
     settings = Settings(0.0005, 80, damping_ratio=0.1, keys=key_points(mesh.nodes, mesh.tetrahedra, top, "top"))
-    springs = spring_model(cube)
+    springs, given = spring_model(cube), np.full(120, 1000.0)  # a modulus a node [Pa]
     wanted, speeds = reference_motion(cube, springs, press, settings, substeps=1)  # (steps, points, 3) [m], [m/s]
-    given, fitness = np.full(120, 1000.0), Fitness(springs, press, settings, wanted, speeds)
-    fitted = descend([fitness], given, Range(300.0, 3000.0), evaluations=40).young  # a modulus a node [Pa]
+    fitted = descend([Fitness(springs, press, settings, wanted, speeds)], given, Range(300.0, 3000.0), 40).young
 
     found = [simulate(springs, young, press, settings)[0] for young in (given, fitted)]
     way = [np.linalg.norm(motion - top, axis=2) for motion in (wanted, *found)]

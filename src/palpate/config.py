@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.errors import InputError
 from palpate.files import check_file
+from palpate.own_file import LAW_FUNCTIONS, check_source
 from palpate.schema import checked, studies
 
 
@@ -73,6 +74,9 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
             path = folder / body[key]
             # only an image may be a folder, of DICOM slices
             check_file(f"{place}.{key}", body[key], path.is_file() or (key == "image" and path.is_dir()))
+    if str(body.get("law", "")).endswith(".py"):
+        check_file(f"{place}.law", body["law"], (folder / body["law"]).is_file())
+        check_source(f"{place}.law", folder / body["law"], LAW_FUNCTIONS, "see docs/add-a-law.md")
     if body["kind"] == "ct":
         _check_ct(place, body)
 

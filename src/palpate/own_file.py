@@ -11,7 +11,12 @@ from palpate.errors import InputError
 
 EFFECT_FUNCTIONS = ("make(particles, settings, elastic)",)
 MODEL_FUNCTIONS = ("settings(case)", "prepare(case, setting)")
-"""The functions that the file of an effect has, and that of a model."""
+LAW_FUNCTIONS = (
+    "shape(s, mu, slopes, curvatures)",
+    "measure(s, slopes, curvatures)",
+    "volume(theta, mu, lam, derivatives)",
+)
+"""The functions that the file of an effect has, that of a model, and that of a law."""
 PREFIX = "palpate_own_"
 """How the names of modules that are the user's files begin."""
 

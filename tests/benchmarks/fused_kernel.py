@@ -26,7 +26,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
-from palpate.effects import corotational
+from palpate.effects import linear_elements
 from palpate.files import read_yaml
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
@@ -71,13 +71,13 @@ def by_decomposition(elastic: type) -> type:
     @numba.njit(error_model="numpy")
     def stresses(f, p, count, mu, lam, energies, sure):
         for k in range(count):
-            energies[k] = _principal_stress(f, p, k, mu, lam)
+            energies[k] = _principal_stress(f, p, k, mu[k], lam[k])
 
     @numba.njit(error_model="numpy")
     def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
         scratch = np.empty((7, 3, 3))
         for k in range(count):
-            _principal_blocks(f, gradients, shares[k], k, mu, lam, definite, scratch, blocks)
+            _principal_blocks(f, gradients, shares[k], k, mu[k], lam[k], definite, scratch, blocks)
 
     def recompiled(function):
         names = vars(kernel) | {"stresses": stresses, "hessians": hessians, "BLOCK": BLOCK}
@@ -88,7 +88,7 @@ def by_decomposition(elastic: type) -> type:
 
     class Decomposed(elastic):
         def evaluate(self, x, out):
-            return force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, out)
+            return force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, out)
 
         def energy(self, x):
             return self.evaluate(x, np.zeros_like(x))
@@ -99,7 +99,9 @@ def by_decomposition(elastic: type) -> type:
             return out
 
         def add_stiffness(self, x, definite, slots, values):
-            stiffness(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, definite, slots, values)
+            stiffness(
+                x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, definite, slots, values
+            )
 
     return Decomposed
 
@@ -120,13 +122,13 @@ def elsewhere(source: str) -> float:
 
 def main() -> None:
     body = shipped_liver()
-    fused = corotational.Corotational
+    fused = linear_elements.LinearElements
     decomposed = by_decomposition(fused)
     found, plain = (kind(body.fine, body.material) for kind in (fused, decomposed))
     ms, x = solve_ms(body)
-    equilibrium.Corotational = decomposed
+    equilibrium.LinearElements = decomposed
     plain_ms, y = solve_ms(body)
-    equilibrium.Corotational = fused
+    equilibrium.LinearElements = fused
     rows = {
         "energy and force": (
             lambda: (found.forget(), found.energy(x), found.force(x)),

@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
-from palpate.effects import bending, corotational, gravity, held, plasticity, push, rayleigh, triangles
+from palpate.effects import bending, gravity, held, linear_elements, plasticity, push, rayleigh, triangles
 from palpate.linalg.block_pattern import gather, hold, shared_pattern
 from palpate.scenes.scene import Scene
 from palpate.solvers.backward_euler import BackwardEuler
@@ -72,7 +72,7 @@ class ByHand:
 
 class Pushed(ByHand):
     def make(self, particles, given):
-        self.elastic = corotational.make(particles, {})
+        self.elastic = linear_elements.make(particles, {})
         self.push = push.make(particles, given["push"], self.elastic)
 
     def energy(self, x):
@@ -96,7 +96,7 @@ class Pushed(ByHand):
 
 class Sagging(ByHand):
     def make(self, particles, given):
-        self.elastic = corotational.make(particles, {})
+        self.elastic = linear_elements.make(particles, {})
         self.gravity = gravity.make(particles, given["gravity"], self.elastic)
 
     def energy(self, x):

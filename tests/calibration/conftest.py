@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.particles import solid_particles
 from palpate.calibration.fitness import Fitness
 from palpate.calibration.paper_cube import middle, paper_cube

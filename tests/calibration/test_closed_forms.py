@@ -8,7 +8,7 @@ import pytest
 from skfem import Basis, ElementTetP1, ElementVector, MeshTet
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import solid_particles
 from palpate.calibration import closed_forms

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.calibration.fem_motion import damping_time, reference_motion
 from palpate.calibration.spring_motion import dampings, stiffnesses
-from palpate.effects.corotational import Corotational
+from palpate.effects.linear_elements import LinearElements
 
 
 def test_swelling_is_damped_as_in_the_springs(cube):
@@ -15,7 +15,7 @@ def test_swelling_is_damped_as_in_the_springs(cube):
     model, v = cube.model, 3.0 * cube.model.nodes
     k = stiffnesses(model, np.full(120, 1000.0))
     rates = 3.0 * model.rest_m
-    elastic = Corotational(cube.particles, cube.particles.material)
+    elastic = LinearElements(cube.particles, cube.particles.material)
     stiffness = elastic.stiffness(model.nodes, definite=True)
     power = damping_time(model, 1000.0, 0.2) * v.ravel() @ (stiffness @ v.ravel())
     assert (dampings(model, k, 0.2) * rates**2).sum() == pytest.approx(power, rel=1e-9)

@@ -7,8 +7,9 @@ import pytest
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.sheet import sheet
 from palpate.scenes.motion import Motion

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.bodies.particles import merge_particles
-from palpate.effects import corotational
+from palpate.effects import linear_elements
 from palpate.errors import NotConverged
 from palpate.scenes import motion as motions
 from palpate.scenes.build_system import compose
@@ -212,7 +212,7 @@ def test_the_reaction_of_a_cone_agrees_with_that_of_a_solved_step(play, cube, tm
     assert (np.diff(pressed) > 0.0).all() and pressed[0] > 0.1
     # at rest the elastic forces alone carry it
     forces = np.zeros_like(block.nodes)
-    corotational.make(block, {}).add_force(ran.motion.positions[-1], forces, forces)
+    linear_elements.make(block, {}).add_force(ran.motion.positions[-1], forces, forces)
     assert still[-1] == pytest.approx(np.delete(forces, block.held, axis=0)[:, 2].sum(), rel=1e-2)
     assert np.ptp(still) < 1e-2 * still[-1]
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.bed import Bed, read_bed
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.contacts import contacts_of, pressed_contacts
+from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.refinement import finer, refine
 from palpate.effects.bed import BedSprings, make

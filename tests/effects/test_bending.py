@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.effects.bending import hinges, make

@@ -5,11 +5,13 @@ import pytest
 from scipy.linalg import polar
 from scipy.spatial.transform import Rotation
 
-from palpate.effects.corotational_hessian import PAIRS, hessians
+from palpate.effects.corotational_hessian import hessians
 from palpate.effects.corotational_law import FOLD
 from palpate.effects.corotational_stress import BLOCK, rotations, stresses
+from palpate.effects.principal_blocks import PAIRS
 
 MU, LAM = 1100.0, 1700.0
+MODULI = np.full(BLOCK, MU), np.full(BLOCK, LAM)
 KINDS = {
     "near rest": (0.99, 1.01, 1),
     "moderate": (0.6, 1.6, 1),
@@ -38,7 +40,7 @@ def block(f):
 def stress_of(f):
     """Energies and stresses of F (n, 3, 3) by the law's formula."""
     p, energies = np.empty((9, BLOCK)), np.empty(BLOCK)
-    stresses(block(f), p, len(f), MU, LAM, energies, np.empty(BLOCK, dtype=bool))
+    stresses(block(f), p, len(f), *MODULI, energies, np.empty(BLOCK, dtype=bool))
     return energies[: len(f)], p.T[: len(f)].reshape(-1, 3, 3)
 
 
@@ -102,7 +104,7 @@ def test_sure_rotations_are_the_nearest_ones(kind):
 def hessian_of(f, definite=False):
     """∂²Ψ/∂F² (n, 9, 9): with the unit vectors as gradients g, column c of F is what pulls along g_c."""
     g, blocks = np.tile(np.eye(3).reshape(9, 1), BLOCK), np.empty((54, BLOCK))
-    hessians(block(f), g, np.ones(BLOCK), len(f), MU, LAM, definite, np.empty((15, BLOCK)), blocks)
+    hessians(block(f), g, np.ones(BLOCK), len(f), *MODULI, definite, np.empty((15, BLOCK)), blocks)
     whole = np.empty((len(f), 3, 3, 3, 3))  # i, c, j, d
     for pair, (c, d) in enumerate(PAIRS):
         part = blocks[9 * pair : 9 * pair + 9, : len(f)].T.reshape(-1, 3, 3)

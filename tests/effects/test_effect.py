@@ -3,13 +3,14 @@
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from palpate.bodies.bed import Bed
-from palpate.bodies.body import Material
+from palpate.bodies.material import LAWS, Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import effect as hooks
 from palpate.effects.effect import HOOKS, incomplete, is_load, members, offers
@@ -24,6 +25,7 @@ SETTINGS = {
     "body_springs": {"stiffness_n_m": 40.0, "damping_ratio": 0.1},
     "maxwell": {"stiffness_ratio": 0.5, "relaxation_s": 0.1},
     "plasticity": {"yield_strain": 0.05, "creep_1_s": 10.0, "max_strain": 0.5},
+    "prony": {"shares": [0.5], "times_s": [0.1]},
     "shape_matching": {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": {"kind": "one"}},
 }
 ELASTIC = {"kelvin": "springs", "maxwell": "springs", "bending": "triangles"}
@@ -38,6 +40,9 @@ def made(name: str, slab) -> object:
         triangles, none = np.array([[0, 1, 2], [0, 2, 3]]), np.empty((0, 4), dtype=int)
         particles = Particles("sheet", nodes, np.ones(4), np.array([0]), triangles, none, Material(1e3, 0.3, 1e3), 1e-3)
     entry, settings = effect_registry.EFFECTS[name], SETTINGS.get(name)
+    if name in (*LAWS, "own_law"):
+        own = str(Path(__file__).parents[2] / "examples/hencky.py")
+        particles = replace(particles, material=replace(particles.material, law=name if name in LAWS else own))
     elastic = None
     if entry.role != "elastic":
         elastic = made(ELASTIC.get(name, "corotational"), slab)

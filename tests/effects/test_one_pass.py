@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.effects.corotational import Corotational
 from palpate.effects.fem_plasticity import FemPlasticity
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.quadratic_elements import QuadraticElements
 
 
@@ -12,7 +12,7 @@ from palpate.effects.quadratic_elements import QuadraticElements
 def elements(request, slab, monkeypatch):
     """Elements, positions, and a list that grows with each pass over the elements."""
     linear = request.param == "linear"
-    elastic = Corotational(slab.fine, slab.material) if linear else QuadraticElements(slab.coarse, slab.material)
+    elastic = LinearElements(slab.fine, slab.material) if linear else QuadraticElements(slab.coarse, slab.material)
     passes, evaluate = [], type(elastic).evaluate
     monkeypatch.setattr(type(elastic), "evaluate", lambda self, *a: passes.append(1) or evaluate(self, *a))
     x = slab.fine.nodes + 1e-3 * np.random.default_rng(0).normal(size=slab.fine.nodes.shape)
@@ -48,7 +48,7 @@ def test_positions_and_forces_changed_in_place_change_nothing_kept(elements):
 
 
 def test_plastic_flow_is_seen(slab):
-    elastic = Corotational(slab.fine, slab.material)
+    elastic = LinearElements(slab.fine, slab.material)
     x = slab.fine.nodes * [1.2, 0.9, 0.9]
     before = elastic.energy(x)
     FemPlasticity(elastic, 0.01, 10.0, 0.5).relax(x, 0.1)

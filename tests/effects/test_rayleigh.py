@@ -7,7 +7,7 @@ import pytest
 
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.sheet import sheet
-from palpate.effects import corotational, triangles
+from palpate.effects import linear_elements, triangles
 from palpate.effects.rayleigh import make
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
@@ -15,7 +15,7 @@ from palpate.linalg.block_pattern import shared_pattern
 
 def solid(slab, soft):
     particles = particles_of(slab, 0, False)
-    return particles, corotational.make(particles, {}, None)
+    return particles, linear_elements.make(particles, {}, None)
 
 
 def membrane(slab, soft):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.effects.spring_network import rest_lengths, surface_springs, volume_springs
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from palpate.effects.corotational import Corotational
+from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold
 from palpate.linalg.factor import Factor
 
 
 @pytest.fixture
 def stiffness(slab):
-    return Corotational(slab.coarse, slab.material).stiffness(slab.coarse.nodes)
+    return LinearElements(slab.coarse, slab.material).stiffness(slab.coarse.nodes)
 
 
 def test_solves_a_held_body(slab, stiffness):

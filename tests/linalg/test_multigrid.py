@@ -5,7 +5,7 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
-from palpate.effects.corotational import Corotational
+from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold, pattern_of
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.multigrid import Multigrid
@@ -19,7 +19,7 @@ def prepare(body, x=None, definite=False):
     """Multigrid for the finest level at ``x``, default rest; and its matrix, held and not."""
     patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels]
     held = [indicator(body, level) for level in range(len(body.levels))]
-    stiffness = Corotational(body.fine, body.material, patterns[-1]).stiffness(
+    stiffness = LinearElements(body.fine, body.material, patterns[-1]).stiffness(
         body.fine.nodes if x is None else x, definite
     )
     free = stiffness.copy()
@@ -84,7 +84,7 @@ def test_a_cycle_is_smoothing_correcting_and_smoothing_back(slab):
 def test_the_galerkin_matrix_at_rest_is_the_coarse_meshs_own(three_levels):
     """Linear elements on nested meshes: what refinement interpolates costs the coarse energy."""
     multigrid, _, _ = prepare(three_levels)
-    own = Corotational(three_levels.coarse, three_levels.material).stiffness(three_levels.coarse.nodes)
+    own = LinearElements(three_levels.coarse, three_levels.material).stiffness(three_levels.coarse.nodes)
     hold(own.indptr, own.indices, own.data, indicator(three_levels, 0))
     found = multigrid.patterns[0].matrix(multigrid._values[0]).toarray()
     assert np.abs(found - own.toarray()).max() < 1e-12 * np.abs(own.data).max()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.bed import Bed
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
 from palpate.scenes.auto_effects import decide
@@ -35,12 +35,16 @@ IDLE = {"loads": [{"force_n": [0, 0, 0]}]}
 BALL = {"stiffness_n_m": 1, "instruments": [{"kind": "sphere"}]}
 YIELD = {"yield_strain": 0.1, "max_strain": 0.5}
 SOFT = replace(SOLID, material=Material(1e3, 0.2, 1e3))
+RUBBER = replace(SOLID, material=Material(1e3, 0.4, 1e3, "neo_hookean"))
+MINE = replace(SOLID, material=Material(1e3, 0.4, 1e3, "my.py"))
 
 
 @pytest.mark.parametrize(
     ("effect", "yes", "no"),
     [
         ("corotational", (SCENE, SOLID), (SCENE, SHEET)),
+        ("neo_hookean", (SCENE, RUBBER), (SCENE, SOLID)),
+        ("own_law", (SCENE, MINE), (SCENE, RUBBER)),
         ("triangles", (SCENE, SHEET), (SCENE, SOLID)),
         ("springs", (having(springs={}), SOLID), (SCENE, SOLID)),
         ("springs", (SCENE, SURFACE), (SCENE, SHEET)),
@@ -59,7 +63,9 @@ SOFT = replace(SOLID, material=Material(1e3, 0.2, 1e3))
         ("body_springs", (SCENE, SURFACE), (having(springs={}), SOLID)),
         ("contact", (having(contact=BALL), SOLID), (SCENE, SOLID)),
         ("plasticity", (having(plasticity=YIELD), SOLID), (having(plasticity=YIELD | {"max_strain": 0}), SOLID)),
+        ("prony", (having(prony={}), SOLID), (SCENE, SOLID)),
         ("rayleigh", (SCENE, SOLID), (replace(SCENE, settings={}), SOLID)),
+        ("rayleigh", (having(prony={}), SOLID), (having(prony={}, velocity_damping={}), SOLID)),
         ("rayleigh", (replace(SCENE, settings={}, start="random"), SOLID), (replace(SCENE, settings={}), SOLID)),
         ("kelvin", (having(springs={}), SOLID), (SCENE, SOLID)),
         ("maxwell", (having(springs={}, maxwell={}), SOLID), (having(springs={}), SOLID)),

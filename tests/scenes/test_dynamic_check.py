@@ -37,6 +37,7 @@ PRESSED = {
         ({"held": False}, "is not held"),
         ({"start": "random"}, "does not start at rest"),
         ({"plasticity": {"yield_strain": 0.1}}, "has plasticity, which not all models have"),
+        ({"prony": {"shares": [0.5], "times_s": [1.0]}}, "has prony, which not all models have"),
         ({"plasticity": {}, "effects": ["corotational", "held", "push"]}, ""),  # described, and not named
         ({"own": {"wind": "wind.py"}}, "has wind, which not all models have"),
         ({"own": {"wind": "wind.py"}, "effects": ["corotational", "held", "push"]}, ""),

@@ -17,6 +17,19 @@ ROUND = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"no
 BODIES = {
     "bar": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0} | ROUND,
     "hard": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0} | ROUND | {"young_pa": 2e4},
+    "spotted": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0}
+    | ROUND
+    | {"regions": {"spot": {"sphere": {"center_m": [1, 0, 0], "radius_m": 1}, "young_pa": 1e5}}},
+    "rubber": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0, "law": "neo_hookean"}
+    | ROUND,
+    "mine": {
+        "kind": "box",
+        "sizes_m": [3, 1, 1],
+        "divisions": [6, 2, 2],
+        "refinements": 0,
+        "law": str(ROOT / "examples/hencky.py"),
+    }
+    | ROUND,
     "cloth": {"kind": "sheet", "sizes_m": [1, 1], "divisions": [6, 6], "thickness_m": 0.001} | ROUND,
 }
 SCENE = {"body": "bar", "integrator": "backward_euler", "step_s": 0.01, "duration_s": 0.1}
@@ -24,6 +37,7 @@ GRAVITY = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
 STRETCH = {"structural_n_m": 1, "shear_n_m": 1, "bending_n_m": 0}
 SHAPES = {"shape_matching": {}, "integrator": "goal_position"}
 YIELD = {"plasticity": {"yield_strain": 0.1, "max_strain": 0.5}}
+SERIES = {"prony": {"shares": [0.5, 0.3], "times_s": [0.1, 1.0]}}
 
 
 def check(**scene):
@@ -36,6 +50,9 @@ def check(**scene):
     [
         {"effects": ["corotational", "gravity", "held", "rayleigh"]} | GRAVITY,
         {"effects": "auto"} | GRAVITY,
+        {"effects": "auto", "body": "rubber"} | GRAVITY,
+        {"effects": ["neo_hookean", "gravity", "rayleigh"], "body": "rubber"} | GRAVITY,
+        {"effects": ["own_law", "gravity", "rayleigh"], "body": "mine"} | GRAVITY,
         {"effects": "auto", "body": "cloth"} | GRAVITY,
         {"effects": ["springs", "volume", "kelvin"], "integrator": "symplectic_euler"},
         {"effects": ["springs", "body_springs"], "surface": True, "springs": STRETCH},
@@ -44,8 +61,12 @@ def check(**scene):
         {"effects": "auto"} | SHAPES | YIELD | GRAVITY,
         {"effects": ["corotational"], "push": {"loads": [{"at_m": [0, 0, 0], "force_n": [0, 0, 1]}]}},
         {"effects": ["shape_matching", "rayleigh"], "rayleigh": {"stiffness_s": 0}} | SHAPES,
+        {"effects": ["corotational", "prony"], "integrator": "symplectic_euler"} | SERIES,
+        {"effects": "auto"} | SERIES,
         {"effects": "auto", "kelvin": {}},  # nothing moves it, so nothing damps it
         {"others": [{"body": "bar", "shift_m": [0, 0, 2]}]},
+        {"others": [{"body": "hard", "shift_m": [0, 0, 2]}, {"body": "spotted", "shift_m": [0, 0, 4]}]},
+        {"body": "spotted", "effects": ["corotational", "gravity"]} | GRAVITY,
     ],
 )
 def test_effects_that_suit_each_other_pass(scene):
@@ -64,6 +85,16 @@ def test_the_shipped_scenes_pass():
             {"effects": ["corotational", "springs"]},
             ".effects must name exactly one of .* but names corotational and spr",
         ),
+        (
+            {"effects": ["corotational"], "body": "rubber"},
+            ".effects names corotational, and the law of rubber is neo_hookean; name neo_hookean, or give rubber ano",
+        ),
+        ({"effects": ["neo_hookean"]}, ".effects names neo_hookean, and the law of bar is corotational; name corotati"),
+        (
+            {"effects": ["neo_hookean"], "body": "mine"},
+            ".effects names neo_hookean, and the law of mine is .*hencky.py; name",
+        ),
+        ({"body": "rubber"} | YIELD, " says effects: auto, which calls for plasticity, which works with corotational"),
         ({"effects": ["gravity"]} | GRAVITY, ".effects must name exactly one of .* but names none; name one, or write"),
         (
             {"effects": ["corotational", "push"]},
@@ -94,6 +125,17 @@ def test_the_shipped_scenes_pass():
         ),
         ({"effects": ["springs", "plasticity"]} | YIELD, ".effects names plasticity, which works with corotational or"),
         ({"effects": "auto", "body": "cloth"} | YIELD, " says effects: auto, which calls for plasticity, which works"),
+        (
+            {"effects": ["corotational", "prony"]},
+            ".effects names prony, and the scene does not describe it; add a block",
+        ),
+        (
+            {"effects": ["springs", "prony"]} | SERIES,
+            ".effects names prony, which works with corotational or stable_neo_h",
+        ),
+        ({"effects": "auto", "body": "cloth"} | SERIES, " says effects: auto, which calls for prony, which needs a bo"),
+        ({"prony": {"shares": [0.5], "times_s": [1, 2]}}, ".prony.shares has 1 numbers and times_s 2; give one time"),
+        ({"prony": {"shares": [0.5, 0.5], "times_s": [1, 2]}}, ".prony.shares has the sum 1, of which 0.99 is the m"),
         ({"effects": ["corotational"], "integrator": "goal_position"}, ".integrator is goal_position, which needs sha"),
         ({"effects": "auto", "shape_matching": {}}, ".integrator is backward_euler, and shape_matching needs goal_pos"),
         (
@@ -117,8 +159,17 @@ def test_the_shipped_scenes_pass():
             ".plasticity.max_strain is 1; give a number",
         ),
         (
-            {"others": [{"body": "hard", "shift_m": [0, 0, 2]}]},
-            ".others: bar has young_pa 10000 and hard 20000; bodies",
+            {"effects": ["springs", "held"], "others": [{"body": "hard", "shift_m": [0, 0, 2]}]},
+            ".others: bar has young_pa 10000 and hard 20000; bodies of a scene with springs",
+        ),
+        (
+            {"others": [{"body": "cloth", "shift_m": [0, 0, 2]}]},
+            ".others: bar has thickness_m 0 and cloth 0.001; bodies",
+        ),
+        (SHAPES | {"body": "spotted"}, ": spotted has regions, and shape_matching has one stiffness; name corot"),
+        (
+            {"body": "spotted", "effects": ["springs"], "surface": True, "springs": STRETCH},
+            ": spotted has regions, and springs",
         ),
     ],
 )

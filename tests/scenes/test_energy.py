@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.config import complete
 from palpate.errors import NotConverged
@@ -24,6 +25,7 @@ ROOT = Path(__file__).parents[2]
 SHORTER = {
     "liver_press": {"level": 0, "step_s": 0.05},
     "liver_palpation": {"level": 0, "step_s": 0.02},
+    "tumour_palpation": {"level": 0},
     "cube_pile": {"duration_s": 0.15},
     "bar_sag": {"duration_s": 0.3},
     "cube_poke": {},
@@ -76,8 +78,17 @@ def test_no_step_of_a_shipped_scene_gains_more_than_a_millionth_of_the_work(name
     (judged,) = energy_balance(energy, {name: scene.integrator}).itertuples()
     assert judged.verdict == (UNKNOWN if name == "clay_shapes" else HOLDS), judged
     assert judged.work_j > 1e-5
-    moved = {"liver_press", "liver_palpation", "cube_poke", "clay_dent", "clay_shapes"}  # by loads or an instrument
+    # by loads or an instrument
+    moved = {"liver_press", "liver_palpation", "tumour_palpation", "cube_poke", "clay_dent", "clay_shapes"}
     assert energy["outer_work_j"].any() == (name in moved)
+
+
+def test_no_step_gains_energy_where_an_instrument_presses_tissue_that_creeps(cube):
+    series = {"prony": {"shares": [0.4, 0.2], "times_s": [0.02, 0.2]}}
+    scene = replace(POKED, effects=[*POKED.effects, "prony"], settings=POKED.settings | series)
+    energy = run(scene, cube).motion.energy.assign(scene="poked")
+    assert energy_balance(energy, {"poked": "backward_euler"})["verdict"].item() == HOLDS
+    assert energy["prony_j"].max() > 0.01 * energy["corotational_j"].max()
 
 
 def test_without_the_work_of_an_instrument_the_balance_is_seen_not_to_hold(cube):

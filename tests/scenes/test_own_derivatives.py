@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.particles import particles_of
 from palpate.bodies.sheet import sheet
-from palpate.effects import bending, body_springs, corotational, gravity, springs, triangles, volume_force
+from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_force
 from palpate.errors import InputError
 from palpate.scenes import own_effect
 from palpate.scenes.own_derivatives import disagreement
@@ -88,7 +88,7 @@ def test_an_energy_that_is_forbidden_near_rest_is_not_compared(made):
     made(energy="+ (np.inf if np.abs(x - self._rest).max() > 0 else 0.0)", force="7.0", stiffness="7.0")
 
 
-@pytest.mark.parametrize("module", [corotational, springs, gravity, volume_force, body_springs])
+@pytest.mark.parametrize("module", [linear_elements, springs, gravity, volume_force, body_springs])
 def test_palpates_own_effects_of_solids_agree(slab, module):
     particles = particles_of(slab, 0, surface=False)
     settings = {gravity: {"acceleration_m_s2": [0, 0, -9.81]}, body_springs: {"damping_ratio": 0.5}}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
 from palpate.scenes import own_effect

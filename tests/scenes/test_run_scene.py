@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
+from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion

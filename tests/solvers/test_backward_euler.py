@@ -4,10 +4,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
-from palpate.effects import corotational, gravity, held, velocity_damping
+from palpate.effects import gravity, held, linear_elements, velocity_damping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError
 from palpate.scenes.initial_states import STARTS, initial_positions
@@ -24,7 +25,7 @@ def body():
 
 def system(body, acceleration=(0.0, 0.0, 0.0), anchored=True, rate=0.0) -> System:
     particles = particles_of(body, 0, surface=False)
-    effects = {"corotational": corotational.make(particles, {})}
+    effects = {"corotational": linear_elements.make(particles, {})}
     elastic = effects["corotational"]
     if any(acceleration):
         effects["gravity"] = gravity.make(particles, {"acceleration_m_s2": acceleration}, elastic)

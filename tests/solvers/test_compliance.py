@@ -6,7 +6,7 @@ from scipy.sparse.linalg import spsolve
 
 from palpate.bodies.contacts import kept_contacts
 from palpate.bodies.refinement import finer
-from palpate.effects.corotational import Corotational
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError
@@ -17,7 +17,7 @@ from palpate.solvers.compliance import compute_compliance, load_compliance, save
 def direct(body, level, load):
     """The linear response by scipy's direct solver."""
     mesh = body.levels[level]
-    matrix = Corotational(mesh, body.material).stiffness(mesh.nodes)
+    matrix = LinearElements(mesh, body.material).stiffness(mesh.nodes)
     held = np.isin(np.arange(len(mesh.nodes)), body.anchors[level])
     hold(matrix.indptr, matrix.indices, matrix.data, held)
     return spsolve(matrix.tocsc(), np.where(held[:, None], 0.0, load).ravel()).reshape(load.shape)

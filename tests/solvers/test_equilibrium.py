@@ -7,9 +7,10 @@ import pytest
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.body import Body, nest
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.corotational import Corotational
+from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold
 from palpate.solvers import equilibrium
@@ -26,7 +27,7 @@ def push(body, level, contact, force):
 @pytest.mark.parametrize("level", [0, 1])
 def test_linear_solver_against_a_direct_one(slab, level):
     mesh = slab.levels[level]
-    matrix = Corotational(mesh, slab.material).stiffness(mesh.nodes)
+    matrix = LinearElements(mesh, slab.material).stiffness(mesh.nodes)
     hold(matrix.indptr, matrix.indices, matrix.data, np.isin(np.arange(len(mesh.nodes)), slab.anchors[level]))
     load = np.random.default_rng(0).normal(size=mesh.nodes.shape)
     load[slab.anchors[level]] = 0.0
@@ -51,7 +52,7 @@ def test_what_is_returned_is_in_balance(beam):
     """Checked with the elasticity alone; the anchors bear the whole load and its moment."""
     load = push(beam, 1, 265, [0.5, 0.3, -0.4])
     solution = Equilibrium(beam, 1).solve(load, 1e-9)
-    force = Corotational(beam.fine, beam.material).force(solution.x) + load
+    force = LinearElements(beam.fine, beam.material).force(solution.x) + load
     free = np.setdiff1d(np.arange(len(load)), beam.anchors[1])
     assert np.linalg.norm(force[free]) < 1e-9 * np.linalg.norm(load)
     assert solution.history[-1] == pytest.approx(np.linalg.norm(force[free]) / np.linalg.norm(load), rel=1e-3)
@@ -152,7 +153,7 @@ def test_monstrous_loads_converge_or_say_so(box, soft, newtons):
     except NotConverged as failure:
         assert len(failure.history) > 1 and np.isfinite(failure.history).all()
     else:
-        force = Corotational(body.fine, soft).force(solution.x) + load
+        force = LinearElements(body.fine, soft).force(solution.x) + load
         force[body.anchors[1]] = 0.0
         assert np.linalg.norm(force) < 1e-8 * newtons
         assert TetMesh(solution.x, body.fine.tetrahedra).volumes.min() < 0.0

@@ -127,3 +127,9 @@ def test_never_returns_what_is_not_a_number(broken):
     fails(problem, np.zeros((2, 3)))
     setattr(problem, broken, lambda x: getattr(VALLEY, broken)(x) * np.nan)
     fails(problem, np.zeros((2, 3)))
+
+
+def test_does_not_start_where_the_energy_is_infinite():
+    """As where an element is inverted whose law forbids it: the history says so."""
+    problem = Chain(lambda x: np.inf, lambda x: -VALLEY.force(x), VALLEY._hessian)
+    assert fails(problem, np.zeros((2, 3))) == [np.inf]

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import polar
 
-from palpate.bodies.body import Material, nest
-from palpate.effects.corotational import Corotational
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
+from palpate.effects.linear_elements import LinearElements
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import minimise
 
@@ -30,7 +31,7 @@ class Supported:
     """A mesh with single components held: ``held`` (n_nodes, 3) bool stay where Newton's method starts."""
 
     def __init__(self, mesh, material, held, load):
-        self._elasticity, self._held, self._load, self._rest = Corotational(mesh, material), held, load, mesh.nodes
+        self._elasticity, self._held, self._load, self._rest = LinearElements(mesh, material), held, load, mesh.nodes
 
     def energy(self, x):
         return self._elasticity.energy(x) - np.vdot(self._load, x - self._rest)
@@ -54,7 +55,7 @@ def test_patch_affine_deformations_leave_no_inner_force(box, rotation, poisson):
     """Inner nodes of an irregular mesh are in balance, those of the boundary bear P N."""
     mesh, material = box([3, 3, 3], [0.1, 0.1, 0.1], jitter=0.2), Material(3000.0, poisson, 1000.0)
     f = rotation(1.3) @ AFFINE
-    force = Corotational(mesh, material).force(mesh.nodes @ f.T + [1.0, 2.0, 3.0])
+    force = LinearElements(mesh, material).force(mesh.nodes @ f.T + [1.0, 2.0, 3.0])
     expected = -boundary_forces(mesh, stress(f, material))
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), mesh.surface)
     assert len(inner) == 8 and np.abs(expected[inner]).max() < 1e-16

@@ -9,8 +9,9 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementVector, Functional, LinearForm, MeshTet
 from skfem.helpers import ddot, dot, grad
 
-from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.body import Body, nest
 from palpate.bodies.cylinder import cylinder
+from palpate.bodies.material import Material
 from palpate.bodies.refinement import refine
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import kelvin, springs
 from palpate.effects.springs import Springs

@@ -9,7 +9,8 @@ from skfem import Basis, ElementTetP1, ElementVector, Functional, LinearForm, Me
 from skfem.helpers import ddot, dot, grad
 from skfem.models.elasticity import linear_elasticity
 
-from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.body import Body, nest
+from palpate.bodies.material import Material
 from palpate.bodies.refinement import refine
 from palpate.solvers.equilibrium import Equilibrium
 

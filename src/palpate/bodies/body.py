@@ -8,28 +8,10 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.bed import Bed
+from palpate.bodies.material import Material, Tissue, uniform
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import midpoints_between, refine
 from palpate.bodies.sheet import Sheet
-
-
-@dataclass(frozen=True)
-class Material:
-    """Isotropic linear-elastic constants: Young's modulus [Pa], Poisson's ratio, density [kg/m³]."""
-
-    young_pa: float
-    poisson: float
-    density_kg_m3: float
-
-    @property
-    def shear_pa(self) -> float:
-        """Second Lamé constant μ [Pa]."""
-        return self.young_pa / (2 * (1 + self.poisson))
-
-    @property
-    def lame_pa(self) -> float:
-        """First Lamé constant λ [Pa]."""
-        return self.young_pa * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +23,8 @@ class Body:
     anchors : the held nodes of each level, increasing; a new node is held if both ends of its edge are,
         so that the coarse displacements are a subspace of the fine ones
     bed : springs under a part of the surface, beside anchors or instead of them
+    regions : the tissue of the coarse tetrahedra if they are of several materials; those that they are split into have
+        the same. ``material`` is the body's own, of what lies in no region
     """
 
     name: str
@@ -49,6 +33,7 @@ class Body:
     anchors: list[np.ndarray]
     material: Material
     bed: Bed | None = None
+    regions: Tissue | None = None
 
     @property
     def coarse(self) -> TetMesh | Sheet:
@@ -57,6 +42,15 @@ class Body:
     @property
     def fine(self) -> TetMesh | Sheet:
         return self.levels[-1]
+
+    def tissue(self, level: int) -> Tissue:
+        """Return the materials of the tetrahedra of a level."""
+        count = len(self.levels[level].tetrahedra)
+        if self.regions is None:
+            return uniform(self.material, count)
+        # refinement puts the eight parts of an element next to each other, in the order of the elements
+        parts = count // len(self.regions.region)
+        return Tissue(self.regions.materials, np.repeat(self.regions.region, parts))
 
     @cached_property
     def prolongation(self) -> sparse.csr_array:
@@ -73,8 +67,11 @@ def nest(
     material: Material,
     snap: Callable[[TetMesh, int], TetMesh] | None = None,
     bed: Bed | None = None,
+    regions: Tissue | None = None,
 ) -> Body:
     """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
+
+    ``regions`` is the tissue of the coarse tetrahedra, if they are of several materials.
 
     ``snap``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements are
     still interpolated linearly; only the rest positions then are not.
@@ -89,4 +86,4 @@ def nest(
         levels.append(finer)
         prolongations.append(prolongation)
         held.append(midpoints_between(held[-1], prolongation))
-    return Body(name, levels, prolongations, held, material, bed)
+    return Body(name, levels, prolongations, held, material, bed, regions)

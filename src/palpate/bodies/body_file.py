@@ -9,7 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.bed import Bed
-from palpate.bodies.body import Body, Material
+from palpate.bodies.body import Body
+from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
@@ -18,7 +19,7 @@ from palpate.files import read_hdf5, write_whole
 if TYPE_CHECKING:
     import h5py
 
-VERSION = 3
+VERSION = 4
 """Number of the layout below; increase it with every change of the layout."""
 
 
@@ -31,6 +32,10 @@ def save(body: Body, path: str | Path) -> None:
         file.attrs["levels"] = len(body.levels)
         if body.bed is not None:
             file.create_group("bed").attrs.update(asdict(body.bed))
+        if body.regions is not None:
+            _put(file, "regions/region", body.regions.region)
+            for i, each in enumerate(body.regions.materials):
+                file.create_group(f"regions/material_{i}").attrs.update(asdict(each))
         for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
             _put(file, f"level_{i}/nodes", mesh.nodes)
             if isinstance(mesh, Sheet):
@@ -69,8 +74,24 @@ def _read(path: Path, file: "h5py.File") -> Body:
         group = file[f"prolongation_{i}"]
         parts = tuple(group[name][()] for name in ("data", "indices", "indptr"))
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
-    material = Material(*(float(attributes[key]) for key in ("young_pa", "poisson", "density_kg_m3")))
-    return Body(str(attributes["name"]), levels, prolongations, held, material, _bed(file))
+    name, material = str(attributes["name"]), _material(attributes)
+    return Body(name, levels, prolongations, held, material, _bed(file), _regions(path, file, levels[0]))
+
+
+def _material(found: "h5py.AttributeManager") -> Material:
+    young, poisson, density = (float(found[key]) for key in ("young_pa", "poisson", "density_kg_m3"))
+    return Material(young, poisson, density, str(found["law"]))
+
+
+def _regions(path: Path, file: "h5py.File", coarse: TetMesh | Sheet) -> Tissue | None:
+    if "regions" not in file:
+        return None
+    group = file["regions"]
+    region = _get(path, group["region"], None, "i")
+    materials = tuple(_material(group[f"material_{i}"].attrs) for i in range(len(group) - 1))
+    if len(region) != len(coarse.tetrahedra) or not np.isin(region, np.arange(len(materials))).all():
+        raise InputError(f"{path}: /regions/region does not fit the coarse mesh; delete the file and type make.")
+    return Tissue(materials, region)
 
 
 def _bed(file: "h5py.File") -> Bed | None:

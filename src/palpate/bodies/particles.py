@@ -6,10 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.bodies.bed import Bed
-from palpate.bodies.body import Body, Material
+from palpate.bodies.body import Body
+from palpate.bodies.material import Material, Tissue, joined, uniform
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
+
+STIFFNESS = ("young_pa", "poisson")
+"""Constants of a material that say how it deforms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +24,7 @@ class Particles(Mesh):
     triangles : (t, 3) of the surface, wound outward; tetrahedra : (m, 4), none for sheets and surface models
     thickness_m : of a sheet, else 0
     beds : the elastic beds, each with the triangles (t, 3) of its own body
+    regions : the tissue of the tetrahedra if they are of several materials; ``material`` is then the first body's own
     """
 
     name: str
@@ -31,13 +36,39 @@ class Particles(Mesh):
     material: Material
     thickness_m: float = 0.0
     beds: tuple[tuple[Bed, np.ndarray], ...] = ()
+    regions: Tissue | None = None
+
+    @property
+    def tissue(self) -> Tissue:
+        """The materials of the tetrahedra."""
+        return uniform(self.material, len(self.tetrahedra)) if self.regions is None else self.regions
+
+    def nodal_young_pa(self) -> np.ndarray:
+        """Return the mean Young's modulus of the tetrahedra around each node, by volume, (n,) [Pa]."""
+        if self.regions is None:
+            return np.full(len(self.nodes), float(self.material.young_pa))
+        volumes = TetMesh(self.nodes, self.tetrahedra).volumes
+        corners, count = self.tetrahedra.ravel(), len(self.nodes)
+        stiff, around = (
+            np.bincount(corners, np.repeat(w, 4), count) for w in (volumes * self.regions.young_pa, volumes)
+        )
+        return stiff / around
+
+    def refuse_regions(self, what: str) -> None:
+        """Raise InputError if the elements differ in stiffness, of which ``what`` has one only."""
+        if self.regions is not None and not self.regions.is_one_stiffness:
+            raise InputError(
+                f"{self.name}: {what} one stiffness only, and its tetrahedra have several; choose an elastic effect of "
+                "finite elements, such as corotational, or leave the regions out."
+            )
 
 
 def particles_of(body: Body, level: int, surface: bool) -> Particles:
     """Make particles of one level of ``body``, or with ``surface`` of its boundary only, with all of its mass.
 
     A solid's mass goes in quarters to the corners of its tetrahedra (paper 2, eq. 4), a sheet's in thirds to those
-    of its triangles, a surface model's by area. Raises InputError for a level that the body does not have.
+    of its triangles, a surface model's by area. Raises InputError for a level that the body does not have, and for the
+    surface alone of a body with regions.
     """
     if not -len(body.levels) <= level < len(body.levels):
         raise InputError(
@@ -49,9 +80,12 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
         masses = body.material.density_kg_m3 * mesh.thickness_m * mesh.areas
         cells = mesh.triangles, mesh.tetrahedra
         return Particles(body.name, mesh.nodes, masses, held, *cells, body.material, mesh.thickness_m)
-    whole = solid_particles(mesh, held, body.material, body.name, body.bed)
+    regions = None if body.regions is None else body.tissue(level)
+    whole = solid_particles(mesh, held, body.material, body.name, body.bed, regions)
     if not surface:
         return whole
+    if regions is not None:
+        raise InputError(f"scene of {body.name}: a surface has no inside that could have regions; leave surface out.")
     kept = mesh.surface
     triangles = np.searchsorted(kept, mesh.triangles)
     areas = mesh.areas[kept]
@@ -70,21 +104,12 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
 def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], place: str) -> Particles:
     """Merge several bodies into one set of particles, each moved by its shift (3,) [m].
 
-    Densities may differ. Raises InputError, naming ``place``, unless all have the same stiffness, and all are sheets
-    of the same thickness or none is a sheet.
+    Materials of solids may differ. Raises InputError, naming ``place``, unless all obey the same law, all are sheets of
+    the same thickness or none is a sheet, and sheets and surfaces have the same stiffness.
     """
     first = parts[0]
     for part in parts[1:]:
-        for name, of_first, of_part in (
-            ("young_pa", first.material.young_pa, part.material.young_pa),
-            ("poisson", first.material.poisson, part.material.poisson),
-            ("thickness_m", first.thickness_m, part.thickness_m),
-        ):
-            if of_first != of_part:
-                raise InputError(
-                    f"{place}: {first.name} has {name} {of_first:g} and {part.name} {of_part:g}; "
-                    "bodies of one scene must have the same stiffness and thickness: make them equal."
-                )
+        _check_alike(first, part, place)
     starts = np.cumsum([0, *(len(part.nodes) for part in parts)])
 
     def shifted(field: str) -> np.ndarray:
@@ -104,16 +129,50 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
             for part, shift, start in zip(parts, shifts, starts, strict=False)
             for bed, triangles in part.beds
         ),
+        _joined_regions(parts),
     )
 
 
+def _check_alike(first: Particles, part: Particles, place: str) -> None:
+    """Raise InputError unless two bodies can be particles of one scene."""
+    if first.material.law != part.material.law:
+        raise InputError(
+            f"{place}: {first.name} has law {first.material.law} and {part.name} {part.material.law}; "
+            "bodies of one scene must have the same law: make them equal."
+        )
+    solid = len(first.tetrahedra) > 0 and len(part.tetrahedra) > 0
+    compared = [("thickness_m", first.thickness_m, part.thickness_m)]
+    if not solid:
+        compared += [(name, getattr(first.material, name), getattr(part.material, name)) for name in STIFFNESS]
+    for name, of_first, of_part in compared:
+        if of_first != of_part:
+            raise InputError(
+                f"{place}: {first.name} has {name} {of_first:g} and {part.name} {of_part:g}; "
+                "sheets and surfaces of one scene must have the same stiffness and thickness: make them equal."
+            )
+
+
+def _joined_regions(parts: list[Particles]) -> Tissue | None:
+    """Return the tissue of all bodies, None if it is of one material."""
+    if not all(len(part.tetrahedra) for part in parts):
+        return None
+    tissue = joined([part.tissue for part in parts])
+    return tissue if len(tissue.materials) > 1 else None
+
+
 def solid_particles(
-    mesh: TetMesh, held: np.ndarray, material: Material, name: str, bed: Bed | None = None
+    mesh: TetMesh,
+    held: np.ndarray,
+    material: Material,
+    name: str,
+    bed: Bed | None = None,
+    regions: Tissue | None = None,
 ) -> Particles:
-    """Make point masses of the nodes of ``mesh``, with the same density everywhere."""
-    masses = lump_masses(mesh, material.density_kg_m3 * mesh.volumes)
-    beds = _beds(bed, mesh.triangles)
-    return Particles(name, mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, material, beds=beds)
+    """Make point masses of the nodes of ``mesh``; ``regions`` is its tissue if it has several materials."""
+    densities = material.density_kg_m3 if regions is None else regions.density_kg_m3
+    masses = lump_masses(mesh, densities * mesh.volumes)
+    cells = mesh.triangles, mesh.tetrahedra
+    return Particles(name, mesh.nodes, masses, held, *cells, material, beds=_beds(bed, mesh.triangles), regions=regions)
 
 
 def _beds(bed: Bed | None, triangles: np.ndarray) -> tuple[tuple[Bed, np.ndarray], ...]:

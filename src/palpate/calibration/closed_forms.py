@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.calibration.fitness import Fit, Range, Track
 from palpate.calibration.spring_model import SpringModel

@@ -5,8 +5,8 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.calibration.spring_model import Press, SpringModel
 from palpate.calibration.spring_motion import Settings, dampings, stiffnesses
-from palpate.effects.corotational import Corotational
 from palpate.effects.held import Held
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.rayleigh import Rayleigh
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
@@ -24,7 +24,7 @@ def reference_motion(
     in each of the springs': its numerical damping, ω h/2 of critical for a mode of frequency ω, is not to be fitted.
     Raises NotConverged if a step is not found.
     """
-    elastic = Corotational(particles, particles.material)
+    elastic = LinearElements(particles, particles.material)
     time = damping_time(model, particles.material.young_pa, settings.damping_ratio)
     load = _Load(press)
     effects = {"corotational": elastic, "held": Held(model.held), "push": load}

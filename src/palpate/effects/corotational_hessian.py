@@ -1,8 +1,6 @@
 """Second derivatives of the corotational energy at many deformation gradients, in loops that the compiler vectorises.
 
-F is a sum Σ d_c g_cᵀ over three fixed vectors g_c, the gradients of an element's shape functions at its second to
-fourth corner. A Hessian here is that of the energy with respect to the three d_c, in six blocks of 3 × 3: those of the
-pairs PAIRS, as rows 9 p to 9 p + 8 of an array (54, BLOCK) whose columns are the deformation gradients.
+Blocks, pairs and gradients are those of ``principal_blocks``.
 """
 
 import numba
@@ -10,10 +8,9 @@ import numpy as np
 
 from palpate.effects.corotational_law import second
 from palpate.effects.corotational_stress import ARITHMETIC, BLOCK, rotations
+from palpate.effects.principal_blocks import PAIRS, clamp, clamp_pairs, write_blocks
 from palpate.linalg.signed_svd import signed_svd
 
-PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""The pairs of gradients whose blocks are kept; the others are transposes."""
 _TIE = 1e-12
 """Twists below zero by less than this part of μ are rounding: at rest those of rotations are zero."""
 
@@ -23,6 +20,7 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
     """Write the Hessians of the first ``count`` columns of ``f`` (9, BLOCK) into ``blocks`` (54, BLOCK) [N/m].
 
     gradients : (9, BLOCK), the three vectors g of each column [1/m]; shares : (BLOCK,), their volumes [m³]
+    mu, lam : (count,), Lamé's constants of each column [Pa]
     definite : replaces negative eigenvalues of ∂²Ψ/∂F² by zero (Smith, de Goes, Kim 2019, section 5)
     rotated : (15, BLOCK), scratch
     """
@@ -35,7 +33,7 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
         _polar_blocks(rotated, shares, count, mu, lam, pair, blocks)
     for k in range(count):
         if not sure[k]:
-            _principal_blocks(f, gradients, shares[k], k, mu, lam, definite, scratch, blocks)
+            _principal_blocks(f, gradients, shares[k], k, mu[k], lam[k], definite, scratch, blocks)
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
@@ -52,7 +50,7 @@ def _without_clamp(f, r, count, mu, lam, sure):
         a01 = -(f[0, k] * r[3, k] + f[1, k] * r[4, k] + f[2, k] * r[5, k])
         a02 = -(f[0, k] * r[6, k] + f[1, k] * r[7, k] + f[2, k] * r[8, k])
         a12 = -(f[3, k] * r[6, k] + f[4, k] * r[7, k] + f[5, k] * r[8, k])
-        shift = (lam * (s00 + s11 + s22 - 3.0) - 2.0 * mu) / mu + _TIE
+        shift = (lam[k] * (s00 + s11 + s22 - 3.0) - 2.0 * mu[k]) / mu[k] + _TIE
         a00, a11, a22 = s11 + s22 + shift, s00 + s22 + shift, s00 + s11 + shift
         minor = a00 * a11 - a01 * a01
         det = a22 * minor - a12 * (a00 * a12 - a01 * a02) + a02 * (a01 * a12 - a11 * a02)
@@ -75,7 +73,7 @@ def _twists(f, gradients, shares, count, mu, lam, rotated):
         a00, a11, a22 = s11 + s22, s00 + s22, s00 + s11
         c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
         c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
-        weight = shares[k] * (lam * (s00 + s11 + s22 - 3.0) - 2.0 * mu) / (a00 * c00 + a01 * c01 + a02 * c02)
+        weight = shares[k] * (lam[k] * (s00 + s11 + s22 - 3.0) - 2.0 * mu[k]) / (a00 * c00 + a01 * c01 + a02 * c02)
         rotated[9, k], rotated[10, k], rotated[11, k] = weight * c00, weight * c01, weight * c02
         rotated[12, k], rotated[13, k], rotated[14, k] = weight * c11, weight * c12, weight * c22
         g0, g1, g2 = gradients[0, k], gradients[1, k], gradients[2, k]
@@ -103,7 +101,7 @@ def _polar_blocks(rotated, shares, count, mu, lam, pair, blocks):
         y00, y01, y02 = m01 * h2 - m02 * h1, m02 * h0 - m00 * h2, m00 * h1 - m01 * h0
         y10, y11, y12 = m11 * h2 - m12 * h1, m12 * h0 - m01 * h2, m01 * h1 - m11 * h0
         y20, y21, y22 = m12 * h2 - m22 * h1, m22 * h0 - m02 * h2, m02 * h1 - m12 * h0
-        both, volume = 2.0 * mu * shares[k] * (g0 * h0 + g1 * h1 + g2 * h2), lam * shares[k]
+        both, volume = 2.0 * mu[k] * shares[k] * (g0 * h0 + g1 * h1 + g2 * h2), lam[k] * shares[k]
         h0, h1, h2 = volume * h0, volume * h1, volume * h2
         blocks[9 * pair, k] = both + g0 * h0 + g2 * y10 - g1 * y20
         blocks[9 * pair + 1, k] = g0 * h1 + g2 * y11 - g1 * y21
@@ -118,48 +116,15 @@ def _polar_blocks(rotated, shares, count, mu, lam, pair, blocks):
 
 @numba.njit(cache=True, error_model="numpy")
 def _principal_blocks(f, gradients, share, k, mu, lam, definite, scratch, blocks):
-    """Write the blocks of column ``k`` from the principal stretches; scratch : (7, 3, 3).
-
-    With h = Vᵀ g the block of g and g' is V U b Uᵀ, where bᵢⱼ = ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ on and off the diagonal, and each
-    pair of axes (i, j) adds (flip + twist)/2 hⱼ h'ⱼ to bᵢᵢ and (flip − twist)/2 hⱼ h'ᵢ to bᵢⱼ.
-    """
-    given, u, v, curvatures, h, b = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
-    s, flips, twists = scratch[6, 0], scratch[6, 1], scratch[6, 2]
+    """Write the blocks of column ``k`` from the principal stretches; scratch : (7, 3, 3)."""
+    given, u, v, curvatures = scratch[0], scratch[1], scratch[2], scratch[3]
+    s, flips, twists = scratch[4, 0], scratch[4, 1], scratch[4, 2]
     for i in range(9):
         given[i // 3, i % 3] = f[i, k]
     signed_svd(given, u, s, v)
-    if second(s, mu, lam, curvatures, flips, twists) and definite:
-        _clamp(curvatures)
-    for i in range(3):
-        if definite:
-            flips[i], twists[i] = max(flips[i], 0.0), max(twists[i], 0.0)
-        for c in range(3):
-            h[c, i] = (
-                gradients[3 * c, k] * v[0, i] + gradients[3 * c + 1, k] * v[1, i] + gradients[3 * c + 2, k] * v[2, i]
-            )
-    for pair in range(6):
-        c, d = PAIRS[pair]
-        for i in range(3):
-            for j in range(3):
-                b[i, j] = share * curvatures[i, j] * h[c, i] * h[d, j]
-        for axis in range(3):
-            i, j = (axis + 1) % 3, (axis + 2) % 3
-            same = 0.5 * share * (flips[axis] + twists[axis])
-            other = 0.5 * share * (flips[axis] - twists[axis])
-            b[i, i] += same * h[c, j] * h[d, j]
-            b[j, j] += same * h[c, i] * h[d, i]
-            b[i, j] += other * h[c, j] * h[d, i]
-            b[j, i] += other * h[c, i] * h[d, j]
-        for i in range(3):
-            b0 = u[i, 0] * b[0, 0] + u[i, 1] * b[1, 0] + u[i, 2] * b[2, 0]
-            b1 = u[i, 0] * b[0, 1] + u[i, 1] * b[1, 1] + u[i, 2] * b[2, 1]
-            b2 = u[i, 0] * b[0, 2] + u[i, 1] * b[1, 2] + u[i, 2] * b[2, 2]
-            for j in range(3):
-                blocks[9 * pair + 3 * i + j, k] = b0 * u[j, 0] + b1 * u[j, 1] + b2 * u[j, 2]
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _clamp(a):
-    """Replace the negative eigenvalues of the symmetric ``a`` (3, 3) by zero, in place."""
-    values, vectors = np.linalg.eigh(a)
-    a[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    bent = second(s, mu, lam, curvatures, flips, twists)
+    if definite and bent:
+        clamp(curvatures, flips, twists)
+    elif definite:
+        clamp_pairs(flips, twists)
+    write_blocks(u, v, curvatures, flips, twists, gradients, share, k, scratch[5], scratch[6], blocks)

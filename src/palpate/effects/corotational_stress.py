@@ -42,13 +42,14 @@ def rotations(f, r, count, sure):
 def stresses(f, p, count, mu, lam, energies, sure):
     """Write P = ∂Ψ/∂F [Pa] of the first ``count`` columns of ``f`` into ``p``, and Ψ [J/m³] into ``energies``.
 
-    f, p : (9, BLOCK); energies : (BLOCK,); sure : (BLOCK,) bool, scratch
+    f, p : (9, BLOCK); mu, lam : (count,) Lamé's constants of each column [Pa]; energies : (BLOCK,)
+    sure : (BLOCK,) bool, scratch
     """
     rotations(f, p, count, sure)
     _polar_stresses(f, p, count, mu, lam, energies)
     for k in range(count):
         if not sure[k]:
-            energies[k] = _principal_stress(f, p, k, mu, lam)
+            energies[k] = _principal_stress(f, p, k, mu[k], lam[k])
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
@@ -97,8 +98,8 @@ def _polar_stresses(f, r, count, mu, lam, energies):
         d20, d21, d22 = f[6, k] - r20, f[7, k] - r21, f[8, k] - r22
         squares = d00 * d00 + d01 * d01 + d02 * d02 + d10 * d10 + d11 * d11 + d12 * d12
         squares += d20 * d20 + d21 * d21 + d22 * d22
-        pressure, twice = lam * strain, 2.0 * mu
-        energies[k] = mu * squares + 0.5 * pressure * strain
+        pressure, twice = lam[k] * strain, 2.0 * mu[k]
+        energies[k] = mu[k] * squares + 0.5 * pressure * strain
         r[0, k], r[1, k] = twice * d00 + pressure * r00, twice * d01 + pressure * r01
         r[2, k], r[3, k] = twice * d02 + pressure * r02, twice * d10 + pressure * r10
         r[4, k], r[5, k] = twice * d11 + pressure * r11, twice * d12 + pressure * r12

@@ -129,17 +129,18 @@ class StepBegin(Protocol):
         raise NotImplementedError
 
 
-class Driven(Protocol):
-    """Something that is moved from outside, such as an instrument, and does work on the bodies.
-
-    work_j : this work so far [J]
-    """
+class StepEnd(Protocol):
+    """Work at the end of an implicit step, such as an update of inner variables that needs what ``begin`` was told."""
 
     def end(self, x: np.ndarray) -> None:
-        """Add the work of an implicit step, or of a part of one, that is accepted and ends at ``x`` (n, 3) [m].
+        """Take note that an implicit step, or a part of one, is accepted and ends at ``x`` (n, 3) [m]."""
 
-        An effect with a projection adds that of explicit steps there.
-        """
+
+class Driven(StepEnd, Protocol):
+    """Something that is moved from outside, such as an instrument, and does work on the bodies.
+
+    work_j : this work so far [J]; ``end`` adds that of implicit steps, a projection that of explicit ones
+    """
 
     work_j: float
 
@@ -260,6 +261,7 @@ HOOKS: tuple[type, ...] = (
     HeldNodes,
     Projection,
     StepBegin,
+    StepEnd,
     Driven,
     StepLimit,
     Touching,

@@ -5,9 +5,9 @@ import math
 import numba
 import numpy as np
 
-from palpate.effects.corotational import Corotational, deformation_gradient
 from palpate.effects.corotational_law import FOLD
 from palpate.effects.effect import Relaxation
+from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.signed_svd import signed_svd
 
 
@@ -24,7 +24,7 @@ class FemPlasticity(Relaxation):
     shear decreases the corotational energy.
     """
 
-    def __init__(self, elastic: Corotational, yield_strain: float, creep: float, max_strain: float):
+    def __init__(self, elastic: LinearElements, yield_strain: float, creep: float, max_strain: float):
         self._elastic, self._creep = elastic, creep
         self._bounds = (yield_strain, max_strain)
         self._original = elastic.gradients.copy()
@@ -58,7 +58,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
         size = _hencky(s, logs)
         if size <= yield_strain:
             continue
-        before = _density(s, mu, lam)
+        before = _density(s, mu[e], lam[e])
         for k in range(3):
             s[k] = math.exp(flow * (1.0 - yield_strain / size) * logs[k])
         _compose(v, s, v, f)
@@ -71,7 +71,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
                     trial[a, i] += inverse[j, i] * original[e, a, j]
         deformation_gradient(x, tetrahedra[e], trial, f)
         signed_svd(f, u, s, v)
-        if s[2] > FOLD and _density(s, mu, lam) < before:
+        if s[2] > FOLD and _density(s, mu[e], lam[e]) < before:
             plastic[e] = candidate
             gradients[e] = trial
 

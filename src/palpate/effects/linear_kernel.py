@@ -1,14 +1,20 @@
-"""Energy and force of four-node tetrahedra in one pass over the elements, and their stiffness in another."""
+"""Energy and force of four-node tetrahedra in one pass over the elements, and their stiffness in another.
+
+``mu, lam`` (n_elements,) are their moduli [Pa]; ``shape, measure, volume`` the functions of their law, None for the
+corotational one, which is compiled without a branch for others.
+"""
 
 import numba
 import numpy as np
 
-from palpate.effects.corotational_hessian import PAIRS, hessians
+from palpate.effects import principal
+from palpate.effects.corotational_hessian import hessians
 from palpate.effects.corotational_stress import BLOCK, stresses
+from palpate.effects.principal_blocks import PAIRS
 
 
 @numba.njit(cache=True, error_model="numpy")
-def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, force):
+def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, force):
     """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
     f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
     energies, sure, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
@@ -16,13 +22,17 @@ def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, force):
         count = min(BLOCK, len(tetrahedra) - begin)
         for k in range(count):
             _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
-        stresses(f, p, count, mu, lam, energies, sure)
+        mus, lams = mu[begin : begin + count], lam[begin : begin + count]
+        if shape is None:
+            stresses(f, p, count, mus, lams, energies, sure)
+        else:
+            principal.stresses(f, p, count, 1, mus, lams, shape, measure, volume, energies)
         for k in range(count):
             e = begin + k
-            volume = volumes[e]
-            total += volume * energies[k]
+            share = volumes[e]
+            total += share * energies[k]
             for i in range(3):
-                p0, p1, p2 = volume * p[3 * i, k], volume * p[3 * i + 1, k], volume * p[3 * i + 2, k]
+                p0, p1, p2 = share * p[3 * i, k], share * p[3 * i + 1, k], share * p[3 * i + 2, k]
                 pull1 = p0 * gradients[e, 1, 0] + p1 * gradients[e, 1, 1] + p2 * gradients[e, 1, 2]
                 pull2 = p0 * gradients[e, 2, 0] + p1 * gradients[e, 2, 1] + p2 * gradients[e, 2, 2]
                 pull3 = p0 * gradients[e, 3, 0] + p1 * gradients[e, 3, 1] + p2 * gradients[e, 3, 2]
@@ -34,10 +44,11 @@ def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, force):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, values):
+def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (4, 4)."""
     f, g, rotated = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty((15, BLOCK))
     shares, blocks, whole = np.empty(BLOCK), np.empty((54, BLOCK)), np.empty((4, 4, 3, 3))
+    pulls, unused = np.empty((9, BLOCK)), np.empty(BLOCK)
     for begin in range(0, len(tetrahedra), BLOCK):
         count = min(BLOCK, len(tetrahedra) - begin)
         for k in range(count):
@@ -46,7 +57,13 @@ def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, definite, slots, v
             for c in range(3):
                 for j in range(3):
                     g[3 * c + j, k] = gradients[begin + k, c + 1, j]
-        hessians(f, g, shares, count, mu, lam, definite, rotated, blocks)
+        mus, lams = mu[begin : begin + count], lam[begin : begin + count]
+        if shape is None:
+            hessians(f, g, shares, count, mus, lams, definite, rotated, blocks)
+        else:
+            principal.hessians(
+                f, g, shares, count, 1, mus, lams, shape, measure, volume, definite, blocks, pulls, unused
+            )
         for k in range(count):
             _to_four(blocks, k, whole)
             for a in range(4):

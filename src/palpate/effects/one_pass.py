@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from palpate.errors import NotConverged
+
 KEPT = 2
 """Positions that are kept: a line search goes one step too far, a step in time begins at one of two places."""
 
@@ -12,6 +14,9 @@ class OnePass:
     Newton's method asks for the energy at the end of each step, and then for the force there. Kept positions are
     copies and are compared by value, since integrators may change ``x`` in place.
     """
+
+    forbids = False
+    """Whether the energy of a flat or inverted element is infinite."""
 
     def __init__(self) -> None:
         self._kept: list[tuple[np.ndarray, float, np.ndarray]] = []
@@ -38,9 +43,22 @@ class OnePass:
         return self._at(x)[0]
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Return the elastic nodal forces (n_nodes, 3) [N] at positions ``x``: minus the energy's gradient."""
-        return self._at(x)[1].copy()
+        """Return the elastic nodal forces (n_nodes, 3) [N] at positions ``x``: minus the energy's gradient.
+
+        Raises NotConverged where the energy is infinite, as some laws have it of inverted elements.
+        """
+        return self._finite(x).copy()
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
         """Add the elastic nodal forces to ``force`` (n_nodes, 3) [N]."""
-        force += self._at(x)[1]
+        force += self._finite(x)
+
+    def _finite(self, x: np.ndarray) -> np.ndarray:
+        energy, force = self._at(x)
+        if self.forbids and energy == np.inf:
+            raise NotConverged(
+                "an element is flat or inverted, which its law forbids; choose stable_neo_hookean or corotational, "
+                "a smaller step, or a smaller load",
+                [],
+            )
+        return force

@@ -1,5 +1,6 @@
 """Lasting deformation: the plasticity that suits the elastic effect."""
 
+from palpate.bodies.material import LAWS
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Goals, offers
 from palpate.errors import InputError
@@ -17,13 +18,13 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> Effect
 
         if isinstance(elastic, ShapeMatching):
             return ShapePlasticity(particles, settings, elastic)
-    from palpate.effects.corotational import Corotational
+    from palpate.effects.linear_elements import LinearElements
 
-    if isinstance(elastic, Corotational):
+    if isinstance(elastic, LinearElements) and elastic.tissue.law == LAWS[0]:
         from palpate.effects.fem_plasticity import FemPlasticity
 
         return FemPlasticity(elastic, settings["yield_strain"], settings["creep_1_s"], settings["max_strain"])
     raise InputError(
-        f"{particles.name}: plasticity is not offered for springs and triangles; "
+        f"{particles.name}: plasticity is not offered for springs, triangles and other laws; "
         "choose corotational or shape_matching, or leave it out."
     )

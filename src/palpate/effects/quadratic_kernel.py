@@ -4,33 +4,40 @@ Elements are worked on in batches of BATCH; arrays of a batch end in an axis of 
 over elements and are vectorised. Point q of element e stands in column q BATCH + e of a block of deformation gradients.
 ``slopes`` (4, 10, 3) are the derivatives of the shape functions at the points with respect to the barycentric
 coordinates of the second to fourth corner, ``gradients`` (n_elements, 4, 3) those of these coordinates [1/m].
+``mu, lam`` (n_elements,) are moduli [Pa]; ``shape, measure, volume`` the functions of the law, None for the
+corotational one, which is compiled without a branch for others; ``group`` is POINTS for mean dilatation, else 1.
 """
 
 import numba
 import numpy as np
 
-from palpate.effects.corotational_hessian import PAIRS, hessians
+from palpate.effects import principal
+from palpate.effects.corotational_hessian import hessians
 from palpate.effects.corotational_stress import ARITHMETIC, BLOCK, stresses
+from palpate.effects.principal_blocks import PAIRS
 
 POINTS = 4
 BATCH = BLOCK // POINTS
 
 
 @numba.njit(cache=True, error_model="numpy")
-def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, force):
+def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, force):
     """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
-    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty(BLOCK)
+    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, p, energies, sure = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_)
     total = 0.0
     for begin in range(0, len(ten), BATCH):
         count = min(BATCH, len(ten) - begin)
-        _gather(x, ten, gradients, volumes, begin, count, places, g, shares)
-        _deformation_gradients(places, slopes, g, pulls, f)
-        stresses(f, p, BLOCK, mu, lam, energies, sure)
-        _forces(p, slopes, g, shares, pulls, places)
+        gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
+        deformation_gradients(places, slopes, g, pulls, f)
+        if shape is None:
+            stresses(f, p, BLOCK, shares[1], shares[2], energies, sure)
+        else:
+            principal.stresses(f, p, BLOCK, group, shares[1], shares[2], shape, measure, volume, energies)
+        forces(p, slopes, g, shares[0], pulls, places)
         for e in range(count):
             for q in range(POINTS):
-                total += shares[q * BATCH + e] * energies[q * BATCH + e]
+                total += shares[0, q * BATCH + e] * energies[q * BATCH + e]
             for a in range(10):
                 for i in range(3):
                     force[ten[begin + e, a], i] -= places[3 * a + i, e]
@@ -38,40 +45,63 @@ def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, force):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, definite, slots, values):
+def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10)."""
-    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty(BLOCK)
+    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, rotated, blocks = np.empty((9, BLOCK)), np.empty((15, BLOCK)), np.empty((54, BLOCK))
     half, whole = np.empty((POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
+    scratch, unused = np.empty((9, BLOCK)), np.empty(BLOCK)
     for begin in range(0, len(ten), BATCH):
         count = min(BATCH, len(ten) - begin)
-        _gather(x, ten, gradients, volumes, begin, count, places, g, shares)
-        _deformation_gradients(places, slopes, g, pulls, f)
-        hessians(f, g, shares, BLOCK, mu, lam, definite, rotated, blocks)
+        gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
+        deformation_gradients(places, slopes, g, pulls, f)
+        if shape is None:
+            hessians(f, g, shares[0], BLOCK, shares[1], shares[2], definite, rotated, blocks)
+        else:
+            principal.hessians(
+                f,
+                g,
+                shares[0],
+                BLOCK,
+                1,
+                shares[1],
+                shares[2],
+                shape,
+                measure,
+                volume,
+                definite,
+                blocks,
+                scratch,
+                unused,
+            )
         for a in range(10):
-            _half(blocks, slopes, a, half)
+            half_product(blocks, slopes, a, half)
             for b in range(a, 10):
-                _whole(half, slopes, b, whole)
-                _scatter(whole, slots, begin, count, a, b, values)
+                whole_product(half, slopes, b, whole)
+                scatter(whole, slots, begin, count, a, b, values)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _gather(x, ten, gradients, volumes, begin, count, places, g, shares):
-    """Write the batch's positions (30, BATCH), gradients (9, BLOCK) and volumes (BLOCK,); idle columns get the last."""
+def gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares):
+    """Write the batch's positions (30, BATCH), gradients (9, BLOCK), and volumes and moduli (3, BLOCK).
+
+    Idle columns get the last element.
+    """
     for e in range(BATCH):
         element = begin + min(e, count - 1)
         for a in range(10):
             for i in range(3):
                 places[3 * a + i, e] = x[ten[element, a], i]
         for q in range(POINTS):
-            shares[q * BATCH + e] = volumes[element] / POINTS
+            k = q * BATCH + e
+            shares[0, k], shares[1, k], shares[2, k] = volumes[element] / POINTS, mu[element], lam[element]
             for c in range(3):
                 for j in range(3):
-                    g[3 * c + j, q * BATCH + e] = gradients[element, c + 1, j]
+                    g[3 * c + j, k] = gradients[element, c + 1, j]
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _deformation_gradients(places, slopes, g, pulls, f):
+def deformation_gradients(places, slopes, g, pulls, f):
     """Write F of all points into ``f`` (9, BLOCK)."""
     for q in range(POINTS):
         pulls[:] = 0.0
@@ -94,7 +124,7 @@ def _deformation_gradients(places, slopes, g, pulls, f):
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _forces(p, slopes, g, shares, pulls, forces):
+def forces(p, slopes, g, shares, pulls, forces):
     """Write the derivatives of the energy with respect to the ten nodes into ``forces`` (30, BATCH)."""
     forces[:] = 0.0
     for q in range(POINTS):
@@ -117,7 +147,7 @@ def _forces(p, slopes, g, shares, pulls, forces):
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _half(blocks, slopes, a, half):
+def half_product(blocks, slopes, a, half):
     """Write Σ_c slope_c B_cd of node ``a``, for all points and each d, into ``half`` (POINTS, 3, 9, BATCH)."""
     half[:] = 0.0
     for q in range(POINTS):
@@ -134,7 +164,7 @@ def _half(blocks, slopes, a, half):
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _whole(half, slopes, b, whole):
+def whole_product(half, slopes, b, whole):
     """Write the Hessian of one node and node ``b``, Σ_q,d ``half`` slope_d, into ``whole`` (9, BATCH)."""
     for row in range(9):
         for e in range(BATCH):
@@ -146,7 +176,7 @@ def _whole(half, slopes, b, whole):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _scatter(whole, slots, begin, count, a, b, values):
+def scatter(whole, slots, begin, count, a, b, values):
     """Add the batch's blocks of the nodes ``a`` and ``b`` to ``values``, and those of ``b`` and ``a``."""
     for e in range(count):
         one, other = slots[begin + e, a, b], slots[begin + e, b, a]

@@ -13,7 +13,9 @@ def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
     k = E ΣV/l² with the volumes V of the tetrahedra around the edge (paper 2, eq. 5, with one E; Van Gelder 1998).
     Averaged over directions this gives the modulus E and a Poisson ratio of 1/4. Trap: no choice of k gives another
     ratio (Kot and Nagahashi), and on a regular mesh the stiffness depends on the direction.
+    Raises InputError for tetrahedra of several stiffnesses.
     """
+    particles.refuse_regions("springs have")
     ends = np.sort(particles.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
     a, b, c, d = (particles.nodes[particles.tetrahedra[:, i]] for i in range(4))
@@ -44,7 +46,11 @@ def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray
 
 
 def edge_stiffness(particles: Particles) -> float:
-    """Compute Young's modulus times the mean length of an edge [N/m]: the stiffness of a cube of that size."""
+    """Compute Young's modulus times the mean length of an edge [N/m]: the stiffness of a cube of that size.
+
+    Raises InputError for tetrahedra of several stiffnesses.
+    """
+    particles.refuse_regions("a stiffness that follows from Young's modulus needs")
     ends = particles.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     lengths = np.linalg.norm(particles.nodes[ends[:, 0]] - particles.nodes[ends[:, 1]], axis=1)
     return particles.material.young_pa * float(lengths.mean())

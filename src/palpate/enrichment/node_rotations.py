@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.corotational import shape_gradients
+from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.signed_svd import signed_svd
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.corotational import shape_gradients
+from palpate.effects.linear_elements import shape_gradients
 
 
 class NodalSpins:

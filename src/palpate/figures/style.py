@@ -111,6 +111,10 @@ SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(t
 # One hue for elastic effects, another for loads and contact, a third for damping
 EFFECTS = {
     "corotational": "#009e73",
+    "stable_neo_hookean": "#009e73",
+    "neo_hookean": "#009e73",
+    "st_venant_kirchhoff": "#009e73",
+    "own_law": "#009e73",
     "triangles": "#009e73",
     "springs": "#009e73",
     "shape_matching": "#009e73",
@@ -127,6 +131,7 @@ EFFECTS = {
     "maxwell": "#7a3b63",
     "velocity_damping": "#e3b1cd",
     "plasticity": "#3b3b8f",
+    "prony": "#8f6bb5",
     "kinetic": "#0072b2",
     "outer_work": "#d55e00",
     "integrator": "#bdbdbd",

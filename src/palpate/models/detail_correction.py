@@ -13,7 +13,7 @@ from palpate.models.coarse_answers import coarse_settings, coarse_solver, seen_w
 from palpate.models.coarse_enriched import Enriched
 from palpate.models.model import Case, Setting, training_counts
 
-PREPARED, REDUCES, LAW = True, "p2", "corotational"
+PREPARED, REDUCES, LAW = True, "p2", "the body's"
 
 
 def settings(case: Case) -> list[Setting]:

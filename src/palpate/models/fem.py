@@ -7,7 +7,7 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting, distinct
 
-LAW = "corotational"
+LAW = "the body's"
 
 
 def settings(case: Case, order: int) -> list[Setting]:

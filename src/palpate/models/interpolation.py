@@ -5,7 +5,7 @@ from palpate.models.coarse_answers import coarse_settings, coarse_solver
 from palpate.models.coarse_enriched import Enriched
 from palpate.models.model import Case, Setting
 
-SEES, LAW = "deformation", "corotational"
+SEES, LAW = "deformation", "the body's"
 
 
 def settings(case: Case) -> list[Setting]:

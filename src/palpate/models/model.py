@@ -110,7 +110,7 @@ class Model(NamedTuple):
     sees : "load", if it is given the force, or "deformation", if it sees what a force does to the coarse mesh only
     prepared : whether it answers contacts only whose linear responses were stored before; see ``needs_contacts``
     reduces : "p2", if its answers come from responses of the fine quadratic elements, stored or learnt from; else ""
-    law : of the material, as a table has it; "" if it is not known
+    law : of the material, as a table has it; BODYS where it is the body's own, "" if it is not known
     """
 
     settings: Callable[[Case], list[Setting]]
@@ -121,6 +121,10 @@ class Model(NamedTuple):
     reduces: str = ""
     law: str = ""
 
+    def law_of(self, case: Case) -> str:
+        """Return the law of the material with which the model answers for the body of ``case``."""
+        return case.body.material.law if self.law == BODYS else self.law
+
     def needs_contacts(self, setting: Setting) -> bool:
         """Return whether the model with this setting answers prepared contacts only.
 
@@ -129,6 +133,8 @@ class Model(NamedTuple):
         return self.prepared or "linear" in (setting.get("coarse"), setting.get("start"))
 
 
+BODYS = "the body's"
+"""The law of models that take that of the body."""
 DECLARED: dict[str, tuple] = {"sees": ("load", "deformation"), "prepared": (False, True), "reduces": ("", "p2")}
 """What a model's file may say of it, in capitals, such as SEES = "load": the values that each may have, the first of
 which it has if the file says nothing."""
@@ -148,6 +154,12 @@ def refuse_bed(case: Case, what: str) -> None:
     """Raise NotConverged for a body on an elastic bed, which ``what`` do not have: all samples count as failed."""
     if case.body.bed is not None:
         raise NotConverged(f"{what} have no elastic bed, which holds {case.body.name}", [float("nan")])
+
+
+def refuse_regions(case: Case, what: str) -> None:
+    """Raise NotConverged for a body of several stiffnesses, of which ``what`` have one: all samples count as failed."""
+    if case.body.regions is not None and not case.body.regions.is_one_stiffness:
+        raise NotConverged(f"{what} have one stiffness, and the regions of {case.body.name} differ", [float("nan")])
 
 
 def training_counts(case: Case, shares: Iterable[float]) -> list[int]:

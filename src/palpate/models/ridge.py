@@ -5,7 +5,7 @@ from palpate.models.coarse_answers import coarse_settings, coarse_solver, fittin
 from palpate.models.coarse_enriched import Enriched
 from palpate.models.model import Case, Setting, training_counts
 
-SEES, REDUCES, LAW = "deformation", "p2", "corotational"
+SEES, REDUCES, LAW = "deformation", "p2", "the body's"
 
 
 def settings(case: Case, kernel: bool) -> list[Setting]:

@@ -12,7 +12,7 @@ from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import goal_shapes
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.model import Case, refuse_bed
+from palpate.models.model import Case, refuse_bed, refuse_regions
 from palpate.samples.database import Database
 
 LEFT = 0.01
@@ -50,6 +50,7 @@ class Shapes:
     def __init__(self, case: Case, mode: str, clusters: dict):
         self.particles = particles_of(case.body, 0, surface=False)
         refuse_bed(case, "shapes")
+        refuse_regions(case, "shapes")
         if not len(self.particles.held):
             raise InputError(f"{case.body.name}: nothing is held, so shapes do not come to rest; give it anchors.")
         self.up = to_surface(case.body, 0)

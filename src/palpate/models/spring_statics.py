@@ -13,7 +13,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.model import Case, refuse_bed
+from palpate.models.model import Case, refuse_bed, refuse_regions
 from palpate.solvers.lbfgs import descend
 from palpate.solvers.system import System
 
@@ -32,6 +32,7 @@ class Network:
     def __init__(self, case: Case, level: int):
         self.particles = particles_of(case.body, level, surface=False)
         refuse_bed(case, "springs")
+        refuse_regions(case, "springs")
         if not len(self.particles.held):
             raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
         self.model, self.rest = spring_model(self.particles), self.particles.nodes

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
-from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC
+from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, of_law
 from palpate.scenes.scene import Scene
 
 OWN_POISSON = 0.25
@@ -58,7 +58,7 @@ def _elastic(scene: Scene, particles: Particles) -> tuple[str, str]:
     if particles.thickness_m:
         return "triangles", "the body is a sheet"
     if len(particles.tetrahedra):
-        return "corotational", "the body is made of tetrahedra"
+        return of_law(particles.material.law), "the body is made of tetrahedra"
     return "springs", "the particles are a surface without an inside"
 
 

@@ -26,6 +26,8 @@ def effect_names(scene: Scene, particles: Particles) -> list[str]:
     if wrong := effect_registry.fault(scene.effects, scene.own, scene.settings, scene.held):
         raise InputError(f"{scene.place}.{wrong}")
     elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
+    if wrong := effect_registry.wrong_law(elastic[0], particles.name, particles.material.law):
+        raise InputError(f"{scene.place}.{wrong}")
     return elastic + [name for name in scene.effects if name not in elastic]
 
 

@@ -5,7 +5,7 @@ from palpate.scenes.contact_settings import has_contact
 
 LOADS = ("gravity", "push")
 """Effects that a trial takes over from its scene; it is held in any case."""
-UNKNOWN_TO_MODELS = ("plasticity", "body_springs")
+UNKNOWN_TO_MODELS = ("plasticity", "prony", "body_springs")
 """Effects that not all models have."""
 LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""

@@ -9,11 +9,16 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
+from palpate.bodies.material import LAWS
 from palpate.errors import describe_unknown
 
 FORMS = ("solid", "surface", "sheet")
 """Forms of bodies: with tetrahedra inside, the surface alone, a flat sheet."""
 SOLID, SHEET = FORMS[:1], FORMS[2:]
+OWN_LAW = "own_law"
+"""The effect of finite elements whose law is a file of the user's."""
+FINITE_ELEMENTS = (*LAWS, OWN_LAW)
+"""Effects of finite elements: the name is that of the body's law."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +37,13 @@ class Entry:
     settings: Mapping[str, Any] | None = None
     damping: str = ""
     forms: tuple[str, ...] = FORMS
-    elastic: tuple[str, ...] = ("corotational", "triangles", "springs", "shape_matching")
+    elastic: tuple[str, ...] = (*FINITE_ELEMENTS, "triangles", "springs", "shape_matching")
 
 
 EFFECTS = {
-    "corotational": Entry("palpate.effects.corotational", "elastic", {}, "rayleigh", forms=SOLID),
+    **{
+        law: Entry("palpate.effects.linear_elements", "elastic", {}, "rayleigh", forms=SOLID) for law in FINITE_ELEMENTS
+    },
     "triangles": Entry("palpate.effects.triangles", "elastic", {}, "rayleigh", forms=SHEET),
     "springs": Entry("palpate.effects.springs", "elastic", {}, "kelvin"),
     "shape_matching": Entry("palpate.effects.shape_matching.goal_shapes", "elastic", None, damping="velocity_damping"),
@@ -49,6 +56,7 @@ EFFECTS = {
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
     "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
     "plasticity": Entry("palpate.effects.plasticity", elastic=("corotational", "shape_matching")),
+    "prony": Entry("palpate.effects.prony", forms=SOLID, elastic=FINITE_ELEMENTS),
     "rayleigh": Entry("palpate.effects.rayleigh", "damping", {"mass_1_s": 1.0, "stiffness_s": 0.01}),
     "kelvin": Entry("palpate.effects.kelvin", "damping", {"ratio": 0.1}, elastic=("springs",)),
     "maxwell": Entry("palpate.effects.maxwell", "damping", elastic=("springs",)),
@@ -76,6 +84,18 @@ def effect(name: str) -> ModuleType:
 def integrator(name: str) -> ModuleType:
     """Import the module of one of INTEGRATORS."""
     return importlib.import_module(INTEGRATORS[name])
+
+
+def of_law(law: str) -> str:
+    """Return the name of the effect of finite elements of ``law``, one of LAWS or a path."""
+    return law if law in LAWS else OWN_LAW
+
+
+def wrong_law(elastic: str, body: str, law: str) -> str:
+    """Describe that the effect ``elastic`` has another law than the body; empty if it does not."""
+    if elastic not in FINITE_ELEMENTS or elastic == of_law(law):
+        return ""
+    return f"effects names {elastic}, and the law of {body} is {law}; name {of_law(law)}, or give {body} another law."
 
 
 def fault(names: list[str], own: Iterable[str], described: Iterable[str], held: bool = True) -> str:

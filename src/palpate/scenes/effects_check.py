@@ -1,22 +1,28 @@
 """Check that the effects of a scene suit each other, its body and its integrator, by its entry in the config alone."""
 
+from palpate.bodies import prony_series
+from palpate.bodies.material import LAWS
 from palpate.errors import InputError
-from palpate.scenes.contact_settings import has_contact
-from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, fault, unknown
+from palpate.scenes.contact_settings import bodies_in, has_contact
+from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, fault, of_law, unknown, wrong_law
 
 FORM_WORDS = {"solid": "a body with tetrahedra", "surface": "a surface alone", "sheet": "a body of kind sheet"}
+ONE_STIFFNESS = ("springs", "shape_matching", "triangles")
+"""Elastic effects that have one stiffness for all bodies of a scene."""
 STRETCHED = ("structural_n_m", "shear_n_m", "bending_n_m")
 """Stiffnesses of springs that have no solid to take them from."""
 
 
-def check_effects(place: str, scene: dict, kind: str) -> None:
+def check_effects(place: str, scene: dict, kind: str, law: str = LAWS[0]) -> None:
     """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other.
 
-    scene : its complete entry; kind : of its body
+    scene : its complete entry; kind, law : of its body
     """
     names, own = _named(place, scene), scene.get("own", {})
-    form = "sheet" if kind == "sheet" else "surface" if scene["surface"] else "solid"
-    elastic = next((name for name in names if name in ELASTIC), None) or _elastic(place, scene, form)
+    form = _form(scene, kind)
+    elastic = _elastic_of(place, scene, names, form, law)
+    if wrong := wrong_law(elastic, scene["body"], law):
+        raise InputError(f"{place}.{wrong}")
     asks = "effects names" if scene["effects"] != "auto" else "says effects: auto, which calls for"
     where = f"{place}.{asks}" if scene["effects"] != "auto" else f"{place} {asks}"
     for name in [elastic, *(name for name in names if name != elastic and name not in own)]:
@@ -36,6 +42,38 @@ def check_effects(place: str, scene: dict, kind: str) -> None:
     _check_settings(place, scene, elastic, form, names)
 
 
+def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
+    """Raise InputError, beginning with ``place``, for several stiffnesses where the elastic effect has one.
+
+    scene : its complete entry; bodies : the entries of the config, by name
+    """
+    first = bodies[scene["body"]]
+    law = first.get("law", LAWS[0])
+    elastic = _elastic_of(place, scene, _named(place, scene), _form(scene, first["kind"]), law)
+    for body in bodies_in(scene):
+        same = ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]
+        for key in same:
+            of_first, of_this = first.get(key, 0.0), bodies[body].get(key, 0.0)
+            if of_first != of_this:
+                raise InputError(
+                    f"{place}.others: {scene['body']} has {key} {of_first:g} and {body} {of_this:g}; bodies of a scene "
+                    f"with {elastic} must have the same stiffness and thickness: make them equal."
+                )
+        if elastic in ONE_STIFFNESS and bodies[body].get("regions"):
+            raise InputError(
+                f"{place}: {body} has regions, and {elastic} has one stiffness; name corotational, or a body without "
+                "regions."
+            )
+
+
+def _form(scene: dict, kind: str) -> str:
+    return "sheet" if kind == "sheet" else "surface" if scene["surface"] else "solid"
+
+
+def _elastic_of(place: str, scene: dict, names: list[str], form: str, law: str) -> str:
+    return next((name for name in names if name in ELASTIC), None) or _elastic(place, scene, form, law)
+
+
 def _named(place: str, scene: dict) -> list[str]:
     """Return the effects that a scene names; with auto, those of its blocks that it calls for on any body."""
     own = scene.get("own", {})
@@ -47,15 +85,16 @@ def _named(place: str, scene: dict) -> list[str]:
         raise InputError(f"{place}.{wrong}")
     moves = any(key in scene for key in ("gravity", "push")) or has_contact(scene) or own or scene["start"] != "rest"
     called = [name for name in DAMPINGS if name in scene and moves]
+    called += ["prony"] if "prony" in scene else []
     return [*called, *(["plasticity"] if scene.get("plasticity", {}).get("max_strain", 0) > 0 else [])]
 
 
-def _elastic(place: str, scene: dict, form: str) -> str:
+def _elastic(place: str, scene: dict, form: str, law: str) -> str:
     """Return the elastic effect that ``effects: auto`` calls for."""
     described = [name for name in ("springs", "shape_matching") if name in scene]
     if len(described) > 1:
         raise InputError(f"{place} describes both springs and shape_matching; keep one of them, or name the effects.")
-    return described[0] if described else {"solid": "corotational", "surface": "springs", "sheet": "triangles"}[form]
+    return described[0] if described else {"solid": of_law(law), "surface": "springs", "sheet": "triangles"}[form]
 
 
 def _instead(name: str, form: str) -> str:
@@ -80,6 +119,8 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
 
 def _check_settings(place: str, scene: dict, elastic: str, form: str, names: list[str]) -> None:
     """Raise InputError for blocks that do not suit the elastic effect or the body."""
+    if "prony" in names and (wrong := prony_series.fault(scene["prony"])):
+        raise InputError(f"{place}.prony.{wrong}.")
     if elastic == "springs":
         _check_springs(place, scene.get("springs", {}), form)
     if elastic != "shape_matching":

@@ -86,7 +86,12 @@ def minimise(
     solution = solution or Solution(x)
     solution.x, first = x, len(solution.history)
     start = perf_counter() - (solution.seconds[-1] if first else 0.0)
-    energy, force, stalled = problem.energy(x), problem.force(x), 0
+    energy, stalled = problem.energy(x), 0
+    if not np.isfinite(energy):
+        solution.history.append(np.inf)
+        solution.seconds.append(perf_counter() - start)
+        raise NotConverged(_message(solution, 0, tolerance), solution.history)
+    force = problem.force(x)
     while True:
         residual = float(np.linalg.norm(force)) / scale
         solution.history.append(residual)

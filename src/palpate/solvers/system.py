@@ -49,7 +49,8 @@ class System:
         self._projections = [(n, e.project) for n, e in self.offering(hooks.Projection)]
         self._relaxations = [(n, e.relax) for n, e in self.offering(hooks.Relaxation)]
         self._begins = [(n, e.begin) for n, e in self.offering(hooks.StepBegin)]
-        self._driven = self.offering(hooks.Driven)
+        self._ends = [(n, e.end) for n, e in self.offering(hooks.StepEnd)]
+        self._driven = [e for _, e in self.offering(hooks.Driven)]
         self._limits = [(n, e.limit) for n, e in self.offering(hooks.StepLimit)]
         self._unbounded = {n for n, _ in self._limits}
         self._touching = [(n, e.touching) for n, e in self.offering(hooks.Touching)]
@@ -161,8 +162,7 @@ class System:
 
     def end(self, x: np.ndarray) -> None:
         """End an implicit step, or a part of one, that is accepted, at ``x`` (n, 3) [m]."""
-        for name, effect in self._driven:
-            self._timed(name, effect.end, x)
+        self._change(self._ends, x)
 
     def add_work(self, load: np.ndarray, motion: np.ndarray) -> None:
         """Add the work of a ``load`` (n, 3) [N] over a ``motion`` (n, 3) [m] of the nodes to ``work_j``."""
@@ -171,7 +171,7 @@ class System:
     @property
     def work_j(self) -> float:
         """The work [J] that loads and moved obstacles have done so far."""
-        return self._load_work + sum(effect.work_j for _, effect in self._driven)
+        return self._load_work + sum(effect.work_j for effect in self._driven)
 
     def hold(self, matrix: sparse.bsr_array) -> None:
         """Replace the rows and columns of held nodes by those of the identity, in place."""

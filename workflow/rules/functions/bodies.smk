@@ -6,8 +6,8 @@ def body_paths(name):
     body = config["bodies"][name]
     return {
         key: normpath(CONFIG_FILE.parent / body[key])
-        for key in ("path", "image", "mask")
-        if body.get(key) is not None
+        for key in ("path", "image", "mask", "law")
+        if body.get(key) is not None and (key != "law" or body[key].endswith(".py"))
     }
 
 

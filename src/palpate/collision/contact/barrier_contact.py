@@ -102,7 +102,7 @@ class Contact(
         self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not settings.get("self_contact", False)))
         self._is_floor = np.array([False] * len(bodies) + [o.kind == "floor" for o in obstacles])
         strengths = np.zeros(len(self._points))
-        strengths[: self._n] = particles.material.young_pa * particles.areas
+        strengths[: self._n] = particles.nodal_young_pa() * particles.areas
         self._radii = np.array([0.0] * len(bodies) + [o.radius_m for o in obstacles])
         self._proximity = Proximity(self._points, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
         for o, where in zip(obstacles, self._ranges, strict=True):

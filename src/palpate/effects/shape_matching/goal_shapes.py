@@ -21,8 +21,10 @@ def make(particles: Particles, settings: dict, elastic: Effect | None = None) ->
     settings : ``mode`` (rigid, linear or quadratic), ``alpha`` (fraction of the way to the goals in a step, 0 to 1),
         ``beta`` (share of the deformation in the goals, 0 to 1; none in rigid), ``clusters`` (see ``make_clusters``)
 
-    Raises InputError for a setting out of range, or clusters that do not hold the body together.
+    Raises InputError for a setting out of range, clusters that do not hold the body together, or a body of several
+    stiffnesses.
     """
+    particles.refuse_regions("shape matching has")
     if settings["mode"] not in TERMS:
         raise InputError(f"shape_matching.mode {settings['mode']} is unknown: choose one of {', '.join(TERMS)}")
     for name in ("alpha", "beta"):

@@ -4,12 +4,19 @@ from collections.abc import Callable
 
 import pandas as pd
 
-from palpate.evaluation.hard_cases import contact_cases, dynamics_cases, enrichment_cases, fem_cases, start_cases
+from palpate.evaluation.hard_cases import (
+    contact_cases,
+    dynamics_cases,
+    enrichment_cases,
+    fem_cases,
+    law_cases,
+    start_cases,
+)
 from palpate.evaluation.hard_cases.hard_case import Case, judge
 
 FAMILIES = {
     "enrichment": [enrichment_cases.cases],
-    "fem": [fem_cases.cases, start_cases.cases],
+    "fem": [fem_cases.cases, start_cases.cases, law_cases.cases],
     "dynamics": [dynamics_cases.cases],
     "contact": [contact_cases.cases],
 }

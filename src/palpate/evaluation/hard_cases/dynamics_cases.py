@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.body import Material
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.shape_matching import goal_shapes
 from palpate.evaluation.hard_cases.hard_case import Case, finite

@@ -4,15 +4,16 @@ from functools import cache
 
 import numpy as np
 
-from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_boundary
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
-from palpate.effects.corotational import Corotational
 from palpate.effects.effect import Effect
 from palpate.effects.held import Held
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.springs import Springs
 from palpate.evaluation.hard_cases import locking
 from palpate.evaluation.hard_cases.hard_case import Case, finite
@@ -86,7 +87,7 @@ def _solved(body: Body, newtons: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _left(body: Body, x: np.ndarray, load: np.ndarray) -> float:
     finite(x)
-    force = Corotational(body.fine, body.material).force(x) + load
+    force = LinearElements(body.fine, body.material).force(x) + load
     force[body.anchors[-1]] = 0.0
     return float(np.linalg.norm(force) / np.linalg.norm(load))
 
@@ -104,7 +105,7 @@ def _contrast(model: str) -> float:
         mesh = TetMesh(particles.nodes, particles.tetrahedra)
         hard = particles.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1
         elastic = {
-            name: Corotational(TetMesh(mesh.nodes, mesh.tetrahedra[which]), Material(young, 0.0, 1000.0))
+            name: LinearElements(TetMesh(mesh.nodes, mesh.tetrahedra[which]), Material(young, 0.0, 1000.0))
             for name, which, young in (("soft", ~hard, 3000.0), ("hard", hard, 3e9))
         }
         force, expected = end_face(mesh), 0.1 / (3000.0 * 0.05**2) * (1.0 + 1e-6)
@@ -208,6 +209,6 @@ def _stretched(model: str) -> float:
     x = mesh.nodes * [3.0, 1.0, 1.0]
     x, _ = Stepper(model, particles, {"held": None}).go(x, np.zeros_like(x), 0.05, 200)
     finite(x)
-    force = Corotational(mesh, particles.material).force(x)
+    force = LinearElements(mesh, particles.material).force(x)
     on_end = np.linalg.norm(force[mesh.nodes[:, 0] == 0.0].sum(axis=0))
     return float(np.linalg.norm(np.delete(force, ends, axis=0)) / on_end)

@@ -4,8 +4,9 @@ from functools import cache
 
 import numpy as np
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.evaluation.hard_cases.stage import end_face
 from palpate.solvers.equilibrium import Equilibrium

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.body import Material
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.evaluation.hard_cases.hard_case import finite

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.body import Material
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.effects import held, velocity_damping
 from palpate.effects.shape_matching import goal_shapes

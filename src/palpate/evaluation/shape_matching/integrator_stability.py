@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs

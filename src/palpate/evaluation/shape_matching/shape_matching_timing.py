@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.body import Material
 from palpate.bodies.box import box
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.effects.shape_matching import goal_shapes
 from palpate.effects.shape_matching.polynomial_fit import TERMS

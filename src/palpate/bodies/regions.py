@@ -1,0 +1,138 @@
+"""Regions of a body with a material of their own: by a sphere, a mesh file's tags, or the labels of a CT's mask."""
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.material import Material, Tissue
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_shapes import load_tagged
+from palpate.bodies.refinement import refine
+from palpate.bodies.units import in_words
+from palpate.errors import InputError
+
+CONTRAST = 1e4
+"""Ratio of the moduli of a body up to which solvers are tested."""
+COARSE = 0.2
+"""Relative difference between the volumes of a region and of its elements from which on there is a warning."""
+AT_ONCE = 4096
+"""Elements whose points are looked at together."""
+
+Inside = Callable[[np.ndarray], np.ndarray]
+"""A test whether points (n, 3) [m] lie in a region, (n,) bool."""
+
+
+def read_regions(
+    body: str, entry: dict, mesh: TetMesh, own: Material, read_material: Callable, remeshed: bool
+) -> Tissue | None:
+    """Read the tissue of the coarse ``mesh`` from ``entry["regions"]``; None without such.
+
+    own : material of what is in no region; read_material(place, constants) : checks those of a region
+    remeshed : whether the elements are not those of the file
+
+    A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly,
+    and of a contrast above CONTRAST; raises InputError for a region that is not given by exactly one rule, has a wrong
+    constant, or holds no tetrahedron.
+    """
+    rules = entry.get("regions")
+    if not rules:
+        return None
+    if not isinstance(mesh, TetMesh):
+        raise InputError(f"body {body}: regions need tetrahedra, and a sheet has none; remove them.")
+    materials, region = [own], np.zeros(len(mesh.tetrahedra), dtype=np.int64)
+    for number, (name, rule) in enumerate(rules.items(), start=1):
+        place = f"{body}: regions.{name}"
+        given = {"poisson": own.poisson, "density_kg_m3": own.density_kg_m3, "law": own.law}
+        materials.append(read_material(place, given | rule))
+        shares = _shares(place, rule, entry, mesh, remeshed)
+        free = (shares >= 0.5) & (region == 0)
+        _check_held(place, rule, mesh, shares, free)
+        region[free] = number
+    _check_contrast(body, materials)
+    return Tissue(tuple(materials), region)
+
+
+def _shares(place: str, rule: dict, entry: dict, mesh: TetMesh, remeshed: bool) -> np.ndarray:
+    """Return what share of each tetrahedron (n_tetrahedra,) lies in the region, 0 to 1."""
+    kinds = [kind for kind in ("tag", "sphere", "label") if kind in rule]
+    if len(kinds) != 1:
+        found = " and ".join(kinds) or "none of them"
+        raise InputError(f"body {place} has {found}; give exactly one of tag, sphere and label.")
+    if kinds == ["sphere"]:
+        return share_inside(mesh, _in_sphere(rule["sphere"]))
+    if kinds == ["label"]:
+        if entry["kind"] != "ct":
+            raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
+        from palpate.bodies.ct.label_region import label_region
+
+        return share_inside(mesh, label_region(entry, rule["label"]))
+    if entry["kind"] != "file":
+        raise InputError(f"body {place} has a tag, and a body of kind {entry['kind']} has none; give a sphere.")
+    if remeshed:
+        raise InputError(
+            f"body {place}.tag counts elements of a mesh that is remeshed; leave surface_nodes out to keep the file's "
+            "tetrahedra, or give a sphere."
+        )
+    shares = np.zeros(len(mesh.tetrahedra))
+    shares[load_tagged(Path(entry["path"]), rule["tag"])] = 1.0
+    return shares
+
+
+def share_inside(mesh: TetMesh, inside: Inside) -> np.ndarray:
+    """Compute the share (n_tetrahedra,) of 64 parts of each tetrahedron whose middles are inside."""
+    parts = _middles()
+    shares = np.empty(len(mesh.tetrahedra))
+    for begin in range(0, len(shares), AT_ONCE):
+        corners = mesh.nodes[mesh.tetrahedra[begin : begin + AT_ONCE]]
+        points = np.einsum("pa,eai->epi", parts, corners)
+        shares[begin : begin + AT_ONCE] = inside(points.reshape(-1, 3)).reshape(len(corners), -1).mean(axis=1)
+    return shares
+
+
+def _middles() -> np.ndarray:
+    """Return barycentric coordinates (64, 4) of the middles of a tetrahedron refined twice."""
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    mesh = TetMesh(corners, np.arange(4)[None])
+    for _ in range(2):
+        mesh, _ = refine(mesh)
+    middles = mesh.nodes[mesh.tetrahedra].mean(axis=1)
+    return np.column_stack([1.0 - middles.sum(axis=1), middles])
+
+
+def _in_sphere(sphere: dict[str, Any]) -> Inside:
+    center, radius = np.array(sphere["center_m"], dtype=float), float(sphere["radius_m"])
+    return lambda points: np.linalg.norm(points - center, axis=1) <= radius
+
+
+def _check_held(place: str, rule: dict, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:
+    """Raise InputError if a region holds nothing, and warn if its elements have another volume than it."""
+    if not free.any():
+        ends = mesh.nodes[mesh.edges]
+        edge = in_words(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()))
+        if (shares >= 0.5).any():
+            raise InputError(f"body {place} holds no tetrahedron that is not in a region before it; put it first.")
+        raise InputError(
+            f"body {place} holds no tetrahedron by half; the edges of the coarse mesh are about {edge}: move or enlarge"
+            " the region, or make that mesh finer."
+        )
+    asked, held = float(shares @ mesh.volumes), float(mesh.volumes[shares >= 0.5].sum())
+    if abs(held / asked - 1.0) > COARSE:
+        warnings.warn(
+            f"regions of the body are made of whole coarse tetrahedra: those of {place.partition('.')[2]} have "
+            f"{1e6 * held:.3g} mL, and what is asked {1e6 * asked:.3g} mL; make the coarse mesh finer there.",
+            stacklevel=5,
+        )
+
+
+def _check_contrast(body: str, materials: list[Material]) -> None:
+    moduli = [each.young_pa for each in materials]
+    contrast = max(moduli) / min(moduli)
+    if contrast > CONTRAST:
+        warnings.warn(
+            f"regions: the moduli of {body} differ by a factor of {contrast:.2g}, and solvers are tested up to "
+            f"{CONTRAST:g}; if one does not converge, lower the stiffest.",
+            stacklevel=4,
+        )

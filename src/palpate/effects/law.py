@@ -1,0 +1,86 @@
+"""Laws between deformation and energy: what a law's file has, and its functions compiled.
+
+A law is an energy density of the signed singular values s₁ ≥ s₂ ≥ |s₃| of F in two parts, Ψ = W(s) + U(θ(s)): W
+resists changes of shape, and is without stress at rest; U resists those of a measure of volume θ, which mean dilatation
+averages over an element. Its file, one of those in ``laws`` or the user's own, has three functions of plain Python that
+numba compiles:
+
+    shape(s, mu, slopes, curvatures)         returns W [J/m³], writes ∂W/∂s (3,) and ∂²W/∂s² (3, 3)
+    measure(s, slopes, curvatures)           returns θ, writes ∂θ/∂s and ∂²θ/∂s²
+    volume(theta, mu, lam, derivatives)      returns U [J/m³], writes U′ and U″ (2,)
+
+A kernel gets them as pointers, so that it is compiled once and serves every law.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numba import types
+
+from palpate.bodies.material import LAWS
+from palpate.errors import InputError, describe_unknown
+
+_VECTOR, _MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+SIGNATURES = {
+    "shape": types.float64(_VECTOR, types.float64, _VECTOR, _MATRIX),
+    "measure": types.float64(_VECTOR, _VECTOR, _MATRIX),
+    "volume": types.float64(types.float64, types.float64, types.float64, _VECTOR),
+}
+
+
+class Law(NamedTuple):
+    """The compiled functions of a law; all None for the corotational one, whose kernels need none."""
+
+    shape: Callable | None
+    measure: Callable | None
+    volume: Callable | None
+
+
+PLAIN = Law(None, None, None)
+"""The corotational law in kernels of its own, without decompositions."""
+INVERTED = np.array([1.0, 1.0, -0.5])
+"""Stretches of an inverted element."""
+
+
+@cache
+def law_of(name: str) -> Law:
+    """Return one of LAWS, or that of the user's own file ``name``; InputError if the file is none of a law."""
+    if name in LAWS:
+        return _compiled(import_module(f"palpate.effects.laws.{name}"))
+    from palpate.effects.own_law import fault
+    from palpate.own_file import failure, import_file
+
+    path = Path(name)
+    if path.suffix != ".py":
+        raise InputError(f"law names {describe_unknown([name], list(LAWS))}")
+    module = import_file(path, "law")
+    try:
+        law = _compiled(module)
+        wrong = fault(law)
+    except Exception as error:
+        raise InputError(
+            f"{path}: does not work as a law ({failure(error)}); correct it, see docs/add-a-law.md."
+        ) from error
+    if wrong:
+        raise InputError(f"{path}: {wrong}; correct it, see docs/add-a-law.md.")
+    return law
+
+
+def _compiled(module: ModuleType) -> Law:
+    functions = {name: getattr(module, name) for name in SIGNATURES}
+    make = {name: numba.cfunc(SIGNATURES[name], cache=True, error_model="numpy") for name in SIGNATURES}
+    return Law(**{name: make[name](function) for name, function in functions.items()})
+
+
+def evaluate(law: Law, s: np.ndarray, mu: float, lam: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return Ψ [J/m³], ∂Ψ/∂s (3,) and ∂²Ψ/∂s² (3, 3) [Pa] at the stretches ``s`` (3,); ``law`` is not PLAIN."""
+    from palpate.effects.principal import density
+
+    slopes, curvatures = np.empty(3), np.empty((3, 3))
+    return density(np.asarray(s, dtype=float), mu, lam, *law, slopes, curvatures), slopes, curvatures

@@ -1,0 +1,132 @@
+"""Stresses and Hessians of any law at many deformation gradients, each of which is decomposed.
+
+Columns, as those of a block (9, BLOCK), are worked on in groups that share the mean of their measure of volume: column
+k with k + n, k + 2 n …, n being ``count`` over ``group``. Groups of one are the plain law; those of an element's points
+are mean dilatation (Nagtegaal, Parks, Rice 1974; Simo, Taylor, Pister 1985), Ψ = W + U(mean θ).
+"""
+
+import numba
+import numpy as np
+
+from palpate.effects.principal_blocks import clamp, clamp_pairs, write_blocks
+from palpate.linalg.signed_svd import signed_svd
+
+NEAR = 1e-5
+"""Stretches whose difference is below this part of them count as equal; limits then replace quotients, to 1e-10."""
+
+
+@numba.njit(cache=True, error_model="numpy")
+def stresses(f, p, count, group, mu, lam, shape, measure, volume, energies):
+    """Write P = ∂Ψ/∂F [Pa] of the first ``count`` columns of ``f`` into ``p``, and Ψ [J/m³] into ``energies``.
+
+    f, p : (9, BLOCK); mu, lam : (count,) [Pa], the same in a group; shape, measure, volume : a law's functions
+    """
+    given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
+    slopes, rates, unused, derivatives = np.empty((group, 3)), np.empty((group, 3)), np.empty((3, 3)), np.empty(2)
+    stride = count // group
+    for k in range(stride):
+        mean = 0.0
+        for q in range(group):
+            for i in range(9):
+                given[i // 3, i % 3] = f[i, q * stride + k]
+            signed_svd(given, u[q], s[q], v[q])
+            energies[q * stride + k] = shape(s[q], mu[k], slopes[q], unused)
+            mean += measure(s[q], rates[q], unused) / group
+        energy = volume(mean, mu[k], lam[k], derivatives)
+        for q in range(group):
+            energies[q * stride + k] += energy
+            for i in range(3):
+                slopes[q, i] += derivatives[0] * rates[q, i]
+            _turn(u[q], slopes[q], v[q], p, q * stride + k)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume, definite, blocks, pulls, stiffnesses):
+    """Write the Hessians of the first ``count`` columns of ``f`` (9, BLOCK) into ``blocks`` (54, BLOCK) [N/m].
+
+    gradients : (9, BLOCK), the three vectors g of each column [1/m]; shares : (BLOCK,), their volumes [m³]
+    definite : replaces negative eigenvalues by zero (Smith, de Goes, Kim 2019, section 5)
+    pulls, stiffnesses : in groups of more than one the blocks lack U″ of the mean; ∂θ/∂F of each column is written to
+        ``pulls`` (9, BLOCK), and U″ of each group to ``stiffnesses`` (BLOCK,) [Pa]
+    """
+    given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
+    slopes, rates, second, bends = (
+        np.empty((group, 3)),
+        np.empty((group, 3)),
+        np.empty((group, 3, 3)),
+        np.empty((group, 3, 3)),
+    )
+    derivatives, flips, twists, h, b = np.empty(2), np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    stride = count // group
+    for k in range(stride):
+        mean = 0.0
+        for q in range(group):
+            for i in range(9):
+                given[i // 3, i % 3] = f[i, q * stride + k]
+            signed_svd(given, u[q], s[q], v[q])
+            shape(s[q], mu[k], slopes[q], second[q])
+            mean += measure(s[q], rates[q], bends[q]) / group
+        volume(mean, mu[k], lam[k], derivatives)
+        if definite:
+            derivatives[1] = max(derivatives[1], 0.0) if group > 1 else derivatives[1]
+        stiffnesses[k] = derivatives[1]
+        for q in range(group):
+            column = q * stride + k
+            _add_volume(slopes[q], second[q], rates[q], bends[q], derivatives, flips, twists, s[q], group == 1)
+            if definite and not _positive(second[q]):
+                clamp(second[q], flips, twists)
+            elif definite:
+                clamp_pairs(flips, twists)
+            write_blocks(u[q], v[q], second[q], flips, twists, gradients, shares[column], column, h, b, blocks)
+            if group > 1:
+                _turn(u[q], rates[q], v[q], pulls, column)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def density(s, mu, lam, shape, measure, volume, slopes, curvatures):
+    """Return Ψ [J/m³] at the stretches ``s`` (3,), and write ∂Ψ/∂s and ∂²Ψ/∂s² [Pa]."""
+    rates, bends, derivatives, unused = np.empty(3), np.empty((3, 3)), np.empty(2), np.empty(3)
+    energy = shape(s, mu, slopes, curvatures)
+    energy += volume(measure(s, rates, bends), mu, lam, derivatives)
+    _add_volume(slopes, curvatures, rates, bends, derivatives, unused, unused, s, True)
+    return energy
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, plain):
+    """Add the derivatives of U to those of W, and write flips and twists (see ``corotational_law``).
+
+    ``plain`` adds the part of U″, too, which flips and twists do not depend on.
+    """
+    for i in range(3):
+        slopes[i] += derivatives[0] * rates[i]
+        for j in range(3):
+            second[i, j] += derivatives[0] * bends[i, j]
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        apart, both, near = s[i] - s[j], s[i] + s[j], NEAR * (abs(s[i]) + abs(s[j]))
+        mean = 0.5 * (second[i, i] + second[j, j])
+        flips[axis] = (slopes[i] - slopes[j]) / apart if abs(apart) > near else mean - second[i, j]
+        twists[axis] = (slopes[i] + slopes[j]) / both if abs(both) > near else mean + second[i, j]
+    if plain:
+        for i in range(3):
+            for j in range(3):
+                second[i, j] += derivatives[1] * rates[i] * rates[j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _turn(u, principal, v, out, k):
+    """Write U diag(principal) Vᵀ into column ``k`` of ``out`` (9, BLOCK)."""
+    for i in range(3):
+        for j in range(3):
+            sum_of_two = u[i, 0] * principal[0] * v[j, 0] + u[i, 1] * principal[1] * v[j, 1]
+            out[3 * i + j, k] = sum_of_two + u[i, 2] * principal[2] * v[j, 2]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _positive(a):
+    """Return whether the symmetric ``a`` (3, 3) is positive definite."""
+    minor = a[0, 0] * a[1, 1] - a[0, 1] * a[0, 1]
+    det = a[2, 2] * minor - a[1, 2] * (a[0, 0] * a[1, 2] - a[0, 1] * a[0, 2])
+    det += a[0, 2] * (a[0, 1] * a[1, 2] - a[1, 1] * a[0, 2])
+    return a[0, 0] > 0.0 and minor > 0.0 and det > 0.0

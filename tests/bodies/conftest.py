@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 
 

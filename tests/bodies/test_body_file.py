@@ -66,7 +66,7 @@ def test_another_version_is_refused(stored):
     _, path = stored
     with h5py.File(path, "a") as file:
         file.attrs["version"] = 0
-    with pytest.raises(InputError, match="version is not 3"):
+    with pytest.raises(InputError, match="version is not 4"):
         load(path)
 
 

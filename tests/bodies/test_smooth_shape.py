@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material
 from palpate.bodies.kidney import kidney, kidney_shape
 from palpate.bodies.liver import liver, liver_shape
 from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.refinement import finer, refine
 from palpate.bodies.smooth_shape import SAMPLES, smooth_snap

@@ -1,6 +1,7 @@
 """Bodies from mesh files: as they are, or remeshed to few surface nodes with finer meshes on the file's surface."""
 
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_boundary, check_closed, check_tetrahedra
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
 from palpate.bodies.mesh_shapes import KEPT_NODES, load_shape
+from palpate.bodies.region_balls import balls_of
 from palpate.bodies.surfaces.mend import Mended, mend
 from palpate.bodies.surfaces.remeshed import NODES, Remeshed, Snap, remesh_solid
 from palpate.bodies.surfaces.solid import solidify
@@ -31,7 +33,7 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     if tetrahedra is not None and count <= (nodes or count):
         return _given_tetrahedra(path, points, tetrahedra, count), None, False
     if count <= (nodes or KEPT_NODES):
-        kept = _kept(path, points, triangles, entry.get("spacing_m"), asked=nodes is not None)
+        kept = _kept(path, points, triangles, entry, asked=nodes is not None)
         if kept is not None:
             return kept, None, False
     made = _remesh(path, points, triangles, None if nodes is None or count <= nodes else nodes, entry.get("snap", True))
@@ -59,17 +61,16 @@ def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, co
     return mesh
 
 
-def _kept(
-    path: Path, points: np.ndarray, triangles: np.ndarray, spacing_m: float | None, asked: bool
-) -> TetMesh | None:
+def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, asked: bool) -> TetMesh | None:
     """Fill a surface as it is, mended if needed; None if that is impossible or makes bad elements."""
+    filled = partial(tetrahedralize, spacing_m=entry.get("spacing_m"), source=str(path), balls=balls_of(entry))
     try:
-        mesh = tetrahedralize(points, check_closed(str(path), points, triangles), spacing_m, source=str(path))
+        mesh = filled(points, check_closed(str(path), points, triangles))
     except InputError:
         mended = mend(str(path), points, triangles)
         try:
             closed = check_closed(str(path), mended.points, mended.triangles)
-            mesh = tetrahedralize(mended.points, closed, spacing_m, source=str(path))
+            mesh = filled(mended.points, closed)
         except InputError as error:
             if asked:
                 _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bodies.mesh_checks import check_coordinates
+from palpate.bodies.mesh_tags import Tags, cell_tags, gmsh_tags
 from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
 from palpate.bodies.vtk_readers import SURFACES, is_polydata, read_surface
 from palpate.bodies.whole_files import CUT, check_whole
@@ -21,11 +22,13 @@ class RawMesh:
     """Content of a file: points (n, 3) in its own unit, and elements by meshio's name for their type.
 
     solids, sheets : {type: (m, corners)}, three- and two-dimensional elements; points and lines are left out
+    tags : of the tetrahedra, in their order; None if there are none
     """
 
     points: np.ndarray
     solids: dict[str, np.ndarray] = field(default_factory=dict)
     sheets: dict[str, np.ndarray] = field(default_factory=dict)
+    tags: Tags | None = None
 
 
 def read(path: Path) -> RawMesh:
@@ -73,6 +76,8 @@ def _read_gmsh(path: Path) -> RawMesh:
             label, dimension, *_ = gmsh.model.mesh.getElementProperties(kind)
             name = {"Tetrahedron 4": "tetra", "Triangle 3": "triangle", "Quadrilateral 4": "quad"}.get(label, label)
             _add_elements(raw, name, dimension, corners)
+            if name == "tetra":
+                raw.tags = gmsh_tags(gmsh, kind)
     return raw
 
 
@@ -84,6 +89,8 @@ def _read_meshio(path: Path, kind: str) -> RawMesh:
     raw = RawMesh(np.asarray(mesh.points, dtype=float).reshape(-1, 3))
     for block in mesh.cells:
         _add_elements(raw, block.type, block.dim, np.asarray(block.data))
+    if "tetra" in raw.solids:
+        raw.tags = cell_tags([block.type for block in mesh.cells], mesh.cell_data)
     return raw
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_checks import check_coordinates, check_indices
 from palpate.bodies.mesh_readers import RawMesh, read
+from palpate.bodies.mesh_tags import tagged
 from palpate.bodies.surfaces.weld import drop_unused, weld
 from palpate.errors import InputError
 
@@ -30,6 +31,14 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         nodes, tetrahedra = drop_unused(raw.points, raw.solids["tetra"])
         return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
     return *weld(raw.points, _triangles(path, raw)), None
+
+
+def load_tagged(path: Path, tag: int | str) -> np.ndarray:
+    """Load the numbers (k,) of the tetrahedra of a file that have a tag, in the order of ``load_shape``.
+
+    tag : a number or a name; InputError if no tetrahedron has it
+    """
+    return tagged(path, _read(path).tags, tag)
 
 
 def remeshed_by_default(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> bool:

@@ -1,6 +1,6 @@
 """Coarse bodies of smooth closed shapes, which are given as maps of the unit sphere."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.decimate import vertex_normals
 from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import snapper
-from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
+from palpate.bodies.surfaces.tetrahedralize import Ball, tetrahedralize
 
 SURFACE_NODES = 140
 SAMPLES = 20000
@@ -18,15 +18,16 @@ Shape = Callable[[np.ndarray], np.ndarray]
 Snap = Callable[[TetMesh, int], TetMesh]
 
 
-def coarse_body(shape: Shape, length_m: float) -> TetMesh:
+def coarse_body(shape: Shape, length_m: float, balls: Sequence[Ball] = ()) -> TetMesh:
     """Build a coarse mesh of 140 nodes and 276 triangles on the surface of ``shape``, identical on every call.
 
-    Its longest side is ``length_m``; the origin is the middle of the bounding box of the smooth shape.
+    Its longest side is ``length_m``; the origin is the middle of the bounding box of the smooth shape. In ``balls``
+    elements are smaller.
     """
     points, triangles, sphere = _dense(shape, length_m)
     chosen, coarse = triangulate_evenly(points, triangles, sphere, SURFACE_NODES)
     # a little finer than the surface (whose edges are 0.12 of the length), for better angles inside
-    return tetrahedralize(points[chosen], coarse, spacing_m=0.1 * length_m)
+    return tetrahedralize(points[chosen], coarse, spacing_m=0.1 * length_m, balls=balls)
 
 
 def smooth_snap(shape: Shape, length_m: float) -> Snap:

@@ -10,6 +10,7 @@ from palpate.bodies.ct.image import Image, read, read_mask
 from palpate.bodies.ct.segmentation import largest_filled, on_border, segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.region_balls import balls_of
 from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
 from palpate.bodies.surfaces.decimate import vertex_normals
 from palpate.bodies.surfaces.mask_surface import dense_surface
@@ -59,7 +60,7 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
     points, triangles = coarse_shell(mask, image, wanted)
     if not entry.get("snap"):
         points = inflate(points, triangles, mask.sum() * image.voxel_m3)
-    filled = fill(points, triangles, image, wanted)
+    filled = fill(points, triangles, image, wanted, balls=balls_of(entry))
     if not entry.get("snap"):
         return filled, None
     dense, corners = dense_surface(mask, image)

@@ -28,12 +28,18 @@ _SHAPES = {
 }
 
 
+LABELS = {1: "liver", 2: "lesion"}
+"""Labels of the truth. The lesion has the liver's grey value, as many have without contrast agent."""
+LESION = ((-0.045, -0.047, 0.02), (0.018, 0.018, 0.018), 0.0)
+"""Centre and half axes [m] of the lesion, and its rotation: a ball a centimetre below the liver's front."""
+
+
 def abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
     """Build a CT of ellipsoids with noise and partial volume, and the ground truth of its liver.
 
     spacing_m : (3,) [m] along x, y and z
-    The truth: "liver", the voxels (nz, ny, nx) of which the liver fills at least half; "volume_m3" and "mass_kg", of
-    the exact ellipsoid and its density.
+    The truth: "liver", the voxels (nz, ny, nx) of which the liver fills at least half; "labels", LABELS of the voxels
+    (nz, ny, nx), 0 elsewhere; "volume_m3" and "mass_kg", of the exact ellipsoid and its density.
     """
     spacing = np.asarray(spacing_m, dtype=float)
     counts = np.floor(2 * HALF_M / spacing).astype(int)
@@ -46,7 +52,9 @@ def abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[I
     liver = fraction >= 0.5
     hu += np.random.default_rng(seed).normal(0.0, NOISE_HU, hu.shape)
     volume = 4 / 3 * np.pi * float(np.prod(_SHAPES["liver"][2]))
-    truth = {"liver": liver, "volume_m3": volume, "mass_kg": volume * float(density(LIVER_HU))}
+    lesion = voxel_fractions(origin, spacing, counts, *LESION) >= 0.5
+    labels = liver.astype(np.int16) + lesion
+    truth = {"liver": liver, "labels": labels, "volume_m3": volume, "mass_kg": volume * float(density(LIVER_HU))}
     hu = np.maximum(np.rint(hu), AIR_HU).astype(np.int16)
     return Image(hu, origin, spacing, "the synthetic abdomen"), truth
 

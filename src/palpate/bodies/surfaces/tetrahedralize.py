@@ -1,7 +1,7 @@
 """Tetrahedra inside a closed triangulated surface, by gmsh, which keeps the surface as it is."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -15,6 +15,11 @@ from palpate.errors import InputError
 # gmsh has one global state per process, so only one thread may use it
 _LOCK = threading.Lock()
 TRIANGLE, TETRAHEDRON = 2, 4
+ACROSS = 4
+"""Edges across a ball in which elements are to be small."""
+
+Ball = tuple[np.ndarray, float]
+"""A centre (3,) [m] and a radius [m]."""
 
 
 @contextmanager
@@ -36,12 +41,17 @@ def gmsh_session() -> Iterator[Any]:
 
 
 def tetrahedralize(
-    points: np.ndarray, triangles: np.ndarray, spacing_m: float | None = None, source: str = "surface"
+    points: np.ndarray,
+    triangles: np.ndarray,
+    spacing_m: float | None = None,
+    source: str = "surface",
+    balls: Sequence[Ball] = (),
 ) -> TetMesh:
     """Tetrahedralise a closed surface; its points come first and its triangles are the mesh's boundary.
 
     points, triangles : (n, 3) [m] and (m, 3), closed and wound outward, hence inward around a cavity
     spacing_m : desired edge length inside; by default the surface's mean edge length
+    balls : where elements are to be small enough to show a ball, as far as the surface's triangles allow
     source : name of the surface in the InputError that is raised if it cannot be filled, as when it intersects itself
     """
     if spacing_m is None:
@@ -52,6 +62,10 @@ def tetrahedralize(
         for option in ("MeshSizeMin", "MeshSizeMax"):
             gmsh.option.setNumber(f"Mesh.{option}", spacing_m)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        if balls:
+            sizes = [(*ball, min(2.0 * ball[1] / ACROSS, spacing_m)) for ball in balls]
+            gmsh.option.setNumber("Mesh.MeshSizeMin", min(size for _, _, size in sizes))
+            set_sizes(gmsh, sizes, spacing_m)
         try:
             nodes, tetrahedra = _generate(gmsh, points, shells)
         except Exception as error:  # gmsh raises nothing narrower
@@ -98,6 +112,23 @@ def gmsh_mesh(gmsh: Any) -> tuple[np.ndarray, dict[int, np.ndarray]]:
         ends = gmsh.model.mesh.getElementsByType(kind)[1].reshape(-1, corners)
         elements[int(kind)] = np.searchsorted(tags[order], ends).astype(np.int64)
     return coordinates.reshape(-1, 3)[order], elements
+
+
+def set_sizes(gmsh: Any, balls: Sequence[tuple[np.ndarray, float, float]], far_m: float) -> None:
+    """Ask for edges of a length in each ball, given by centre (3,), radius and this length [m]; of ``far_m`` beyond.
+
+    Lengths grow within a radius around each ball.
+    """
+    fields = []
+    for center, radius, size in balls:
+        fields.append(gmsh.model.mesh.field.add("Ball"))
+        numbers = dict(zip(("XCenter", "YCenter", "ZCenter"), map(float, center), strict=True))
+        numbers |= {"Radius": radius, "Thickness": radius, "VIn": size, "VOut": far_m}
+        for name, value in numbers.items():
+            gmsh.model.mesh.field.setNumber(fields[-1], name, value)
+    least = gmsh.model.mesh.field.add("Min")
+    gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
+    gmsh.model.mesh.field.setAsBackgroundMesh(least)
 
 
 def _generate(gmsh: Any, points: np.ndarray, shells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

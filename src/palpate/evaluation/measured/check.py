@@ -1,0 +1,49 @@
+"""Check of the settings of measured bodies."""
+
+from pathlib import Path
+
+from palpate.errors import InputError, suggest
+from palpate.evaluation.measured.experiment import experiment_of
+from palpate.evaluation.measured.observed import follow
+from palpate.files import check_file
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError, before anything runs, for a body, level or file that does not exist or does not fit."""
+    models = config["measured"]["models"]
+    for name, entry in config["measured"]["experiments"].items():
+        place = f"{file}: measured.experiments.{name}"
+        body = config["bodies"].get(entry["body"])
+        if body is None:
+            near = suggest(entry["body"], list(config["bodies"]), "choose from bodies:")
+            raise InputError(f"{place}.body is {entry['body']}, which is not in bodies; {near}")
+        if body["kind"] == "sheet":
+            raise InputError(f"{place}.body is {entry['body']}, a sheet; name a body of tetrahedra.")
+        _check_levels(f"{file}: measured.models", models, entry["body"], body["refinements"] + 1)
+        try:
+            experiment = experiment_of(name, entry)
+        except InputError as error:
+            raise InputError(f"{file}: {error}") from error
+        for case in experiment.cases:
+            for path in case.files:
+                key = f"{place}.cases.{case.name}.files"
+                check_file(key, path, (file.parent / path).is_file())
+                try:
+                    follow(str(file.parent / path), experiment)
+                except InputError as error:
+                    raise InputError(f"{key}: {error}") from error
+
+
+def _check_levels(place: str, models: dict, body: str, levels: int) -> None:
+    """Raise InputError for a level that a body does not have; quadratic elements need one more."""
+    asked = {"fem_p1": 0, "fem_p2": 1, "springs": 0}
+    wanted = [(f"{model}.levels", models[model]["levels"] or [], more) for model, more in asked.items()]
+    wanted.append(("releases.level", [models["releases"]["level"]], 0))
+    for key, chosen, more in wanted:
+        for level in chosen:
+            if level + more >= levels:
+                raise InputError(
+                    f"{place}.{key} names level {level}, and the body {body} has levels 0 to {levels - 1}"
+                    f"{', of which quadratic elements leave out the last' if more else ''}; "
+                    f"choose another, or give bodies.{body} more refinements."
+                )

@@ -1,0 +1,113 @@
+"""An experiment as its entry in the config describes it: a body, its markers, and cases of loads and records."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Marker:
+    """A marker and its place ``at_m`` (3,) [m] at rest; a ``fixed`` one is not on what moves."""
+
+    name: str
+    at_m: np.ndarray
+    fixed: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Weight:
+    """A force on a part of the surface: on the line between two points, or on a disc.
+
+    force_n : (3,) [N] in the body's frame, or None for a ``weight_n`` [N] that hangs there, whose mass moves along
+    line_m : (2, 3) [m], or None for the disc of ``radius_m`` [m] around ``at_m`` (3,) [m]
+    """
+
+    force_n: np.ndarray | None
+    weight_n: float
+    line_m: np.ndarray | None
+    at_m: np.ndarray | None
+    radius_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Loads beside gravity, and the files of its repeats, if there are any; ``swings``: whether a frequency is seen."""
+
+    name: str
+    weights: tuple[Weight, ...]
+    files: tuple[str, ...]
+    swings: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A body let go from rest under gravity and loads, and what its markers did.
+
+    down : (3,) direction of gravity in the frame of the files; calibrate_on : the case that E is fitted to
+    held_s, settled_s : the first and the last part of each record, before the release and at rest again [s]
+    """
+
+    name: str
+    body: str
+    gravity_m_s2: float
+    down: np.ndarray
+    markers: tuple[Marker, ...]
+    cases: tuple[Case, ...]
+    calibrate_on: str
+    held_s: float
+    settled_s: float
+
+    @property
+    def fitted(self) -> Case | None:
+        """The case that E is fitted to; None if it is fitted to none."""
+        return next((case for case in self.cases if case.name == self.calibrate_on), None)
+
+    @property
+    def compared(self) -> list[Marker]:
+        """The markers that move."""
+        return [marker for marker in self.markers if not marker.fixed]
+
+
+def experiment_of(name: str, entry: dict) -> Experiment:
+    """Make an experiment of a complete entry, whose files can be opened as they are named.
+
+    Raises InputError for what a schema cannot see: no marker that moves, ``down`` without a direction, a case to
+    calibrate on that is unknown or has no files.
+    """
+    place = f"measured.experiments.{name}"
+    markers = tuple(Marker(m, _vector(each["at_m"]), each["fixed"]) for m, each in entry["markers"].items())
+    if all(marker.fixed for marker in markers):
+        raise InputError(f"{place}.markers are all fixed; leave fixed out of those on what moves.")
+    if not np.linalg.norm(entry["down"]) > 0.0:
+        raise InputError(f"{place}.down is [0, 0, 0]; give the direction of gravity in the frame of the files.")
+    cases = tuple(_case(f"{place}.cases.{case}", case, each) for case, each in entry["cases"].items())
+    on, known = entry["calibrate_on"], {case.name: case for case in cases}
+    if on is not None and (on not in known or not known[on].files):
+        measured = ", ".join(case.name for case in cases if case.files) or "none has files"
+        raise InputError(f"{place}.calibrate_on is {on}, which is no case with files; choose from {measured}, or null.")
+    return Experiment(
+        name, entry["body"], entry["gravity_m_s2"], _vector(entry["down"]), markers, cases, on or "",
+        entry["held_s"], entry["settled_s"],
+    )  # fmt: skip
+
+
+def _case(place: str, name: str, entry: dict) -> Case:
+    weights = tuple(_weight(f"{place}.loads[{i}]", each) for i, each in enumerate(entry["loads"]))
+    return Case(name, weights, tuple(entry["files"]), entry["swings"])
+
+
+def _weight(place: str, entry: dict) -> Weight:
+    if ("force_n" in entry) == ("weight_n" in entry):
+        raise InputError(f"{place} must have either weight_n, of what hangs there, or force_n; give one of them.")
+    if ("line_m" in entry) == ("at_m" in entry):
+        raise InputError(f"{place} must have either line_m, the ends of an edge, or at_m, a point; give one of them.")
+    force = _vector(entry["force_n"]) if "force_n" in entry else None
+    line = np.array(entry["line_m"], dtype=float) if "line_m" in entry else None
+    at = _vector(entry["at_m"]) if "at_m" in entry else None
+    return Weight(force, entry.get("weight_n", 0.0), line, at, entry.get("radius_m", 0.0))
+
+
+def _vector(values: list[float]) -> np.ndarray:
+    return np.array(values, dtype=float)

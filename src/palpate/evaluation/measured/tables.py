@@ -1,0 +1,12 @@
+"""Declare the tables of measured bodies: the columns that are read, and a description."""
+
+from palpate.evaluation.table import Table
+
+TABLES = {
+    "measured": Table(
+        "body case model setting calibrated quantity measured repeat predicted error experiment marker fitted "
+        "young_pa poisson law nodes message",
+        "What was measured, how far repeats differ, and what each model predicts, with Young's modulus as given and "
+        "fitted to one case; error is relative to what was measured.",
+    ),
+}

@@ -1,0 +1,40 @@
+"""Sentences about a measured body follow from their table."""
+
+from fixtures.material import CAPTIONS, material, numbers
+
+from palpate.report import page as report
+from palpate.report.parts import measured
+
+
+def test_the_headline_is_about_what_was_not_fitted(measured_table):
+    assert numbers("measured", {"measured": measured_table})["headline"] == (
+        "Beam: fitted to gravity alone, quadratic elements predict the place of load within 5 % "
+        "and the frequency of load within 4 % (1 % with the modulus before the creep)."
+    )
+    given = measured_table[measured_table["calibrated"] == "no"]
+    assert numbers("measured", {"measured": given})["headline"].endswith("could be tested on.")
+
+
+def test_the_answer_compares_steps_with_what_was_measured(measured_table):
+    found = measured.answer(measured_table)
+    assert found["given"] == "1\u00a0% more (quadratic elements (P2), 1701 nodes)"
+    assert found["stepped"] == "0.047 for 0.053 (gravity, steps of 2 ms)"
+    assert found["predicted"] == "5\u00a0% less in load (quadratic elements (P2))"
+
+
+def test_a_model_without_an_answer_has_failed(measured_table):
+    assert list(measured.failures(material("measured", {"measured": measured_table}))) == []
+    silent = measured_table.assign(message="stopped")
+    failed = list(measured.failures(material("measured", {"measured": silent})))
+    assert failed[0] == ("quadratic elements (P2), 1701 nodes", "beam, gravity", "stopped")
+
+
+def test_the_report_shows_it(measured_table, tmp_path):
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "figures").mkdir()
+    measured_table.to_csv(tmp_path / "tables/measured.csv", index=False)
+    for suffix in ("svg", "png"):
+        (tmp_path / f"figures/measured_beam.{suffix}").write_text("<svg></svg>")
+    report.write(tmp_path, CAPTIONS, tmp_path / "report.html", ["measured"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '<figure id="figure_measured_beam">' in page and "Predictions of cases without files" in page

@@ -1,0 +1,10 @@
+from palpate.bodies.body_file import load
+from palpate.evaluation.measured.experiment import experiment_of
+from palpate.evaluation.measured.measure import measure
+from palpate.job import job, steps, write_table
+
+with job(snakemake.log[0]) as say:
+    params = snakemake.params
+    experiment = experiment_of(snakemake.wildcards.experiment, params.entry)
+    body = load(snakemake.input.body)
+    write_table(measure(experiment, body, params.models, steps(say, f"{experiment.name}: model")), snakemake.output[0])

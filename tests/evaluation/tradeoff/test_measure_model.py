@@ -16,7 +16,7 @@ from palpate.evaluation.tradeoff.bounds import bounds
 from palpate.evaluation.tradeoff.findings import ERRORS, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
 from palpate.evaluation.tradeoff.measure_model import ask, measure, warn_unanswered
 from palpate.evaluation.tradeoff.provenance import commit
-from palpate.models.model import Model
+from palpate.models.model import BODYS, Model
 from palpate.models.model_registry import SAVED_AGAINST
 
 
@@ -92,6 +92,8 @@ def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
     settings = measure(slab_case[0], "mine", made._replace(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
     assert (settings["sees"] == "deformation").all() and settings["prepared"].tolist() == [True, False]
     assert (settings["law"] == "linear").all()
+    settings = measure(slab_case[0], "mine", made._replace(law=BODYS), slab_judge, 6, 0.0)[1]
+    assert (settings["law"] == slab_case[0].body.material.law).all()
 
 
 def test_a_solver_sees_the_frame_before(slab_judge):

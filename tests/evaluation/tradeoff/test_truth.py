@@ -95,6 +95,19 @@ def test_its_own_error_has_the_models_denominators_and_nodes(slab, loads, truth)
         assert own["patch_rms_of_peak"] == pytest.approx(np.sqrt(np.mean(pressed**2)) / length.max())
 
 
+def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, truth):
+    """By linear elements with the same nodes, instead of the surface around quadratic ones: to what facets leave."""
+    solver = Equilibrium(finer(slab, 2), 2, order=2)
+    mesh = solver.mesh
+    forces = nodal_load(finer(slab, 2), 2, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M, order=2)
+    x = solver.solve(forces, 1e-10).x
+    corners = x[mesh.tetrahedra]
+    filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
+    lost = filled / mesh.volumes.sum() - 1.0
+    assert lost < -1e-5 and truth.volume_change[0] == pytest.approx(lost, rel=0.05)
+    assert (truth.iterations >= 3).all() and (truth.products > truth.iterations).all()
+
+
 def test_linear_elements_are_far_from_it(slab, loads, truth):
     solver = Equilibrium(slab, 1)
     forces = nodal_load(slab, 1, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M)
@@ -188,4 +201,6 @@ def test_the_table_says_how_well_it_is_known(truth):
     assert row.relative_l2 == pytest.approx(truth.own[:, OWN.index("relative_l2")].mean())
     assert row.patch_rms_of_peak_max == pytest.approx(truth.own[:, OWN.index("patch_rms_of_peak")].max())
     assert row.ratio_min == truth.ratio.min() and row.least_det == truth.least_det.min()
+    assert row.volume_change == pytest.approx(truth.volume_change.mean())
+    assert (row.newton_iterations, row.cg_iterations) == (truth.iterations.mean(), truth.products.mean())
     assert row.other_element == pytest.approx(0.002) and row.other_element_samples == 2

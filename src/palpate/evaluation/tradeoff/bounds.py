@@ -26,7 +26,7 @@ def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     findings = [
         Finding(labels_of(case, model, setting), Asked(errors, *rest, seconds), 0.0, 0.0, UNPREPARED | {"law": law})
         for model, setting, errors, seconds, law in (
-            (TRUTH, OWN_ERROR, own, taken, "corotational"),
+            (TRUTH, OWN_ERROR, own, taken, case.body.material.law),
             (ZERO, "default", nothing, never, ""),
         )
     ]

@@ -38,7 +38,7 @@ def measure(
     texts = [setting_text(setting) for setting in settings]
     if twice := [text for text in texts if texts.count(text) > 1]:
         raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
-    kind = {"sees": model.sees, "law": model.law}
+    kind = {"sees": model.sees, "law": model.law_of(case)}
     with threadpool_limits(limits=1):
         for setting in progress(settings):
             fresh = replace(case, used={})

@@ -10,6 +10,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import finer
+from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import NotConverged
 from palpate.samples.loads import force_of
@@ -30,6 +31,8 @@ class Ascent:
     load : its row of the table; levels : those it is to be answered on, coarse first
     surface : for each level answered so far the displacements (n_surface, 3) [m] of the body's fine surface
     least_det : the least determinant of the deformation gradient at any point of integration of any of them
+    volume_change : of the whole body, over its volume at rest, on the last level answered
+    iterations, products : Newton's iterations and those of conjugate gradients, of all levels together
     clamped : whether a level that started from the one before still met an indefinite Hessian
     failure : why a level has no answer, or ""; then there are no answers of finer ones either
     start : displacements (n, 3) [m] that the next level starts from
@@ -39,6 +42,9 @@ class Ascent:
     levels: range
     surface: list[np.ndarray] = field(default_factory=list)
     least_det: float = np.inf
+    volume_change: float = np.nan
+    iterations: int = 0
+    products: int = 0
     clamped: bool = False
     failure: str = ""
     seconds: float = 0.0
@@ -115,14 +121,18 @@ class _Level:
         start = None if each.start is None else rest + each.start
         try:
             forces = self._forces(each.load)
-            x = problem.solve(forces, FIRST).x if start is None else problem.follow(forces, tolerance, start).x
+            solution = problem.solve(forces, FIRST) if start is None else problem.follow(forces, tolerance, start)
         except NotConverged as failure:
             each.failure, each.start = f"no answer on level {self.level}: {failure}", None
             return
         finally:
             each.seconds += perf_counter() - began
         each.clamped |= start is not None and problem.clamped
+        x = solution.x
+        each.iterations += solution.iterations
+        each.products += solution.products
         each.least_det = min(each.least_det, problem.least_det(x))
+        each.volume_change = enclosed_volume(self._mesh, x) / enclosed_volume(self._mesh, rest) - 1.0
         fine = moved = x - rest
         each.start = None
         if self._up is not None:

@@ -13,8 +13,9 @@ TABLES = {
     ),
     "truth": Table(
         "scene radius_m samples rejected elements level nodes inverted rmse_of_peak relative_l2 patch_rms_of_peak "
-        "order ratio_min ratio_max least_det squeezed seconds",
-        "How exactly the truth of each scene is known: its own error, and the mesh and time that it takes.",
+        "order ratio_min ratio_max least_det squeezed volume_change newton_iterations cg_iterations seconds",
+        "How exactly the truth of each scene is known: its own error, and the mesh and time that it takes; and what of "
+        "its volume the body loses.",
     ),
     "advice": Table(
         "scene error split budget_ms max_error model setting rmse_of_peak patch_rms_of_peak validation_error error_low "

@@ -36,6 +36,8 @@ class Truth:
     levels : (k, n_levels, n, 3) [m], the answer of each level, coarse first; NaN where a sample goes without it
     ratio, order : (k,) by how much the last halving reduced the change, as it is, and its logarithm to base 2
     least_det : (k,) the least determinant of the deformation gradient at any point of integration of any level
+    volume_change : (k,) of the body on the finest level of each sample, over its volume at rest
+    iterations, products : (k,) Newton's iterations and those of conjugate gradients, of all levels together
     own : (k, len(OWN)) the error that the limit may have itself, as ``TruthErrors``
     rejected : (k,) why a sample's limit is not believed, or ""
     seconds : (k,) time of its solutions [s]
@@ -50,6 +52,9 @@ class Truth:
     ratio: np.ndarray
     order: np.ndarray
     least_det: np.ndarray
+    volume_change: np.ndarray
+    iterations: np.ndarray
+    products: np.ndarray
     own: np.ndarray
     rejected: np.ndarray
     seconds: np.ndarray
@@ -99,6 +104,9 @@ def truth_of(
         ratio=rates,
         order=np.log2(rates),
         least_det=np.array([each.least_det for each in ascents]),
+        volume_change=np.array([each.volume_change for each in ascents]),
+        iterations=np.array([each.iterations for each in ascents]),
+        products=np.array([each.products for each in ascents]),
         own=own,
         rejected=rejected.astype(object),
         seconds=np.array([each.seconds for each in ascents]),

@@ -9,7 +9,10 @@ import numpy as np
 from palpate.evaluation.tradeoff.truth import OWN, Truth
 from palpate.files import read_hdf5, write_whole
 
-ARRAYS = ("sample", "contact", "displacement", "levels", "ratio", "order", "least_det", "seconds")
+ARRAYS = (
+    "sample", "contact", "displacement", "levels", "ratio", "order", "least_det", "volume_change", "iterations",
+    "products", "seconds",
+)  # fmt: skip
 SIZES = ("level", "elements", "nodes", "radius_m")
 
 

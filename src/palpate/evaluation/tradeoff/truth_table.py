@@ -10,7 +10,8 @@ from palpate.evaluation.tradeoff.truth import OWN, SQUEEZED, Truth
 COLUMNS = [
     "scene", "radius_m", "samples", "rejected", "elements", "level", "nodes", "inverted", "rmse_of_peak", "relative_l2",
     "patch_rms_of_peak", "order", "rmse_of_peak_max", "relative_l2_max", "patch_rms_of_peak_max", "ratio_min",
-    "ratio_max", "least_det", "squeezed", "seconds", "other_element", "other_element_samples", "why_rejected",
+    "ratio_max", "least_det", "squeezed", "volume_change", "newton_iterations", "cg_iterations", "seconds",
+    "other_element", "other_element_samples", "why_rejected",
 ]  # fmt: skip
 _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 
@@ -24,6 +25,8 @@ def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> di
     samples, rejected : numbers of samples believed on the finest level, and of all that are not believed
     inverted, squeezed : of all samples, those with an inverted element, or one with a determinant below SQUEEZED
     order : of the mean ratio; ratio_min, ratio_max, least_det : of all samples, rejected ones too
+    volume_change : mean of the body's, over its volume at rest, of the samples that count
+    newton_iterations, cg_iterations : their means, of all levels of a sample together
     seconds : median time of the solutions of a sample that counts
     """
     refused = ~truth.believed
@@ -43,6 +46,12 @@ def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> di
     row |= {"order": _of(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
     row |= {"ratio_min": _of(np.min, truth.ratio), "ratio_max": _of(np.max, truth.ratio)}
     row |= {"least_det": _of(np.min, truth.least_det), "squeezed": int((truth.least_det < SQUEEZED).sum())}
+    counts = {
+        "volume_change": truth.volume_change,
+        "newton_iterations": truth.iterations,
+        "cg_iterations": truth.products,
+    }
+    row |= {name: _of(np.mean, values[kept]) for name, values in counts.items()}
     if other is not None and len(other):
         row |= {"other_element": other["rmse_of_peak"].mean(), "other_element_samples": len(other)}
     reasons = zip(truth.sample[refused], truth.rejected[refused], strict=True)

@@ -1,0 +1,50 @@
+"""Sentences about laws follow from their table."""
+
+from fixtures.material import material, numbers
+
+from palpate.report.parts import law
+
+
+def test_the_headline_says_from_which_depth_on_the_law_matters(law_table):
+    said = numbers("law", {"law": law_table})
+    cylinder, liver = said["headline"].split(" Liver: ")
+    assert liver == (
+        "up to a depth of 10 %, another law changes the answer by up to 1 % (neo-Hookean) to 3 % (St. Venant–"
+        "Kirchhoff) of the peak. That is more than the error of the truth from the first depth on at the earliest and "
+        "from 1 % on at the latest, and than that of quadratic elements on the finest mesh from 1.7 % on at the "
+        "earliest and from 5 % on at the latest, and than that of linear elements on the finest mesh at no depth. "
+        "Poisson's ratio 0.3 changes it by 2 % if it is 0.49, at any depth."
+    )
+    assert cylinder.startswith("Cylinder: up to a depth of 10 %, another law changes the answer by up to 1 % (neo-Hook")
+
+
+def test_captions_are_filled(law_table):
+    said = numbers("law", {"law": law_table})
+    assert said["law_depths"] == "cylinder: 1 % to 10 %; liver: 1 % to 10 %"
+    assert said["law_contacts"] == "cylinder: 1; liver: 1" and said["law_own"] == "0.1 %"
+    assert said["law_lost"] == "1 of the cylinder under St. Venant–Kirchhoff"
+    assert (
+        said["law_locking"]
+        == "cylinder: 5 % at ν = 0.3 and 20 % at ν = 0.49; liver: 5 % at ν = 0.3 and 20 % at ν = 0.49"
+    )
+    kept = law_table[law_table["peak_of_size"].notna()]
+    assert numbers("law", {"law": kept})["law_lost"] == "every press has an equilibrium under every law"
+
+
+def test_presses_without_an_answer_are_listed(law_table):
+    [(what, where, how)] = law.failures(material("law", {"law": law_table}))
+    assert (what, where) == ("St. Venant–Kirchhoff", "cylinder")
+    assert how.replace("\u00a0", " ") == "no answer at a depth of 10 %: no answer on level 1"
+
+
+def test_the_trade_off_says_what_another_description_changes(law_table):
+    said = law.beside(law_table).replace("\u00a0", " ")
+    assert "; liver, 10 % deep: 1 % by neo-Hookean, 3 % by St. Venant–Kirchhoff and 2 % by ν = 0.49." in said
+    assert "cylinder, 10 % deep: 1 % by neo-Hookean and 2 % by ν = 0.49;" in said
+    assert law.beside(law_table[law_table["changed"] == "nothing"]) == ""
+
+
+def test_the_summary_has_a_row_for_each_body_and_change(law_table):
+    shown = law.summary(law_table).replace("\u00a0", " ")
+    assert shown.count("<tr>") == 1 + 2 * 4
+    assert "from 6.7 % on" in shown and "corotational, ν = 0.3 (as it is)" in shown

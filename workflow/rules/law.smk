@@ -1,0 +1,39 @@
+# What the choice of the law changes, beside what the mesh does: the same presses under each law.
+
+
+from palpate.bodies.material import LAWS
+from palpate.evaluation.law.check import compared_bodies
+
+COMPARED_BODIES = compared_bodies(config)
+# of palpate's own by name, of the user's by file
+COMPARED_LAWS = {
+    name: name if name in LAWS else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]
+}
+TARGETS["law"] = merged("law", expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures(
+    "law", "law"
+)
+WARNED += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.txt", body=COMPARED_BODIES)
+
+
+rule compare_laws:
+    input:
+        body="results/data/{body}/body.h5",
+        own=[path for name, path in COMPARED_LAWS.items() if name not in LAWS],
+    output:
+        table="results/data/{body}/law.csv",
+        warned="results/data/{body}/law_warned.txt",
+    log:
+        "results/logs/{body}/compare_laws.log",
+    params:
+        laws=list(COMPARED_LAWS.values()),
+        poissons=config["law"]["poissons"],
+        contacts=config["law"]["contacts"],
+        depths=config["law"]["depths"],
+        radius_m=lambda wildcards: config["law"]["radius_of_body_m"].get(
+            wildcards.body, config["law"]["radius_m"]
+        ),
+        code=code_of("compare_laws", "palpate.effects.laws"),
+    message:
+        "press under each law: {wildcards.body}"
+    script:
+        "../scripts/compare_laws.py"

@@ -1,0 +1,11 @@
+from palpate.bodies.body_file import load
+from palpate.evaluation.law.compare_laws import compare_laws
+from palpate.evaluation.law.growing_presses import growing_presses
+from palpate.job import job, steps, write_table
+
+with job(snakemake.log[0], snakemake.output.warned) as say:
+    body, params = load(snakemake.input.body), snakemake.params
+    found = steps(say, f"{body.name}: forces of growing presses at contact")
+    loads = growing_presses(body, params.contacts, params.depths, params.radius_m, found)
+    pressed = steps(say, f"{body.name}: presses under each law, variant")
+    write_table(compare_laws(body, loads, params.laws, params.poissons, pressed), snakemake.output.table)

@@ -18,8 +18,9 @@ import pandas as pd
 import pytest
 from fixtures import kernel_lock
 
-from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.body import Body, nest
 from palpate.bodies.cylinder import cylinder
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 from palpate.evaluation.tradeoff.bootstrap import COLUMNS as ERRORS_OF_SAMPLES

@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES, PICTURES = ROOT / "examples", ROOT / "docs/examples"
-HELPERS = {"draw", "plot", "case_of_a_liver", "wind"}
+HELPERS = {"draw", "plot", "case_of_a_liver", "wind", "hencky"}
 """What the examples import, or name as a file of one's own."""
 
 
@@ -36,6 +36,10 @@ def test_a_cube_falls_for_a_tenth_of_a_second_and_rests_with_its_weight(example)
     landed_s, carried = example("drop_a_cube")
     assert landed_s == pytest.approx((2 * 0.05 / 9.81) ** 0.5, abs=0.005)  # one step
     assert carried == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_beam_creeps_and_returns_as_the_standard_linear_solid(example):
+    assert example("creeping_beam") < 0.01
 
 
 def test_two_spheres_cross_in_a_circle(example):

@@ -6,7 +6,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.job import FAILED, job
-from palpate.own_file import EFFECT_FUNCTIONS, check_source, failure, import_file, own_fault
+from palpate.own_file import EFFECT_FUNCTIONS, LAW_FUNCTIONS, check_source, failure, import_file, own_fault
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -93,3 +93,9 @@ def test_a_job_tells_them_apart(divide, tmp_path, capsys, monkeypatch):
         "mine.py, line 3: ZeroDivisionError: division by zero (a fault in this file, not palpate's; correct it)"
     )
     assert "a fault of palpate's" in other
+
+
+def test_the_file_of_a_law_has_three_functions(tmp_path):
+    check(tmp_path, (DOCS.parent / "examples/hencky.py").read_text(encoding="utf-8"), LAW_FUNCTIONS)
+    with pytest.raises(InputError, match=r"has no function measure\(s, slopes, curvatures\)"):
+        check(tmp_path, "def shape(s, mu, slopes, curvatures): pass", LAW_FUNCTIONS)

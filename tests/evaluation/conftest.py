@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.enrichment.training_samples import FitOptions
 from palpate.samples.database import Database
 

@@ -9,11 +9,12 @@ import pytest
 import yaml
 
 from palpate.bodies.anchors import choose_anchors
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.liver import liver
 from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.cli import main
 from palpate.config import complete

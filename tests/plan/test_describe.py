@@ -39,7 +39,8 @@ def recorded(name: str) -> tuple[list[Job], Case, list[float], dict]:
         body: Size(tuple(Level(*level) for level in levels), contacts)
         for body, (levels, contacts) in told["sizes"].items()
     }
-    case = Case(complete(settings, SCHEMA, ROOT / "config.yaml"), sizes)
+    file = ROOT / ("config.yaml" if isinstance(told["settings"], dict) else told["settings"])
+    case = Case(complete(settings, SCHEMA, file), sizes)
     return jobs, case, [row[-1] for row in told["jobs"]], told
 
 

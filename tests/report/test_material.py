@@ -41,7 +41,9 @@ def test_a_part_offers_what_the_page_needs_and_little_else(study):
 
 def test_no_list_of_studies_is_kept():
     places = [path for path in Path(page.__file__).parent.glob("*.py") if not path.stem.startswith("results_")]
-    named = {(path.stem, study) for path in places for study in STUDIES if f'"{study}"' in path.read_text()}
+    named = {
+        (path.stem, study) for path in places for study in STUDIES if f'"{study}"' in path.read_text(encoding="utf-8")
+    }
     assert named == set()
 
 
@@ -71,7 +73,7 @@ def toy(tmp_path, monkeypatch):
 
 def test_a_study_that_the_report_never_heard_of_has_its_part(toy):
     page.write(toy, toy / "captions", toy / "report.html", ["toy"])
-    text = (toy / "report.html").read_text()
+    text = (toy / "report.html").read_text(encoding="utf-8")
     assert '<section id="toy">\n<h2>Toys</h2>\n<p>1 toys are sold.</p>' in text
     assert "<b>Table toys</b>, 1 rows. The price of each toy." in text
     assert '<span class="finding">Toys are cheap.</span>' in text

@@ -11,6 +11,7 @@ from palpate.samples import presses as module
 from palpate.samples.loads import force_of, nodal_forces
 from palpate.samples.presses import PRESS_COLUMNS, SOUND, choose_presses, oblique
 from palpate.samples.static_responses import press
+from palpate.solvers.equilibrium import Equilibrium
 
 PRESSES = [{"magnitude": 1.0, "tilt_degrees": 0}, {"magnitude": 0.6, "tilt_degrees": 45}]
 RADIUS = 0.01
@@ -61,6 +62,15 @@ def test_the_body_moves_as_deep_as_asked(beam, small):
     assert peaks == pytest.approx(small["peak_of_size"].to_numpy(), rel=0.05)
     assert found.least_det == pytest.approx(small["least_det"].to_numpy(), rel=1e-3)
     assert small["pressure_of_young"].to_numpy() == pytest.approx(pressures(small, beam), rel=1e-12)
+
+
+def test_the_volume_that_a_press_takes_is_that_of_its_elements(beam, small):
+    """Linear elements with the same nodes, filled with the answer of quadratic ones, have it to what facets leave."""
+    solver = Equilibrium(beam, 0, order=2)
+    x = solver.solve(nodal_forces(beam, 0, small.iloc[0], order=2), 1e-8).x
+    corners = x[solver.mesh.tetrahedra]
+    filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
+    assert small["volume_change"][0] == pytest.approx(filled / solver.mesh.volumes.sum() - 1.0, rel=0.05)
 
 
 def test_the_nodal_loads_are_the_whole_force(beam, small):

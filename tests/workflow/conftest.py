@@ -13,7 +13,7 @@ import yaml
 from fixtures.command_line import run_snakemake
 
 ROOT = Path(__file__).parents[2]
-COMPARISONS = ("tradeoff", "dynamic", "hard_cases", "scaling")
+COMPARISONS = ("tradeoff", "law", "dynamic", "hard_cases", "scaling")
 """The studies that need most of the others."""
 STUB = """
 from pathlib import Path
@@ -99,6 +99,9 @@ def whole() -> dict:
     """Return the smoke run's settings but for the model of one's own, whose place depends on the config file's."""
     settings = yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
     del settings["tradeoff"]["own_models"]
+    for experiment in settings["measured"]["experiments"].values():
+        for case in experiment["cases"].values():
+            case["files"] = [str((ROOT / "tests/smoke" / file).resolve()) for file in case["files"]]
     return settings
 
 

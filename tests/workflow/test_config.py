@@ -45,7 +45,7 @@ def test_defaults_are_those_of_the_shipped_settings():
     given = yaml.safe_load((ROOT / "config.yaml").read_text())
     names = [name for name in given if name not in ("bodies", "regimes", "scenes", "seed")]
     found = [row for name in names for row in both(given[name], defaults(SCHEMA, name), f"{name}.")]
-    naming = ("tradeoff.bodies", "tradeoff.limit_points")  # bodies that are shipped
+    naming = ("tradeoff.bodies", "tradeoff.limit_points", "law.bodies")  # bodies that are shipped
     assert [(key, value, default) for key, value, default in found if value != default and key not in naming] == []
     assert len(found) > 50
 
@@ -183,7 +183,7 @@ def test_a_study_is_checked_for_who_asks_for_it(smoke):
 
 
 def test_masses_from_ct_need_a_body_from_ct(smoke):
-    del smoke["bodies"]["abdomen"]
+    del smoke["bodies"]["abdomen"], smoke["palpation"]
     with pytest.raises(InputError, match=r"my\.yaml: ct is there and no body is of kind ct; add such a body"):
         complete(smoke, SCHEMA, Path("my.yaml"))
 

@@ -51,7 +51,7 @@ def test_a_killed_run_is_completed(start, run, tmp_path):
     with h5py.File(tmp_path / TARGET) as file:
         assert len(file["displacement"]) == 14
         assert np.isfinite(file["displacement"]).all()
-        assert (file["residual"][:] <= 1e-10).all()
+        assert (file["residual"][:] <= 1e-6).all()
 
 
 def test_what_a_killed_run_left_running_ends_by_itself(start, tmp_path):

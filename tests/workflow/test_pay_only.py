@@ -141,7 +141,14 @@ def test_nothing_asked_for_is_reported(refused):
             del settings[study]
 
     said = refused(change)
-    assert said.startswith("error: config.yaml: nothing is asked for; add the block of a study: tradeoff, dynamic, ha")
+    assert said.startswith(
+        "error: config.yaml: nothing is asked for; add the block of a study: tradeoff, law, dynamic, measured"
+    )
+
+
+def test_the_law_alone_presses_each_of_its_bodies_in_one_job(planned):
+    jobs = planned("law")
+    assert set(jobs) == {"make_body", "compare_laws", "merge_table"} | REPORT and set(jobs.values()) == {1}
 
 
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])

@@ -30,6 +30,7 @@ def memory_mb(job: Job, case: Case) -> float:
         "simulate_fine": lambda: QUADRATIC_MB * size.fine.elements,
         "simulate_truth": lambda: QUADRATIC_MB * 8 * size.fine.elements,
         "choose_presses": lambda: elements,
+        "compare_laws": lambda: QUADRATIC_MB * size.fine.elements * (1 if len(size.levels) > 2 else 8),
         "measure_models": lambda: (
             QUADRATIC_MB * size.fine.elements + COPIES.get(job.wildcards["family"], 1) * compliance_mb(size)
         ),

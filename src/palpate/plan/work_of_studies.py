@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from palpate.plan.work import Amounts, Case, Job
+from palpate.plan.work import QUADRATIC, Amounts, Case, Job
 
 
 def _scene(job: Job, case: Case) -> Amounts:
@@ -12,6 +12,14 @@ def _scene(job: Job, case: Case) -> Amounts:
     scene = case.config["scenes"][job.wildcards["scene"]]
     elements = sum(case.sizes[body].levels[scene["level"]].elements for body in bodies_in(scene))
     return {"element_steps": scene["duration_s"] / scene["step_s"] * elements}
+
+
+def _compared(job: Job, case: Case) -> Amounts:
+    """Count the solutions of all presses of all variants of a body, on the last of three levels."""
+    law, size = case.config["law"], case.sizes[job.wildcards["body"]]
+    finest = size.fine if len(size.levels) > 2 else size.fine.refined()
+    solutions = (len(law["laws"]) + len(law["poissons"]) - 1) * law["contacts"] * len(law["depths"])
+    return {"solve_s": QUADRATIC * max(solutions, 1) * case.solve_s(finest.elements, 1)}
 
 
 def _trial(job: Job, case: Case) -> Amounts:
@@ -80,6 +88,7 @@ def _shapes_timed(job: Job, case: Case) -> Amounts:
 STUDIES: dict[str, Callable[[Job, Case], Amounts]] = {
     **dict.fromkeys(("simulate_scene", "leave_out_effects", "time_effects"), _scene),
     **dict.fromkeys(("simulate_dynamic_reference", "measure_dynamic"), _trial),
+    "compare_laws": _compared,
     "time_methods": _time_methods,
     "time_complexity": _complexity,
     "tabulate_node_mass": _weighed,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole
 from palpate.samples.database_fields import FIELDS, check, refuse
@@ -95,7 +95,9 @@ def read(path: Path | str) -> Database:
         if (found := _attribute(path, file, "format")) != FORMAT:
             refuse(str(path), "format", f"is {found} but this version reads {FORMAT}")
         values = {name: _load(path, file, name) for name in FIELDS}
-        material = Material(*(float(_attribute(path, file, field.name)) for field in fields(Material)))
+        found = {field.name: _attribute(path, file, field.name) for field in fields(Material)}
+        law = str(found.pop("law"))
+        material = Material(**{name: float(value) for name, value in found.items()}, law=law)
         digest = str(_attribute(path, file, "config_digest"))
     check(values, str(path))
     return Database(**values, material=material, config_digest=digest)

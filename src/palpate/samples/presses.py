@@ -11,6 +11,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts
 from palpate.bodies.refinement import finer
+from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.samples.loads import COLUMNS
@@ -36,8 +37,10 @@ LOWER, CLEAR = 0.85, 0.6
 The thin lobe of the liver snaps at 0.19 of Young's modulus on level 1, and below 0.154 on level 2.
 """
 UNCAPPED = "no"
-PRESS_COLUMNS = [*COLUMNS, "magnitude", "tilt_degrees", "peak_of_size", "pressure_of_young", "least_det", "capped"]
-"""Columns of the table: peak_of_size and pressure_of_young are those reached, least_det the smallest det F."""
+REACHED = ["peak_of_size", "pressure_of_young", "least_det", "volume_change"]
+"""Columns of what a press reaches: smallest det F, change of the body's volume over that at rest, and the like."""
+PRESS_COLUMNS = [*COLUMNS, "magnitude", "tilt_degrees", *REACHED, "capped"]
+"""Columns of the table."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +95,8 @@ def choose_presses(
             direction = oblique(body.fine.normals[contact], press["tilt_degrees"], side)
             found, capped = search.find(int(contact), direction, press["magnitude"])
             load = [len(rows), int(contact), *(found.newtons * direction), radius_m]
-            told = [found.peak / body.fine.size, search.pressure(found.newtons), found.least_det, capped]
+            told: list = [found.peak / body.fine.size, search.pressure(found.newtons), found.least_det]
+            told += [search.volume_change(found.moved), capped]
             rows.append([*load, press["magnitude"], press["tilt_degrees"], *told])
     table = pd.DataFrame(rows, columns=PRESS_COLUMNS)
     _warn(body.name, table["capped"], regime.get("pressure_of_young", PRESSURE))
@@ -124,6 +128,11 @@ class _Search:
     def pressure(self, newtons: float) -> float:
         """Return the peak pressure of a force [N] as a share of Young's modulus."""
         return 2.0 * newtons / (np.pi * self._radius**2) / self._body.material.young_pa
+
+    def volume_change(self, moved: np.ndarray) -> float:
+        """Return the change of the body's volume under displacements (n, 3) [m], over its volume at rest."""
+        mesh, rest = self._body.levels[self._level], self._solver.mesh.nodes
+        return enclosed_volume(mesh, rest + moved) / enclosed_volume(mesh, rest) - 1.0
 
     def find(self, contact: int, direction: np.ndarray, magnitude: float) -> tuple[_Press, str]:
         """Find the press along ``direction`` (3,) that is as deep as asked, or the deepest one below and why."""

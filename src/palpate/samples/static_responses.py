@@ -14,7 +14,7 @@ from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.quadratic import POINTS, prolongation, shape_slopes, ten_nodes
 from palpate.bodies.refinement import finer
-from palpate.effects.corotational import shape_gradients
+from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.samples.loads import nodal_forces

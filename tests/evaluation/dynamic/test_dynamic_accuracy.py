@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
 from palpate.errors import InputError, NotConverged
 from palpate.evaluation.dynamic import dynamic_accuracy, dynamic_reference
 from palpate.evaluation.dynamic.dynamic_reference import Reference, load, reference, save

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
 from palpate.figures import render, style
 from palpate.figures.ct import ct_volume_rendering
 

@@ -26,7 +26,9 @@ def finger_scenes():
 
 def finger_files(kind):
     """One file for each press by a finger and each family, of the first split."""
-    return [file for body, regime in finger_scenes() for file in family_files(kind, [body], [regime], SPLITS[:1])]
+    return [
+        file for body, regime in finger_scenes() for file in family_files(kind, [body], [regime], SPLITS[:1])
+    ]
 
 
 def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.bodies.body import Material, nest
+from palpate.bodies.body import nest
 from palpate.bodies.liver import liver
+from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.bodies.sheet import sheet
 from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate

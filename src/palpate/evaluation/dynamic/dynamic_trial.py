@@ -105,8 +105,8 @@ def _nested(body: Body, level: int) -> Body:
     last = max(level, 1)
     if len(body.levels) > last:
         parts = body.levels[: last + 1], body.prolongations[:last], body.anchors[: last + 1]
-        return Body(body.name, *parts, body.material, body.bed)
-    return nest(body.name, body.coarse, 1, body.anchors[0], body.material, bed=body.bed)
+        return Body(body.name, *parts, body.material, body.bed, body.regions)
+    return nest(body.name, body.coarse, 1, body.anchors[0], body.material, bed=body.bed, regions=body.regions)
 
 
 def _times(loads: dict, factor: float) -> dict:

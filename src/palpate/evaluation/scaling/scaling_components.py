@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.bodies.body import Body, Material, nest
+from palpate.bodies.body import Body, nest
 from palpate.bodies.liver import liver
+from palpate.bodies.material import Material
 
 if TYPE_CHECKING:
     from palpate.evaluation.scaling.measure_scaling import Meter

@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+from palpate.bodies.material import LAWS
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
 from palpate.scenes.contact_settings import bodies_in, check_instruments
-from palpate.scenes.effects_check import check_effects
+from palpate.scenes.effects_check import check_effects, check_stiffness
 
 
 def check(config: dict, file: Path) -> None:
@@ -14,7 +15,7 @@ def check(config: dict, file: Path) -> None:
     for name, scene in config["scenes"].items():
         place = f"{file}: scenes.{name}"
         _check_bodies(place, scene, config["bodies"])
-        _check_effects(place, scene, config["bodies"][scene["body"]]["kind"])
+        _check_effects(place, scene, config["bodies"])
         check_instruments(place, scene)
         _check_files(place, scene, file.parent)
 
@@ -27,22 +28,17 @@ def _check_bodies(place: str, scene: dict, bodies: dict) -> None:
         finest = bodies[body].get("refinements", 0)
         if scene["level"] > finest:
             raise InputError(f"{place}.level is {scene['level']}, and {body} has levels 0 to {finest}.")
-        for key in ("young_pa", "poisson", "thickness_m"):
-            of_first, of_this = (bodies[name].get(key, 0.0) for name in (scene["body"], body))
-            if of_first != of_this:
-                raise InputError(
-                    f"{place}.others: {scene['body']} has {key} {of_first:g} and {body} {of_this:g}; "
-                    "bodies of one scene must have the same stiffness and thickness: make them equal."
-                )
 
 
-def _check_effects(place: str, scene: dict, kind: str) -> None:
+def _check_effects(place: str, scene: dict, bodies: dict) -> None:
     if isinstance(scene["effects"], str) and scene["effects"] != "auto":
         raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
     for name in scene.get("own_settings", {}):
         if name not in scene.get("own", {}):
             raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
-    check_effects(place, scene, kind)
+    body = bodies[scene["body"]]
+    check_effects(place, scene, body["kind"], body.get("law", LAWS[0]))
+    check_stiffness(place, scene, bodies)
 
 
 def _check_files(place: str, scene: dict, folder: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.body import Material
+from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.calibration.closed_forms import volume_stiffness
 from palpate.calibration.fem_motion import reference_motion

@@ -14,6 +14,7 @@ from palpate.figures.tradeoff.scene_rows import averaged, first_split, front_row
 from palpate.report import markup
 from palpate.report.advice_words import error_of, limit, sentence
 from palpate.report.material import Report, Section
+from palpate.report.parts.law import beside
 from palpate.report.parts.tradeoff_models import given_table, models_table, variants_table
 from palpate.report.parts.tradeoff_numbers import hardest_of, numbers, pressed, scene_words
 from palpate.report.words import capital
@@ -32,7 +33,8 @@ def sections(report: Report) -> list[Section]:
     hardest = hardest_of(settings)
     ordered = sorted(names, key=lambda scene: scene != hardest)
     taken = "".join(overview(tables.where(advice, error=kind), names, kind) for kind in WHERE)
-    diagrams = report.note("work_precision") + "".join(_scene(report, scene, names[scene]) for scene in ordered)
+    diagrams = report.note("work_precision") + (beside(report.tables["law"]) if "law" in report.tables else "")
+    diagrams += "".join(_scene(report, scene, names[scene]) for scene in ordered)
     models = report.note("models") + models_table(report) + given_table(settings) + variants_table(settings)
     paid = report.figure("break_even") + report.folded("accuracy_vs_time")
     return [
@@ -62,6 +64,7 @@ def _truth(report: Report, names: dict[str, str]) -> str:
             "at the patch [% of peak]": 100 * truth["patch_rms_of_peak"],
             "order": truth["order"],
             "samples with an inverted element": truth["inverted"],
+            "change of volume [%]": 100 * truth["volume_change"],
         }
     )
     shown = report.figure("truth") + markup.table(rows, "The truth's own error, mean over the samples")

@@ -68,7 +68,7 @@ env: $(STAMP)  ## build the environment only, in .venv
 test: $(TOOLS)  ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
-smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, within a minute
+smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few minutes
 	@$(RUN) snakemake $(SMOKE)
 	@echo "The report: .smoke/results/report.html"
 

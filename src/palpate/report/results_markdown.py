@@ -91,19 +91,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     )
     yield _markdown(results_tables.advice(found["advice"]))
     yield _picture("advice")
-    yield "## How well the truth is known"
-    yield (
-        "The truth is the limit of quadratic elements on nested meshes (Richardson's extrapolation); its own error is "
-        "in the units and on the nodes of the models' errors, and below it models are tied. *Inverted* counts samples "
-        "with an inverted element, *elements* those of the finest mesh."
-    )
-    yield _markdown(results_tables.truth(found["truth"]))
-    yield _picture("truth")
-    for name, (heading, said) in SEVERAL.items():
-        if name in found:
-            yield f"## {heading}"
-            yield said
-            yield _markdown(getattr(results_tables, name.removeprefix("advice_"))(found[name]))
+    yield from _truth(found)
     yield "## Accuracy over time"
     for scene in scenes:
         yield f"### {scene.replace('_', ' ')}\n\n{_picture(f'work_precision_{scene}')}"
@@ -126,6 +114,23 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     yield _picture("hard_cases")
     yield f"## Scaling\n\n{_picture('scaling')}"
     yield _markdown(results_tables.scaling(found["scaling"]))
+
+
+def _truth(found: dict[str, pd.DataFrame]) -> Iterator[str]:
+    """Yield how well the truth is known and, of a run that has it, how far advice depends on splits and fingers."""
+    yield "## How well the truth is known"
+    yield (
+        "The truth is the limit of quadratic elements on nested meshes (Richardson's extrapolation); its own error is "
+        "in the units and on the nodes of the models' errors, and below it models are tied. *Inverted* counts samples "
+        "with an inverted element, *elements* those of the finest mesh."
+    )
+    yield _markdown(results_tables.truth(found["truth"]))
+    yield _picture("truth")
+    for name, (heading, said) in SEVERAL.items():
+        if name in found:
+            yield f"## {heading}"
+            yield said
+            yield _markdown(getattr(results_tables, name.removeprefix("advice_"))(found[name]))
 
 
 def _shown(settings: pd.DataFrame) -> list[str]:

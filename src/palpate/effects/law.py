@@ -52,7 +52,7 @@ INVERTED = np.array([1.0, 1.0, -0.5])
 def law_of(name: str) -> Law:
     """Return one of LAWS, or that of the user's own file ``name``; InputError if the file is none of a law."""
     if name in LAWS:
-        return _compiled(import_module(f"palpate.effects.laws.{name}"))
+        return _compiled(import_module(f"palpate.effects.laws.{name}"), kept=True)
     from palpate.effects.own_law import fault
     from palpate.own_file import failure, import_file
 
@@ -61,7 +61,7 @@ def law_of(name: str) -> Law:
         raise InputError(f"law names {describe_unknown([name], list(LAWS))}")
     module = import_file(path, "law")
     try:
-        law = _compiled(module)
+        law = _compiled(module, kept=False)
         wrong = fault(law)
     except Exception as error:
         raise InputError(
@@ -72,9 +72,10 @@ def law_of(name: str) -> Law:
     return law
 
 
-def _compiled(module: ModuleType) -> Law:
+def _compiled(module: ModuleType, kept: bool) -> Law:
+    """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file."""
     functions = {name: getattr(module, name) for name in SIGNATURES}
-    make = {name: numba.cfunc(SIGNATURES[name], cache=True, error_model="numpy") for name in SIGNATURES}
+    make = {name: numba.cfunc(SIGNATURES[name], cache=kept, error_model="numpy") for name in SIGNATURES}
     return Law(**{name: make[name](function) for name, function in functions.items()})
 
 

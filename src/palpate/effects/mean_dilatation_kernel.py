@@ -27,34 +27,16 @@ def add_stiffness(
     mean θ. What U″ exceeds ``most`` (n_elements,) [Pa] by is left out; it is written over V into ``rests``
     (n_elements,) [Pa/m³], and V r into ``rows`` (n_elements, 10, 3) [m²].
     """
-    places, stretched, g, shares = (
-        np.empty((30, BATCH)),
-        np.empty((9, BATCH)),
-        np.empty((9, BLOCK)),
-        np.empty((3, BLOCK)),
-    )
+    places, stretched = np.empty((30, BATCH)), np.empty((9, BATCH))
+    g, shares = np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, pulls, blocks, stiffnesses = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty((54, BLOCK)), np.empty(BLOCK)
     half, whole = np.empty((POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
     for begin in range(0, len(ten), BATCH):
         count = min(BATCH, len(ten) - begin)
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
         deformation_gradients(places, slopes, g, stretched, f)
-        principal.hessians(
-            f,
-            g,
-            shares[0],
-            BLOCK,
-            POINTS,
-            shares[1],
-            shares[2],
-            shape,
-            measure,
-            volume,
-            definite,
-            blocks,
-            pulls,
-            stiffnesses,
-        )
+        moduli, law = (shares[1], shares[2]), (shape, measure, volume)
+        principal.hessians(f, g, shares[0], BLOCK, POINTS, *moduli, *law, definite, blocks, pulls, stiffnesses)
         forces(pulls, slopes, g, shares[0], stretched, places)
         for e in range(count):
             kept = min(stiffnesses[e], most[begin + e])

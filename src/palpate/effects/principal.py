@@ -27,9 +27,7 @@ def stresses(f, p, count, group, mu, lam, shape, measure, volume, energies):
     for k in range(stride):
         mean = 0.0
         for q in range(group):
-            for i in range(9):
-                given[i // 3, i % 3] = f[i, q * stride + k]
-            signed_svd(given, u[q], s[q], v[q])
+            _decompose(f, q * stride + k, given, u[q], s[q], v[q])
             energies[q * stride + k] = shape(s[q], mu[k], slopes[q], unused)
             mean += measure(s[q], rates[q], unused) / group
         energy = volume(mean, mu[k], lam[k], derivatives)
@@ -50,20 +48,14 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
         ``pulls`` (9, BLOCK), and U″ of each group to ``stiffnesses`` (BLOCK,) [Pa]
     """
     given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
-    slopes, rates, second, bends = (
-        np.empty((group, 3)),
-        np.empty((group, 3)),
-        np.empty((group, 3, 3)),
-        np.empty((group, 3, 3)),
-    )
+    slopes, rates = np.empty((group, 3)), np.empty((group, 3))
+    second, bends = np.empty((group, 3, 3)), np.empty((group, 3, 3))
     derivatives, flips, twists, h, b = np.empty(2), np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     stride = count // group
     for k in range(stride):
         mean = 0.0
         for q in range(group):
-            for i in range(9):
-                given[i // 3, i % 3] = f[i, q * stride + k]
-            signed_svd(given, u[q], s[q], v[q])
+            _decompose(f, q * stride + k, given, u[q], s[q], v[q])
             shape(s[q], mu[k], slopes[q], second[q])
             mean += measure(s[q], rates[q], bends[q]) / group
         volume(mean, mu[k], lam[k], derivatives)
@@ -112,6 +104,14 @@ def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, pla
         for i in range(3):
             for j in range(3):
                 second[i, j] += derivatives[1] * rates[i] * rates[j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _decompose(f, column, given, u, s, v):
+    """Write the signed singular value decomposition of a column of ``f``; given : (3, 3), scratch."""
+    for i in range(9):
+        given[i // 3, i % 3] = f[i, column]
+    signed_svd(given, u, s, v)
 
 
 @numba.njit(cache=True, error_model="numpy")

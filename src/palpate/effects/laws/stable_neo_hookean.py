@@ -8,6 +8,10 @@ along its axis has its largest force at a stretch of 0.58 for ν = 0, and 0.38 f
 
 from math import log1p
 
+from palpate.effects.laws.volume_ratio import measure
+
+__all__ = ["measure", "shape", "volume"]
+
 
 def shape(s, mu, slopes, curvatures):
     """Return W = Ψ − λ/2 (J − 1)², without stress at rest, and write its derivatives."""
@@ -23,15 +27,6 @@ def shape(s, mu, slopes, curvatures):
             curvatures[i, j] = 2.0 * m * share * share * s[i] * s[j] + 5.0 / 6.0 * mu * area * other
             curvatures[i, j] += m * (1.0 - share) if i == j else tension * s[3 - i - j]
     return 0.5 * m * (grown - log1p(0.25 * grown)) + (5.0 / 12.0 * mu * change - mu) * change
-
-
-def measure(s, slopes, curvatures):
-    """Return θ = J, and write its derivatives."""
-    for i in range(3):
-        slopes[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
-        for j in range(3):
-            curvatures[i, j] = 0.0 if i == j else s[3 - i - j]
-    return s[0] * s[1] * s[2]
 
 
 def volume(theta, mu, lam, derivatives):

@@ -127,6 +127,16 @@ def _end_with(run: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
+def use_threads(count: int) -> None:
+    """Set numba to run on ``count`` threads; before anything is imported that needs it.
+
+    Numba reads their number when it is imported. In a process that has it already, the script begins anew.
+    """
+    known, os.environ["NUMBA_NUM_THREADS"] = os.environ.get("NUMBA_NUM_THREADS"), str(count)
+    if known != str(count) and "numba" in sys.modules:
+        os.execv(sys.executable, [sys.executable, *sys.argv])
+
+
 def kernel_cache() -> Path:
     """Return the folder of compiled functions, another one after every edit of a module that has some.
 

@@ -13,6 +13,7 @@ from palpate.environment import check_environment
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.job import FAILED, kernel_cache
+from palpate.job_server import start as start_job_server
 from palpate.kept_warnings import in_logs
 from palpate.plan.plan import Plan, when_known
 from palpate.schema import defaults, read_schema, studies
@@ -30,8 +31,9 @@ SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 # what this run will do, once that is known
 planned = None
 
-# snakemake puts the interpreter's path into commands as it is, which a space in it breaks
-sys.executable = quote(sys.executable)
+# snakemake begins the command of a script with this: it asks the server of jobs, or starts the interpreter itself
+PYTHON = sys.executable
+sys.executable = f"{quote(PYTHON)} -IS {quote(str(ROOT / 'workflow/start_job.py'))}"
 
 try:
     check_environment()
@@ -80,12 +82,11 @@ wildcard_constraints:
 
 
 # jobs run beside each other, so each gets one thread; snakemake would hand timing jobs all of them
-THREADS = [f"{library}_NUM_THREADS=1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")]
+JOBS = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
+JOBS |= {"PALPATE_RUN": str(os.getpid()), "PALPATE_JOBS": f".snakemake/jobs-{os.getpid()}"}
+JOBS |= {"NUMBA_CACHE_DIR": str(kernel_cache())}
 # and Ctrl-C ends them by way of the run
-shell.prefix(
-    f"trap '' INT; "
-    f"export PALPATE_RUN={os.getpid()} {' '.join(THREADS)} NUMBA_CACHE_DIR={quote(str(kernel_cache()))}; "
-)
+shell.prefix(f"trap '' INT; export {' '.join(f'{name}={quote(value)}' for name, value in JOBS.items())}; ")
 
 # what is timed for long has half of the machine: on one of two cores, beside another single-threaded job, medians of
 # 1 ms and more are within 8 % of those of a job that runs alone; shorter ones may be up to half longer

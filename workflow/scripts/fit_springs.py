@@ -1,6 +1,6 @@
-import os
+from palpate.job import use_threads
 
-os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)  # read when numba is imported: this job runs alone
+use_threads(snakemake.threads)  # this job runs alone
 
 from pathlib import Path
 

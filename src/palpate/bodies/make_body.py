@@ -1,7 +1,6 @@
 """Construction of a body from its entry in the config."""
 
 import math
-import warnings
 from collections.abc import Callable
 
 from palpate.bodies.anchors import choose_anchors, default_anchors
@@ -15,9 +14,6 @@ from palpate.bodies.regions import read_regions
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.errors import InputError
 from palpate.kept_warnings import about
-
-LOCKING = 0.45
-"""Poisson's ratio from which on linear tetrahedra are clearly too stiff, as ``hard_cases`` measures it."""
 
 # what to do about bad elements, of a mesh as it is in the file and of a remeshed one
 REMEDIES = {
@@ -41,13 +37,6 @@ def _make(name: str, entry: dict) -> Body:
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
-    poisson = max([material.poisson, *(rule.get("poisson", -1) for rule in entry.get("regions", {}).values())])
-    if poisson >= LOCKING and entry["kind"] != "sheet":
-        warnings.warn(
-            f"poisson is {poisson:g}, where linear tetrahedra lock: a bar of them, refined twice, bends 8 % "
-            "too little at 0.45 and 18 % at 0.49, against 5 % at 0.3; refine more, or give a lower number.",
-            stacklevel=2,
-        )
     made = kinds[entry["kind"]](entry)
     # a smooth organ, a CT and a file show more of the surface than the coarse mesh has
     mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)

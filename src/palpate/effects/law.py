@@ -12,6 +12,7 @@ numba compiles:
 A kernel gets them as pointers, so that it is compiled once and serves every law.
 """
 
+import warnings
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
@@ -22,9 +23,13 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from numba import types
+from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, describe_unknown
+
+# numba says so of every kernel that gets pointers to functions
+warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 _VECTOR, _MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
 SIGNATURES = {

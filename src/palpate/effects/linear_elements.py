@@ -9,17 +9,19 @@ from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect
 from palpate.effects.elements import Elements
 from palpate.effects.linear_kernel import add_stiffness, energy_and_force
+from palpate.effects.locking import largest_poisson, warn_of_locking
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import BlockPattern
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "LinearElements":
-    """Make the elasticity of a solid; InputError if ``particles`` have no tetrahedra."""
+    """Make the elasticity of a solid; warns if it locks. InputError if ``particles`` have no tetrahedra."""
     if not len(particles.tetrahedra):
         raise InputError(
             f"{particles.name}: corotational elasticity needs tetrahedra, and these particles have none; "
             "name triangles for a sheet, or springs or shape_matching for a surface."
         )
+    warn_of_locking(particles.name, largest_poisson(particles.tissue))
     return LinearElements(particles, particles.tissue)
 
 

@@ -1,6 +1,8 @@
 """Locking of elements in nearly incompressible bodies: where it begins, and the warning to who asks for it."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -29,3 +31,11 @@ def warn_of_locking(name: str, poisson: float) -> None:
         f"{missing:.0%} of the displacement under a finger: use quadratic elements (fem_p2), or a ratio up to 0.45.",
         stacklevel=2,
     )
+
+
+@contextmanager
+def locking_is_measured() -> Iterator[None]:
+    """Leave that warning out, where how much linear elements lock is what is measured."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*linear elements lock")
+        yield

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
+from palpate.effects.locking import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.evaluation.accuracy import patch_nodes, truth_errors
 from palpate.evaluation.law.names import MESHES
@@ -68,14 +69,10 @@ def _truth(body: Body, loads: pd.DataFrame, tolerance: float) -> Truth:
 
 
 def _linear(body: Body, loads: pd.DataFrame, tolerance: float) -> list[np.ndarray | None]:
-    """Return the answers (n, 3) [m] of linear elements on the finest level; None where there is none.
-
-    That they lock is what is measured, and so is no warning here.
-    """
+    """Return the answers (n, 3) [m] of linear elements on the finest level; None where there is none."""
     level = len(body.levels) - 1
     answers: list[np.ndarray | None] = []
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*linear elements lock")
+    with locking_is_measured():
         problem = Equilibrium(body, level)
     for _, load in loads.iterrows():
         try:

@@ -11,6 +11,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.effects.effect import Effect, Energy
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
+from palpate.effects.locking import locking_is_measured
 from palpate.evaluation.measured.experiment import Weight
 from palpate.evaluation.measured.loads import hung_masses, nodal_loads
 from palpate.evaluation.measured.oscillation import Oscillation, fit_oscillation
@@ -70,7 +71,8 @@ class Release:
         hung = hung_masses(mesh, weights, size, order=1).sum(axis=1)
         particles = replace(particles, masses=self.softness * (particles.masses + hung))
         law = particles.material.law
-        elastic = effect(law).make(particles, {}, None)
+        with locking_is_measured():
+            elastic = effect(law).make(particles, {}, None)
         effects: dict[str, Effect] = {
             law: elastic,
             "gravity": Gravity(particles, gravity),

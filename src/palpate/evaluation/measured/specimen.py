@@ -1,6 +1,5 @@
 """A model of the body that was measured: its rest, its masses, and its equilibrium under any load."""
 
-import warnings
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -11,6 +10,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.held import Held
+from palpate.effects.locking import locking_is_measured
 from palpate.effects.springs import make as make_springs
 from palpate.errors import InputError
 from palpate.evaluation.measured.carried import Carried
@@ -52,8 +52,7 @@ class FemSpecimen:
     """Finite elements of ``order`` on a level of ``body``."""
 
     def __init__(self, body: Body, level: int, order: int):
-        with warnings.catch_warnings():  # how much they lock is what the study shows
-            warnings.filterwarnings("ignore", ".*linear elements lock")
+        with locking_is_measured():
             self._equilibrium = Equilibrium(body, level, order)
         self.rest, self.held = self._equilibrium.mesh.nodes, body.anchors[level + order - 1]
         self.mesh: Mesh = body.levels[level]

@@ -20,6 +20,13 @@ def test_plane_on_the_far_side(cube):
     assert held.tolist() == [1, 3, 5, 7]
 
 
+def test_several_rules_hold_what_any_of_them_holds(cube):
+    ends = [{"plane": {"axis": "x", "side": side, "depth_m": 0.01}} for side in ("min", "max")]
+    assert choose_anchors("cube", {"several": [ends[1], {"nodes": [0]}]}, cube).tolist() == [0, 1, 3, 5, 7]
+    with pytest.raises(InputError, match="several holds every node of the surface"):
+        choose_anchors("cube", {"several": ends}, cube)
+
+
 def test_new_nodes_are_held_between_held_ones(cube, material):
     body = nest("cube", cube, 1, np.arange(4), material)
     assert np.array_equal(body.anchors[1], np.flatnonzero(body.fine.nodes[:, 2] == 0))
@@ -41,8 +48,11 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
         ({"nodes": []}, r"anchors\.nodes holds no node"),
         ({"sphere": {"center_m": [9, 9, 9], "radius_m": 1}}, r"anchors\.sphere holds no node"),
         ({"nodes": [0, 1]}, "turn about the held nodes; hold three"),
-        ({"nodes": [0], "plane": {}}, "exactly one of nodes, plane and sphere"),
-        ({"box": {}}, "exactly one of nodes, plane and sphere"),
+        ({"nodes": [0], "plane": {}}, "exactly one of nodes, plane, sphere and several"),
+        ({"several": [{"nodes": [0]}, {"nodes": [9]}]}, "names 9"),
+        ({"several": []}, r"anchors\.several holds no node"),
+        ({"several": [{"nodes": [0, 1, 2]}, {"box": {}}]}, "exactly one of nodes, plane, sphere and several"),
+        ({"box": {}}, "exactly one of nodes, plane, sphere and several"),
     ],
 )
 def test_a_rule_that_cannot_hold_the_body(cube, rule, message):

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
-from palpate.enrichment.blend_kinds import WEIGHTS
+from palpate.enrichment.blend_kinds import LITERAL, WEIGHTS
 from palpate.enrichment.blend_weights import BlendWeights, inverse, normalise
-from palpate.enrichment.gaussian_kernel import squared_distances
+from palpate.enrichment.gaussian_kernel import gaussian, squared_distances
 
 RANDOM = np.random.default_rng(0)
 KNOWN = RANDOM.normal(size=(15, 6))
@@ -88,3 +89,15 @@ def test_cancelling_weights_fall_back_on_the_kernel_values():
     blend = np.array([[1.0, 2.0, 0.0], [-1.0, 2.0, 0.0]])
     w = np.array([[1.0, 1.0, 0.2], [0.25, 1.0, 0.6]])
     assert normalise(blend, w) == pytest.approx(np.array([[0.8, 0.5, 0.25], [0.2, 0.5, 0.75]]))
+
+
+@pytest.mark.parametrize("sigma", [1.0, 2.0])
+def test_equation_four_word_for_word_normalises_w_alone(sigma):
+    """With A the true inverse, a training sample would be answered by itself over the sum of its kernel values."""
+    phi = gaussian(SQUARED, sigma)
+    matrix = np.column_stack([nnls(phi, unit)[0] for unit in np.eye(15)])
+    expected = matrix @ (phi / phi.sum(axis=0))
+    assert BlendWeights(LITERAL, SQUARED, sigma)(SQUARED) == pytest.approx(expected, abs=1e-12)
+    sums = expected.sum(axis=0)
+    assert abs(sums - 1.0).max() > 0.1
+    assert BlendWeights("nonnegative_a", SQUARED, sigma)(SQUARED) == pytest.approx(expected / sums, abs=1e-12)

@@ -1,4 +1,4 @@
-"""Rules that choose the held nodes of a body: by number, near an extreme plane, or inside a sphere."""
+"""Rules that choose the held nodes of a body: by number, near an extreme plane, inside a sphere, or by several."""
 
 import warnings
 from collections.abc import Callable
@@ -23,7 +23,7 @@ def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = N
     """Choose the coarse nodes that a rule holds, in increasing order; without a rule, as on a bed, none.
 
     rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
-        ``{sphere: {center_m: [x, y, z], radius_m}}``
+        ``{sphere: {center_m: [x, y, z], radius_m}}``, or ``{several: [rules]}``, which holds what any of them holds
 
     Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
@@ -31,13 +31,8 @@ def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = N
     if rule is None:
         _check_pieces(body, np.empty(0, dtype=np.int64), mesh, bed)
         return np.empty(0, dtype=np.int64)
-    rules: dict[str, Rule] = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere}
-    if len(rule) != 1 or not set(rule) <= set(rules):
-        raise InputError(f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane and sphere.")
-    ((kind, value),) = rule.items()
-    held = np.unique(rules[kind](body, value, mesh))
-    if not len(held):
-        raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
+    held = _held(body, rule, mesh)
+    kind = next(iter(rule))
     free = np.setdiff1d(mesh.surface, held)
     if not len(free):
         raise InputError(
@@ -63,6 +58,24 @@ def default_anchors(body: str, mesh: Mesh) -> dict:
         stacklevel=3,
     )
     return {"plane": {"axis": "xyz"[axis], "side": "min", "depth_m": depth}}
+
+
+def _held(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
+    """Return the nodes that one rule holds, increasing."""
+    rules: dict[str, Rule] = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere, "several": _by_any}
+    if len(rule) != 1 or not set(rule) <= set(rules):
+        raise InputError(
+            f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane, sphere and several."
+        )
+    ((kind, value),) = rule.items()
+    held = np.unique(rules[kind](body, value, mesh))
+    if not len(held):
+        raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
+    return held
+
+
+def _by_any(body: str, several: list[dict], mesh: Mesh) -> np.ndarray:
+    return np.concatenate([_held(body, rule, mesh) for rule in several] or [np.empty(0, dtype=np.int64)])
 
 
 def _by_number(body: str, numbers: list, mesh: Mesh) -> np.ndarray:

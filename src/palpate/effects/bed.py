@@ -27,9 +27,9 @@ class BedSprings(Energy, Stiffness):
     """E = ∫ ½ k u² over the surface in the sphere of a bed, with k = stiffness_n_m3 · (1 − (distance/radius)²)².
 
     u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k is smooth at
-    the sphere, so that stress is not singular there, as it is at the edge of nodes that are held. The integral is
-    exact, for linear shape functions or, of ``order`` 2, quadratic ones, whose nodes are the mesh's and then the
-    midpoints of its ``edges``.
+    the sphere, so that stress is not singular there, as it is at the edge of nodes that are held; a bed that asks for
+    triangles that face one way ends sharply where the surface turns. The integral is exact, for linear shape functions
+    or, of ``order`` 2, quadratic ones, whose nodes are the mesh's and then the midpoints of its ``edges``.
 
     beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may hold
     """
@@ -67,6 +67,7 @@ class BedSprings(Energy, Stiffness):
 
 def _elements(mesh: Mesh, bed: Bed, triangles: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the nodes (m, k) of the triangles that may meet the bed, and ∫ k Nᵢ Nⱼ (m, k, k) [N/m] of each."""
+    triangles = triangles[bed.faces(mesh.nodes, triangles)]
     corners = mesh.nodes[triangles]
     middle = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + bed.radius_m

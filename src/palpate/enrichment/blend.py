@@ -66,8 +66,10 @@ def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = 
 
 
 def median_distance(squared: np.ndarray) -> float:
-    """Return the median distance [m] between different samples, from squared ones (k, k); 1 if all are 0 or k is 1."""
+    """Return the median distance [m] between different samples, from squared ones (k, k); 1 if there are none.
+
+    Samples that are present twice do not change it.
+    """
     distances = np.sqrt(squared[np.triu_indices(len(squared), 1)])
-    if not len(distances):
-        return 1.0
-    return float(np.median(distances)) or float(distances.max()) or 1.0
+    distances = distances[distances > 0.0]
+    return float(np.median(distances)) if len(distances) else 1.0

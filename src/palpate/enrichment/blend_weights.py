@@ -1,14 +1,16 @@
 """Weigh training samples: how much each contributes to the answer to a query, equations (3) and (4) of paper 1.
 
 What is normalised to sum 1 is the final blend A w, not w: only so does a training sample, whose A w is a unit
-vector, reproduce itself. The signed weights of a query far from all samples can cancel. Where their sum is
-below 1e-3 of the sum of their magnitudes, dividing by it would magnify errors a thousandfold, so the kernel
-values themselves, normalised, take their place (also where non-negative weights all vanish).
+vector, reproduce itself. Equation (4) word for word, where w sums to 1, is the kind ``blend_kinds.LITERAL``. The signed
+weights of a query far from all samples can cancel. Where their sum is below 1e-3 of the sum of their magnitudes,
+dividing by it would magnify errors a thousandfold, so the kernel values themselves, normalised, take their place (also
+where non-negative weights all vanish).
 """
 
 import numpy as np
 from scipy.optimize import nnls
 
+from palpate.enrichment.blend_kinds import LITERAL
 from palpate.enrichment.gaussian_kernel import gaussian, query_weights
 
 SINGULAR = 1e-12
@@ -28,30 +30,36 @@ def inverse(phi: np.ndarray) -> np.ndarray:
 
 
 class BlendWeights:
-    """Weights of k training samples for any query, with one of ``blend_kinds.WEIGHTS``.
+    """Weights of k training samples for any query, with one of ``blend_kinds.WEIGHTS`` or ``LITERAL``.
 
     signed : A = Φ⁻¹; clipped : its negative entries set to 0
     nonnegative_a : the paper's nearest non-negative matrix read column by column, min ‖Φ a_j − e_j‖, a_j ≥ 0
     nonnegative_b : read query by query, min ‖Φ a − φ‖, a ≥ 0, a being the blend weights themselves
+    literal : A of nonnegative_a times a w that sums to 1, so that what is blended may sum to anything
     """
 
     def __init__(self, kind: str, squared: np.ndarray, sigma: float):
         """Build the matrix; squared : (k, k) distances between training features [m²]; sigma [m]."""
         phi = gaussian(squared, sigma)
         self.sigma = sigma
-        self._per_query = kind == "nonnegative_b"
+        self._per_query, self._literal = kind == "nonnegative_b", kind == LITERAL
         if kind == "signed":
             self._matrix = inverse(phi)
         elif kind == "clipped":
             self._matrix = np.maximum(inverse(phi), 0.0)
-        elif kind == "nonnegative_a":
+        elif kind in ("nonnegative_a", LITERAL):
             self._matrix = np.column_stack([nnls(phi, unit)[0] for unit in np.eye(len(phi))])
         else:
             self._matrix = phi
 
     def __call__(self, squared: np.ndarray) -> np.ndarray:
-        """Return weights (k,) or (k, q), columns summing to 1, from squared distances to one or q queries [m²]."""
+        """Return weights (k,) or (k, q) from squared distances to one or q queries [m²].
+
+        Columns sum to 1, except those of the literal kind.
+        """
         w = query_weights(squared, self.sigma)
+        if self._literal:
+            return self._matrix @ (w / w.sum(axis=0))
         if not self._per_query:
             return normalise(self._matrix @ w, w)
         columns = w.reshape(len(w), -1).T

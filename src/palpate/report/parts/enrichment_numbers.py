@@ -7,7 +7,7 @@ from palpate.figures import style, tables
 from palpate.figures.number_format import each, percent, seconds
 from palpate.figures.pareto import front
 from palpate.report.material import Report
-from palpate.report.words import named
+from palpate.report.words import named, spaced
 
 METHOD = "detail_correction"
 """The method that is compared with those of the paper."""
@@ -31,6 +31,8 @@ def numbers(report: Report) -> dict[str, str]:
         "features": each(names, lambda b: _versus(easy, b, [style.PAPERS, style.BASELINE])),
         "baseline": each(names, lambda b: _versus(easy, b, ["interpolation", METHOD])),
         "live": each(names, lambda b: _versus(hard, b, [METHOD, "interpolation", style.PAPERS])),
+        "premises": _premises(all_tables["premises"], all_tables["premise_bodies"]),
+        "alike": _alike(all_tables["feature_vectors"]),
         "sigma": each(names, lambda b: _sigma(tables.where(all_tables["sigma_sweep"], body=b, regime=first), paper)),
         "sigma_paper": f"{paper['sigma']['value']:g}",
         "speedup": each(names, lambda b: _speedup(timing, b, paper)),
@@ -54,6 +56,26 @@ def _versus(table, body, methods) -> str:
     """Return the error of each of ``methods`` on one body."""
     errors = _errors(table, body)
     return ", ".join(f"{_label(m)} {percent(errors[m])}" for m in methods)
+
+
+def _premises(premises, about) -> str:
+    """Return the errors of ordered and unordered features in each premise, the most local first."""
+    rows = tables.where(premises, held_out="contacts", weights=style.PAPERS.partition("_")[2])
+    rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
+    parts = []
+    for row in about.sort_values("moved_share", kind="stable").itertuples():
+        errors = tables.where(rows, premise=row.premise).set_index("features")["rmse_of_peak"]
+        parts.append(
+            f"{spaced(row.premise)} ({percent(row.moved_share)} moves) {percent(errors['ordered'])} against "
+            f"{percent(errors['unordered'])}"
+        )
+    return "; ".join(parts)
+
+
+def _alike(vectors) -> str:
+    """Return how many numbers each kind of feature vector has."""
+    longest = 3 * (vectors.groupby("features", sort=False)["node"].max() + 1)
+    return ", ".join(f"{style.FEATURES[name][0]} {count}" for name, count in longest.items())
 
 
 def _headline(names, hard, cost, regime) -> str:

@@ -1,0 +1,13 @@
+from palpate.enrichment.training_samples import FitOptions
+from palpate.evaluation.enrichment.premise_tables import Settings, compare
+from palpate.job import job, steps, write_table
+from palpate.samples.database import read
+
+with job(snakemake.log[0], snakemake.output.warned) as say:
+    params = snakemake.params
+    options = FitOptions(**params.regression, split="contacts", seed=params.seed)
+    settings = Settings(**params.settings, options=options)
+    databases = {name: read(path) for name, path in zip(params.sampled, snakemake.input.databases, strict=True)}
+    tables = compare(params.cases, params.bodies, databases, settings, steps(say, "premise"))
+    for name, table in tables.items():
+        write_table(table, snakemake.output[name])

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from palpate.calibration.fitness import ALPHA_S, Fitness, Range
+from palpate.calibration.fitness import ALPHA_S, LANES, Fitness, Range
 from palpate.calibration.spring_motion import simulate
 from palpate.errors import InputError
 
@@ -23,6 +23,24 @@ def test_it_is_equation_nine(cube, population):
         x, v = simulate(cube.model, young, cube.press, settings)
         away = np.linalg.norm(x - cube.motion[0], axis=2) + ALPHA_S * np.linalg.norm(v - cube.motion[1], axis=2)
         assert found == pytest.approx(-away.sum(), rel=1e-10)
+
+
+def test_compared_less_often_it_is_the_sum_over_those_steps(cube, population):
+    settings = replace(cube.settings, every=5)
+    wanted = [found[4::5] for found in cube.motion]
+    x, v = simulate(cube.model, population[0], cube.press, settings)
+    assert np.array_equal(x, simulate(cube.model, population[0], cube.press, cube.settings)[0][4::5])
+    away = np.linalg.norm(x - wanted[0], axis=2) + ALPHA_S * np.linalg.norm(v - wanted[1], axis=2)
+    found = Fitness(cube.model, cube.press, settings, *wanted)(population)
+    assert found[0] == pytest.approx(-away.sum(), rel=1e-10)
+
+
+def test_an_individual_has_the_same_bits_in_every_lane(cube, population):
+    """More individuals than lanes, so that the last block is not full."""
+    many = np.repeat(population, 4, axis=0)[: len(LANES) + 5]
+    for volume in (0.0, 0.5):
+        fitness = Fitness(cube.model, cube.press, replace(cube.settings, volume_n_m=volume), *cube.motion)
+        assert np.array_equal(fitness(many), np.repeat(fitness(population), 4)[: len(many)])
 
 
 def test_the_motion_itself_is_fittest(cube, population):

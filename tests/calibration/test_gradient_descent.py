@@ -23,9 +23,10 @@ def slope(value, at, step):
     return (8 * near - far) / (12 * step)
 
 
-@pytest.mark.parametrize("volume_n_m", [0.0, 0.2])
-def test_the_gradient_agrees_with_differences(cube, young, volume_n_m):
-    fitness = Fitness(cube.model, cube.press, replace(cube.settings, volume_n_m=volume_n_m), *cube.motion)
+@pytest.mark.parametrize(("volume_n_m", "every"), [(0.0, 1), (0.2, 1), (0.0, 5)])
+def test_the_gradient_agrees_with_differences(cube, young, volume_n_m, every):
+    settings = replace(cube.settings, volume_n_m=volume_n_m, every=every)
+    fitness = Fitness(cube.model, cube.press, settings, *(found[every - 1 :: every] for found in cube.motion))
     value, gradient = value_and_gradient(fitness, young, volume_n_m)
     assert value == pytest.approx(fitness(young[None])[0], rel=1e-12)
     differences = np.zeros(120)

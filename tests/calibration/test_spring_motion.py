@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.calibration.spring_motion import advance, constants, dampings, simulate, stiffnesses, trajectory
+from palpate.calibration.spring_motion import ALONE, advance, constants, dampings, simulate, stiffnesses, trajectory
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
 from palpate.effects.springs import Springs
@@ -52,12 +52,12 @@ def test_one_step_is_that_of_the_effects(cube, young):
     x = cube.model.nodes + random.normal(0, 2e-4, (120, 3))
     v = random.normal(0, 0.02, (120, 3))
     v[cube.model.held] = 0.0
-    *network, node, loads, h = constants(cube.model, cube.press, settings)
-    expected = integrator(cube, young, Load(node, loads[20])).step(x, v, h)
-    k = stiffnesses(cube.model, young)
+    *network, load, factors, h = constants(cube.model, cube.press, settings)
+    expected = integrator(cube, young, Load(slice(None), factors[20] * load)).step(x, v, h)
+    k = stiffnesses(cube.model, young)[:, None]
     new_x, new_v = x.copy(), v.copy()
-    damping = dampings(cube.model, k, settings.damping_ratio)
-    advance(new_x, new_v, np.empty_like(x), k, damping, *network[1:], node, loads[20], h)
+    damping = dampings(cube.model, k[:, 0], settings.damping_ratio)[:, None]
+    advance(new_x, new_v, np.empty_like(x), np.empty(12), k, damping, *network[1:], load, factors[20], h, ALONE)
     assert new_v == pytest.approx(expected[1], rel=1e-12, abs=1e-14)
     assert new_x == pytest.approx(expected[0], rel=1e-12, abs=1e-16)
 

@@ -57,8 +57,8 @@ rule fit_springs:
         [f"{SPRINGS}/{{force}}/{{method}}/{table}.csv" for table in SPRING_TABLES],
     log:
         "results/logs/springs/{force}/fit_springs_{method}.log",
-    # a generation is shared among cores
-    threads: lambda wildcards: workflow.cores if wildcards.method in ("genetic", "cma_es") else HALF
+    # individuals are advanced together in the lanes of one core; half of the machine, as their times are reported
+    threads: HALF
     params:
         calibration=CUBE_PRESSED,
         searches=config["springs"]["searches"],

@@ -15,7 +15,7 @@ with job(snakemake.log[0]) as say:
     folder = Path(snakemake.output[0]).parent
     found = experiment(calibration, calibration["material"]["poisson"])
     found_tables = tables(
-        found, method, volume, load_references(snakemake.input.reference), budget(snakemake.params.searches, volume),
+        found, method, volume, load_references(snakemake.input.reference), budget(snakemake.params.searches),
         {one: folder / f"state_{one}.npz" for one in seeds}, rarely(say, f"{method}: seed, generation, best fitness"),
     )  # fmt: skip
     for path in snakemake.output:

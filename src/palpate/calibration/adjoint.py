@@ -39,7 +39,7 @@ def pull_back(
 ) -> Gradient:
     """Compute the derivatives of a number by the moduli from those by the key points' positions and velocities.
 
-    motion : of spring_motion.trajectory; by_motion : two of (steps, p, 3), in the layout of spring_motion.simulate
+    motion : of spring_motion.trajectory; by_motion : two of (steps/every, p, 3), as spring_motion.simulate returns
     """
     (x, v), (by_x, by_v) = motion, by_motion
     stiffness = spring_motion.stiffnesses(model, young)
@@ -47,8 +47,8 @@ def pull_back(
     by_stiffness, by_damping, by_volume = np.zeros_like(stiffness), np.zeros_like(stiffness), np.zeros(1)
     _, pairs, rest, tetrahedra, volume_rest, volume, mobility, _, _, h = spring_motion.constants(model, press, settings)
     _backwards(
-        x, v, by_x, by_v, settings.keys.corners, settings.keys.shares, stiffness, damping, pairs, rest, tetrahedra,
-        volume_rest, volume, mobility, h, by_stiffness, by_damping, by_volume,
+        x, v, by_x, by_v, settings.every, settings.keys.corners, settings.keys.shares, stiffness, damping, pairs, rest,
+        tetrahedra, volume_rest, volume, mobility, h, by_stiffness, by_damping, by_volume,
     )  # fmt: skip
     by_stiffness += by_damping * damping / (2.0 * stiffness)
     halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
@@ -57,17 +57,18 @@ def pull_back(
 
 @numba.njit(cache=True, error_model="numpy")
 def _backwards(
-    x, v, by_x, by_v, corners, shares, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume, mobility, h,
-    by_stiffness, by_damping, by_volume,
+    x, v, by_x, by_v, every, corners, shares, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume,
+    mobility, h, by_stiffness, by_damping, by_volume,
 ):  # fmt: skip
     """Step backwards through the motion; add to the last three arrays, (s,), (s,) and (1,)."""
     a, b, w = np.zeros_like(x[0]), np.zeros_like(x[0]), np.empty_like(x[0])
-    for s in range(len(by_x) - 1, -1, -1):
-        for p in range(len(corners)):
+    for s in range(len(x) - 2, -1, -1):
+        frame = s // every
+        for p in range(len(corners) if (s + 1) % every == 0 else 0):
             for c in range(4):
                 for i in range(3):
-                    a[corners[p, c], i] += shares[p, c] * by_x[s, p, i]
-                    b[corners[p, c], i] += shares[p, c] * by_v[s, p, i]
+                    a[corners[p, c], i] += shares[p, c] * by_x[frame, p, i]
+                    b[corners[p, c], i] += shares[p, c] * by_v[frame, p, i]
         for node in range(len(w)):
             for i in range(3):
                 b[node, i] += h * a[node, i]

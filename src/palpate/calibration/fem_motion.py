@@ -20,14 +20,15 @@ def reference_motion(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute positions [m] and velocities [m/s] of the key points after each of the springs' steps, (steps, p, 3).
 
-    Same masses, same held nodes, same load; damping from ``damping_time``. Backward Euler takes ``substeps`` steps
-    in each of the springs': its numerical damping, ω h/2 of critical for a mode of frequency ω, is not to be fitted.
-    Raises NotConverged if a step is not found.
+    particles : those of ``model``, or of a finer level with a ``press`` of its own, whose first nodes are the same
+    Damping is that of ``damping_time``. Backward Euler takes ``substeps`` steps in each of the springs': its numerical
+    damping, ω h/2 of critical for a mode of frequency ω, is not to be fitted. Raises NotConverged where a step is not
+    found.
     """
-    elastic = LinearElements(particles, particles.material)
+    elastic = LinearElements(particles, particles.tissue)
     time = damping_time(model, particles.material.young_pa, settings.damping_ratio)
-    load = _Load(press)
-    effects = {"corotational": elastic, "held": Held(model.held), "push": load}
+    load = Load(press)
+    effects = {"corotational": elastic, "held": Held(particles.held), "push": load}
     system = System(particles, effects | {"rayleigh": Rayleigh(particles.masses, 0.0, time, elastic)})
     integrator = BackwardEuler(system, TOLERANCE)
     x, v = particles.nodes, np.zeros_like(particles.nodes)
@@ -50,7 +51,7 @@ def damping_time(model: SpringModel, young_pa: float, ratio: float) -> float:
     return float((dampings(model, stiffness, ratio) * squares).sum() / (stiffness * squares).sum())
 
 
-class _Load:
+class Load:
     """A press as an effect, whose factor the loop sets."""
 
     outer = True

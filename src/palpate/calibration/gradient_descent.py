@@ -29,7 +29,7 @@ def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -
     motion = spring_motion.trajectory(model, young, press, settings)
     value, by_motion = 0.0, []
     for kept, wanted, weight in zip(motion, (fitness.positions, fitness.velocities), (1.0, ALPHA_S), strict=True):
-        residual = settings.keys.of(kept[1:]) - wanted
+        residual = settings.compared(kept) - wanted
         norms = np.linalg.norm(residual, axis=2, keepdims=True)
         value -= weight * float(norms.sum())
         by_motion.append(-weight * np.divide(residual, norms, out=np.zeros_like(residual), where=norms > 0.0))

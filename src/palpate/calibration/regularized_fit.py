@@ -62,7 +62,7 @@ def square_and_gradient(fitness: Fitness, young: np.ndarray) -> tuple[float, np.
     """
     model, press, settings = fitness.model, fitness.press, fitness.settings
     motion = spring_motion.trajectory(model, young, press, settings)
-    residual = settings.keys.of(motion[0][1:]) - fitness.positions
+    residual = settings.compared(motion[0]) - fitness.positions
     peak = np.linalg.norm(fitness.positions - settings.keys.of(model.nodes), axis=2).max()
     scale = residual[..., 0].size * peak**2
     gradient = pull_back(model, young, press, settings, motion, (2.0 * residual / scale, np.zeros_like(residual)))

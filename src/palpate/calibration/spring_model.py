@@ -1,11 +1,11 @@
 """Spring network to be calibrated: point masses, the key points at which it is compared, and the press."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.spring_network import rest_lengths, volume_springs
+from palpate.effects.spring_network import rest_lengths, sum_around_edges
 from palpate.errors import InputError
 
 TOLERANCE = 1e-9
@@ -18,7 +18,8 @@ class SpringModel:
 
     nodes : (n, 3) [m]; tetrahedra : (m, 4); held : (k,) fixed nodes
     pairs : (s, 2) ends of the springs; rest_m : (s,) [m]; masses : (n,) [kg]
-    weights : (s,) ΣV/l² [m], so that a spring between moduli E₁ and E₂ has k = ½ (E₁ + E₂) · weight (eq. 5)
+    weights : (s,) ΣV/l² [m], so that a spring between moduli E₁ and E₂ has k = ½ (E₁ + E₂) · weight (eq. 5); volumes of
+        a stiffer region count as many times as it is stiffer than the body's own material
     """
 
     nodes: np.ndarray
@@ -32,12 +33,10 @@ class SpringModel:
 
 def spring_model(particles: Particles) -> SpringModel:
     """Build the network of a solid's tetrahedra."""
-    unit = replace(particles.material, young_pa=1.0)
-    pairs, weights = volume_springs(replace(particles, material=unit))
+    pairs, around = sum_around_edges(particles, particles.tissue.young_pa / particles.material.young_pa)
     rest = rest_lengths(particles.nodes, pairs)
-    return SpringModel(
-        particles.nodes, particles.tetrahedra, pairs, rest, weights, particles.masses, np.array(particles.held)
-    )
+    held = np.array(particles.held)
+    return SpringModel(particles.nodes, particles.tetrahedra, pairs, rest, around / rest**2, particles.masses, held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +75,21 @@ def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray, 
 
 @dataclass(frozen=True, eq=False)
 class Press:
-    """``force_n`` (3,) [N] on ``node``, rising over ``rise_s`` [s] as 3q² − 2q³ and constant afterwards."""
+    """A load that rises over ``rise_s`` [s] as 3q² − 2q³ and is constant afterwards.
+
+    force_n : (3,) [N] on the number ``node``, or (k, 3) on ``node`` (k,), each once
+    """
 
     name: str
-    node: int
+    node: int | np.ndarray
     force_n: np.ndarray
     rise_s: float
+
+    def pattern(self, nodes: int) -> np.ndarray:
+        """Return the force on each of so many nodes once it has risen, (nodes, 3) [N]."""
+        load = np.zeros((nodes, 3))
+        load[self.node] = self.force_n
+        return load
 
     def factors(self, step_s: float, steps: int) -> np.ndarray:
         """Compute the fraction of the force at the end of each step, (steps,) from 0 to 1, for explicit steps."""

@@ -1,4 +1,4 @@
-"""Motion of a pressed spring network: explicit steps, for one choice of moduli or for a population.
+"""Motion of a pressed spring network: explicit steps, for one choice of moduli or for several at a time.
 
 For its derivative (adjoint.py): step s = 0 … steps − 1 is, exactly and in this order,
 
@@ -6,7 +6,7 @@ For its derivative (adjoint.py): step s = 0 … steps − 1 is, exactly and in t
     μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂))                           (s,)  instead of eq. 6, see ``dampings``
     n = (x₂ − x₁)/l;  T = k (l − l₀) + μ n·(v₂ − v₁);  f₁ += T n;  f₂ −= T n        eq. 1, without rounding
     per tetrahedron, if volume_n_m > 0:  f_a −= κ (L − L₀)(u_a − ¼ Σu)             effects/volume_force.py
-    f[press.node] += press.factors(...)[s] · force_n
+    f += press.factors(...)[s] · press.pattern(n)
     v ← v + h f(x, v)/m,  held nodes 0;  x ← x + h v             (the new v)
 
 and the motion holds x and v after each step; key points are a fixed linear map of both.
@@ -19,8 +19,11 @@ import numpy as np
 
 from palpate.calibration.spring_model import KeyPoints, Press, SpringModel
 from palpate.effects import kelvin
-from palpate.effects.volume_force import add_force, rest_distance_sum
+from palpate.effects.volume_force import add_forces, rest_distance_sum
 from palpate.errors import InputError, NotConverged
+
+ALONE = (0,)
+"""The lanes of a motion by itself. There are as many as the tuple has items, which numba knows when it compiles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +32,7 @@ class Settings:
 
     step_s : [s]; steps : their number; damping_ratio : of critical damping of a pair of nodes
     volume_n_m : stiffness κ of the volume force [N/m], 0 for none; keys : points at which positions are recorded
+    every : steps from one comparison to the next, which divides ``steps``
     """
 
     step_s: float
@@ -36,6 +40,11 @@ class Settings:
     damping_ratio: float
     keys: KeyPoints
     volume_n_m: float = 0.0
+    every: int = 1
+
+    def compared(self, motion: np.ndarray) -> np.ndarray:
+        """Return where the key points are whenever they are compared, (steps/every, p, 3), from a ``trajectory``."""
+        return self.keys.of(motion[self.every :: self.every])
 
 
 def stiffnesses(model: SpringModel, young: np.ndarray) -> np.ndarray:
@@ -54,12 +63,12 @@ def dampings(model: SpringModel, stiffness: np.ndarray, ratio: float) -> np.ndar
 
 
 def simulate(model: SpringModel, young: np.ndarray, press: Press, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
-    """Compute positions [m] and velocities [m/s] of the key points after each step, both (steps, p, 3).
+    """Compute positions [m] and velocities [m/s] of the key points when compared, both (steps/every, p, 3).
 
     ``young`` (n,) [Pa]. Raises NotConverged if they do not stay finite, InputError unless all moduli are positive.
     """
     positions, velocities = trajectory(model, young, press, settings)
-    return settings.keys.of(positions[1:]), settings.keys.of(velocities[1:])
+    return settings.compared(positions), settings.compared(velocities)
 
 
 def trajectory(
@@ -71,7 +80,8 @@ def trajectory(
     stiffness = stiffnesses(model, young)
     x = np.empty((settings.steps + 1, *model.nodes.shape))
     v = np.empty_like(x)
-    _record(x, v, stiffness, dampings(model, stiffness, settings.damping_ratio), *constants(model, press, settings))
+    damping = dampings(model, stiffness, settings.damping_ratio)
+    _record(x, v, stiffness[:, None], damping[:, None], *constants(model, press, settings))
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         raise NotConverged(
             f"press {press.name}: the motion diverges; take steps shorter than {settings.step_s:g} s", []
@@ -80,48 +90,60 @@ def trajectory(
 
 
 def constants(model: SpringModel, press: Press, settings: Settings) -> tuple:
-    """Collect the arguments of ``advance`` that no modulus changes, with the loads of all steps (steps, 3) [N]."""
+    """Collect the arguments of ``advance`` that no modulus changes, with the factors of the load in all steps."""
     mobility = 1.0 / model.masses
     mobility[model.held] = 0.0
     volume_rest = rest_distance_sum(model.nodes, model.tetrahedra)
-    loads = np.outer(press.factors(settings.step_s, settings.steps), press.force_n)
     network = (model.nodes, model.pairs, model.rest_m, model.tetrahedra, volume_rest, float(settings.volume_n_m))
-    return *network, mobility, press.node, loads, settings.step_s
+    load = press.pattern(len(model.nodes)), press.factors(settings.step_s, settings.steps)
+    return *network, mobility, *load, settings.step_s
 
 
 @numba.njit(cache=True, error_model="numpy")
-def advance(x, v, force, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume, mobility, node, load, h):
-    """Advance ``x`` and ``v`` (n, 3) by one step of symplectic Euler, in place; ``force`` (n, 3) is workspace."""
+def advance(
+    x, v, force, work, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factor, h,
+    lanes,
+):  # fmt: skip
+    """Advance k = len(lanes) motions by one step of symplectic Euler, in place.
+
+    x, v : (n, 3k), of each node all x first, then all y and z; stiffness, damping : (s, k)
+    force : (n, 3k) and work : (12k,), workspace, the second of which separates what is read from what is written, so
+        that vector instructions do one lane each
+    """
+    k = len(lanes)
     force[:] = 0.0
     for e in range(len(pairs)):
-        a, b = pairs[e, 0], pairs[e, 1]
-        d0, d1, d2 = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-        length = np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-        rate = (d0 * (v[b, 0] - v[a, 0]) + d1 * (v[b, 1] - v[a, 1]) + d2 * (v[b, 2] - v[a, 2])) / length
-        tension = (stiffness[e] * (length - rest[e]) + damping[e] * rate) / length
-        force[a, 0] += tension * d0
-        force[a, 1] += tension * d1
-        force[a, 2] += tension * d2
-        force[b, 0] -= tension * d0
-        force[b, 1] -= tension * d1
-        force[b, 2] -= tension * d2
+        xa, xb, va, vb = x[pairs[e, 0]], x[pairs[e, 1]], v[pairs[e, 0]], v[pairs[e, 1]]
+        stiff, damped, rest_length = stiffness[e], damping[e], rest[e]
+        for i in range(k):
+            d0, d1, d2 = xb[i] - xa[i], xb[k + i] - xa[k + i], xb[2 * k + i] - xa[2 * k + i]
+            length = np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+            rate = d0 * (vb[i] - va[i]) + d1 * (vb[k + i] - va[k + i]) + d2 * (vb[2 * k + i] - va[2 * k + i])
+            tension = (stiff[i] * (length - rest_length) + damped[i] * (rate / length)) / length
+            work[i], work[k + i], work[2 * k + i] = tension * d0, tension * d1, tension * d2
+        first, second = force[pairs[e, 0]], force[pairs[e, 1]]
+        for i in range(3 * k):
+            first[i] += work[i]
+            second[i] -= work[i]
     if volume > 0.0:
-        add_force(x, tetrahedra, volume_rest, volume, force)
-    for i in range(3):
-        force[node, i] += load[i]
+        add_forces(x, tetrahedra, volume_rest, volume, force, work, lanes)
     for a in range(len(x)):
         for i in range(3):
-            v[a, i] += h * mobility[a] * force[a, i]
-            x[a, i] += h * v[a, i]
+            push = factor * load[a, i]
+            for j in range(i * k, (i + 1) * k):
+                v[a, j] += h * mobility[a] * (force[a, j] + push)
+                x[a, j] += h * v[a, j]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _record(x, v, stiffness, damping, nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, node, loads, h):
-    force = np.empty_like(nodes)
+def _record(
+    x, v, stiffness, damping, nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h
+):  # fmt: skip
+    force, work = np.empty_like(nodes), np.empty(12)
     x[0], v[0] = nodes, 0.0
-    for s in range(len(loads)):
+    for s in range(len(factors)):
         x[s + 1], v[s + 1] = x[s], v[s]
         advance(
-            x[s + 1], v[s + 1], force, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume, mobility, node,
-            loads[s], h,
+            x[s + 1], v[s + 1], force, work, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume, mobility,
+            load, factors[s], h, ALONE,
         )  # fmt: skip

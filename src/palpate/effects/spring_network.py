@@ -16,12 +16,17 @@ def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
     Raises InputError for tetrahedra of several stiffnesses.
     """
     particles.refuse_regions("springs have")
+    pairs, around = sum_around_edges(particles, np.ones(len(particles.tetrahedra)))
+    return pairs, particles.material.young_pa * around / rest_lengths(particles.nodes, pairs) ** 2
+
+
+def sum_around_edges(particles: Particles, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the edges of tetrahedra, (n_edges, 2), and sum the volumes [m³] around each times ``weights`` (m,)."""
     ends = np.sort(particles.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
     a, b, c, d = (particles.nodes[particles.tetrahedra[:, i]] for i in range(4))
-    volumes = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
-    around = np.bincount(edge.ravel(), np.repeat(volumes, len(EDGES)), minlength=len(pairs))
-    return pairs, particles.material.young_pa * around / rest_lengths(particles.nodes, pairs) ** 2
+    volumes = weights * np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+    return pairs, np.bincount(edge.ravel(), np.repeat(volumes, len(EDGES)), minlength=len(pairs))
 
 
 def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray]:

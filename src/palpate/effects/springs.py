@@ -66,6 +66,16 @@ class Springs(Energy, Stiffness):
         _add_stiffness(x, self.pairs, self.stiffness_n_m, self.rest_m, definite, slots, values)
 
 
+def springs_of(elastic: Effect | None, particles: Particles, effect: str) -> Springs:
+    """Return ``elastic`` if it is springs; InputError otherwise."""
+    if not isinstance(elastic, Springs):
+        raise InputError(
+            f"effects of {particles.name} name {effect}, which acts parallel to springs, and its elastic effect is not "
+            f"springs; name springs, or leave {effect} out."
+        )
+    return elastic
+
+
 @numba.njit(cache=True)
 def direction(x, pair, n):
     """Return the distance of the nodes of a pair; write the unit vector from the first to the second into ``n``."""

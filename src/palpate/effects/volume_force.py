@@ -87,41 +87,48 @@ def _energy(x, tetrahedra, rest, stiffness):
 
 @numba.njit(cache=True, error_model="numpy")
 def add_force(x, tetrahedra, rest, stiffness, force):
-    """Add −κ (L − L₀)(uᵢ − ¼ Σ uⱼ) to ``force`` (n, 3) [N].
-
-    The loops are unrolled, with one root and one division for each corner, as the calibration spends most of its time
-    here.
-    """
-    for e in range(len(tetrahedra)):
-        a, b, c, d = tetrahedra[e, 0], tetrahedra[e, 1], tetrahedra[e, 2], tetrahedra[e, 3]
-        m0 = 0.25 * (x[a, 0] + x[b, 0] + x[c, 0] + x[d, 0])
-        m1 = 0.25 * (x[a, 1] + x[b, 1] + x[c, 1] + x[d, 1])
-        m2 = 0.25 * (x[a, 2] + x[b, 2] + x[c, 2] + x[d, 2])
-        a0, a1, a2, length_a = _from_middle(x, a, m0, m1, m2)
-        b0, b1, b2, length_b = _from_middle(x, b, m0, m1, m2)
-        c0, c1, c2, length_c = _from_middle(x, c, m0, m1, m2)
-        d0, d1, d2, length_d = _from_middle(x, d, m0, m1, m2)
-        tension = stiffness * (length_a + length_b + length_c + length_d - rest[e])
-        s0, s1, s2 = 0.25 * (a0 + b0 + c0 + d0), 0.25 * (a1 + b1 + c1 + d1), 0.25 * (a2 + b2 + c2 + d2)
-        _pull(force, a, tension, a0 - s0, a1 - s1, a2 - s2)
-        _pull(force, b, tension, b0 - s0, b1 - s1, b2 - s2)
-        _pull(force, c, tension, c0 - s0, c1 - s1, c2 - s2)
-        _pull(force, d, tension, d0 - s0, d1 - s1, d2 - s2)
+    """Add −κ (L − L₀)(uᵢ − ¼ Σ uⱼ) to ``force`` (n, 3) [N]."""
+    add_forces(x, tetrahedra, rest, stiffness, force, np.empty(12), (0,))
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _from_middle(x, corner, m0, m1, m2):
-    u0, u1, u2 = x[corner, 0] - m0, x[corner, 1] - m1, x[corner, 2] - m2
+def add_forces(x, tetrahedra, rest, stiffness, force, pulls, lanes):
+    """Do the same for k = len(lanes) motions at a time: ``x`` and ``force`` (n, 3k), all x first, then all y and z.
+
+    pulls : (12k,) workspace, which separates what is read from what is written, so that vector instructions do one
+    lane each; the calibration spends most of its time here
+    """
+    k = len(lanes)
+    for e in range(len(tetrahedra)):
+        a, b, c, d = tetrahedra[e, 0], tetrahedra[e, 1], tetrahedra[e, 2], tetrahedra[e, 3]
+        xa, xb, xc, xd = x[a], x[b], x[c], x[d]
+        for i in range(k):
+            m0 = 0.25 * (xa[i] + xb[i] + xc[i] + xd[i])
+            m1 = 0.25 * (xa[k + i] + xb[k + i] + xc[k + i] + xd[k + i])
+            m2 = 0.25 * (xa[2 * k + i] + xb[2 * k + i] + xc[2 * k + i] + xd[2 * k + i])
+            a0, a1, a2, length_a = _from_middle(xa[i] - m0, xa[k + i] - m1, xa[2 * k + i] - m2)
+            b0, b1, b2, length_b = _from_middle(xb[i] - m0, xb[k + i] - m1, xb[2 * k + i] - m2)
+            c0, c1, c2, length_c = _from_middle(xc[i] - m0, xc[k + i] - m1, xc[2 * k + i] - m2)
+            d0, d1, d2, length_d = _from_middle(xd[i] - m0, xd[k + i] - m1, xd[2 * k + i] - m2)
+            tension = stiffness * (length_a + length_b + length_c + length_d - rest[e])
+            s0, s1, s2 = 0.25 * (a0 + b0 + c0 + d0), 0.25 * (a1 + b1 + c1 + d1), 0.25 * (a2 + b2 + c2 + d2)
+            pulls[i], pulls[k + i], pulls[2 * k + i] = tension * (a0 - s0), tension * (a1 - s1), tension * (a2 - s2)
+            pulls[3 * k + i], pulls[4 * k + i] = tension * (b0 - s0), tension * (b1 - s1)
+            pulls[5 * k + i], pulls[6 * k + i] = tension * (b2 - s2), tension * (c0 - s0)
+            pulls[7 * k + i], pulls[8 * k + i] = tension * (c1 - s1), tension * (c2 - s2)
+            pulls[9 * k + i], pulls[10 * k + i] = tension * (d0 - s0), tension * (d1 - s1)
+            pulls[11 * k + i] = tension * (d2 - s2)
+        for corner in range(4):
+            pulled, start = force[tetrahedra[e, corner]], 3 * k * corner
+            for i in range(3 * k):
+                pulled[i] -= pulls[start + i]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _from_middle(u0, u1, u2):
     length = np.sqrt(u0 * u0 + u1 * u1 + u2 * u2)
     inverse = 1.0 / length if length > 0.0 else 0.0
     return u0 * inverse, u1 * inverse, u2 * inverse, length
-
-
-@numba.njit(cache=True)
-def _pull(force, corner, tension, g0, g1, g2):
-    force[corner, 0] -= tension * g0
-    force[corner, 1] -= tension * g1
-    force[corner, 2] -= tension * g2
 
 
 @numba.njit(cache=True)

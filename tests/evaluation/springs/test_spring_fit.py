@@ -33,7 +33,7 @@ def references(found):
 
 
 def made(found, references, method, volume_force, runs=None):
-    budget = spring_fit.budget(SMOKE["searches"], volume_force)
+    budget = spring_fit.budget(SMOKE["searches"])
     return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *reported: None)
 
 
@@ -59,7 +59,11 @@ def test_errors_are_those_of_the_motions(found, references):
         assert row.fitness == pytest.approx(-error)
         steps = tables["spring_errors"].query("press == @row.press")
         assert list(steps["step"]) == list(range(1, found.settings.steps + 1))
-        assert steps["error_z_m"].max() == pytest.approx(row.max_z_m)
+        error, zero = x - positions, found.settings.keys.of(found.model.nodes) - positions
+        farthest = np.linalg.norm(zero, axis=2).max(axis=0).argmax()
+        assert steps[["error_x_m", "error_y_m", "error_z_m"]].to_numpy() == pytest.approx(error[:, farthest])
+        assert steps["most_m"].max() == pytest.approx(max(row.max_x_m, row.max_y_m, row.max_z_m))
+        assert steps["zero_m"].to_numpy() == pytest.approx(np.abs(zero).max(axis=(1, 2)))
 
 
 def test_the_gradient_beats_what_needs_no_search(found, references):
@@ -77,7 +81,7 @@ def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, refe
     """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
     one, smooth, best = (
         spring_fit.find(
-            method, found, [found.fitness("top", references)], spring_fit.budget(SMOKE["searches"] | GRANTED, False), 1
+            method, found, [found.fitness("top", references)], spring_fit.budget(SMOKE["searches"] | GRANTED), 1
         ).fit
         for method in ("uniform", "gradient_smooth", "gradient")
     )

@@ -1,7 +1,7 @@
 """Methods for spring parameters on paper 2's cube: fitted to one press and evaluated on all three."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -32,11 +32,9 @@ class Budget:
     gradient_evaluations: int
 
 
-def budget(searches: dict, volume_force: bool) -> Budget:
-    """Return the config's limits; with a volume force, whose motions cost more, only ``volume_share`` of them."""
-    share = searches["volume_share"] if volume_force else 1.0
-    generations, evaluations = (max(1, round(share * searches[key])) for key in ("generations", "cma_es_evaluations"))
-    return Budget(searches["population"], generations, evaluations, searches["gradient_evaluations"])
+def budget(searches: dict) -> Budget:
+    """Return the config's limits."""
+    return Budget(**{field.name: searches[field.name] for field in fields(Budget)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,13 +110,20 @@ def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used
 
 
 def errors(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
-    """Evaluate the largest error of a key point along each axis, for each press and step (paper 2's figure 3)."""
+    """Evaluate errors along each axis, for each press and step (paper 2's figure 3).
+
+    error_x_m … : simulated minus reference, with its sign, of the key point that the press moves farthest
+    most_m, zero_m : the largest error along an axis of any key point, and the same if nothing moved
+    """
     tables = []
+    rest = trial.settings.keys.of(trial.model.nodes)
     for press, (positions, _) in references.items():
         error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
-        largest = pd.DataFrame(np.abs(error).max(axis=1), columns=["error_x_m", "error_y_m", "error_z_m"])
-        largest.insert(0, "step", np.arange(1, len(error) + 1))
-        tables.append(largest.assign(press=press, used_in_fit=press in used))
+        point = int(np.linalg.norm(positions - rest, axis=2).max(axis=0).argmax())
+        signed = pd.DataFrame(error[:, point], columns=["error_x_m", "error_y_m", "error_z_m"])
+        signed.insert(0, "step", np.arange(1, len(error) + 1))
+        largest, zero = (np.abs(each).max(axis=(1, 2)) for each in (error, positions - rest))
+        tables.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
     return pd.concat(tables, ignore_index=True)
 
 

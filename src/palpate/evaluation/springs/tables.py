@@ -13,8 +13,9 @@ TABLES = {
         "The best fitness so far in each generation or iteration of each search.",
     ),
     "spring_errors": Table(
-        "method volume_force seed press used_in_fit step error_x_m error_y_m error_z_m",
-        "The error along each axis after every time step of each press.",
+        "method volume_force seed press used_in_fit step error_x_m error_y_m error_z_m most_m zero_m",
+        "The signed error of the point that moves most along each axis after every time step of each press, and the "
+        "largest of all key points.",
     ),
     "spring_floor": Table(
         "poisson volume_force volume_n_m press rmse_m rmse_of_peak",

@@ -1,4 +1,4 @@
-"""Errors along x, y and z over the steps, for the fitted press and the two others (paper 2's figure 3)."""
+"""Signed errors along x, y and z over the steps, for the fitted press and the two others (paper 2's figure 3)."""
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,7 +13,10 @@ SHOWN = ["uniform", "genetic", "gradient", "gradient_smooth", "gradient_all"]
 
 @style.styled
 def draw(spring_errors) -> Figure:
-    """Draw the largest error of a key point, one row for each press and one column for each axis; median of the seeds.
+    """Draw the error of the point that moves most, one row for each press and one column for each axis.
+
+    It is simulated minus reference, the median of the seeds. A row says how far anything moves, which is the error of
+    an answer without motion.
 
     spring_errors : the table of this name
     """
@@ -28,12 +31,12 @@ def draw(spring_errors) -> Figure:
             for (method, force), rows in tables.where(shown, press=press).groupby(["method", "volume_force"]):
                 curve = (1e3 * rows.groupby("step")[f"error_{name}_m"].median()).sort_index()
                 axis.plot(curve.index, curve, color=look(method).colour, ls=DASHES[force], lw=1.2)
+            axis.axhline(0.0, color=style.FAINT, lw=0.8)
             axis.set_title(f"{press} press, {name}{' (fitted)' if fitted else ''}")
-        axes[0].set_ylabel("error [mm]")
+        moved = 1e3 * tables.where(shown, press=press)["zero_m"].max()
+        axes[0].set_ylabel(f"error [mm]\nmoved: {moved:.2g} mm")
     for axis in grid[-1]:
         axis.set_xlabel("step")
-    for axes in grid:
-        axes[0].set_ylim(bottom=0)  # last, as a row shares it and it stops growing here
     ways = [Line2D([], [], color=FITS[m].colour, label=FITS[m].label) for m in SHOWN if m in set(shown["method"])]
     forces = [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in FORCES]
     figure.legend(handles=[*ways, *forces], loc="outside upper center", ncols=3)

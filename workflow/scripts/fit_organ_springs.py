@@ -1,0 +1,27 @@
+import os
+
+os.environ["NUMBA_NUM_THREADS"] = "1"  # read when numba is imported: this job is timed beside others
+
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.bodies.body_file import load
+from palpate.evaluation.organ_springs import mass_motion, organ_fit, rivals
+from palpate.evaluation.organ_springs.organ import organ, references
+from palpate.job import job, rarely, write_table
+
+with job(snakemake.log[0]) as say:
+    found = organ(load(snakemake.input.body), snakemake.params.settings)
+    say(f"{found.body.name}: press it with finite elements")
+    motions = references(found)
+    errors, history = organ_fit.measure(
+        found, motions, snakemake.params.seed, lambda method: rarely(say, f"{method}: how far, best fitness")
+    )
+    tables = {
+        "organ_springs": pd.concat([errors, rivals.measure(found, motions)]),
+        "organ_history": history.assign(body=found.body.name),
+        "mass_motion": mass_motion.measure(found),
+    }
+    for path in snakemake.output:
+        write_table(tables[Path(path).stem], path)

@@ -20,7 +20,7 @@ from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError
 from palpate.init.choose import FINE_TETRAHEDRA, _hold, _patches, _regimes
-from palpate.init.command import _schema, init
+from palpate.init.command import _schema, init, init_each
 from palpate.init.data import body_name, recognise
 from palpate.schema import read_schema
 
@@ -156,6 +156,39 @@ def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
     assert default.name == "scan" and default.entry["threshold_hu"] == [30, 120]
     assert default.assumed == ["the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold"]
     assert given.entry["threshold_hu"] == [40, 90] and given.assumed == []
+
+
+def test_each_label_becomes_a_body_of_its_own(data, tmp_path):
+    printed = init_each([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], tmp_path)
+    name, entry, _ = written(tmp_path / "liver/config.yaml")
+    assert (name, entry["label"]) == ("liver", "liver") and printed.count("found    a body") == 1
+    with pytest.raises(InputError, match=r"organs\.seg\.nrrd: the mask has no label spleen; it has liver, 7\."):
+        init_each([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["spleen"], tmp_path)
+    with pytest.raises(InputError, match=r"scan\.nii\.gz: bodies or regions by label need a mask; give the mask after"):
+        init_each([data / "scan.nii.gz"])
+
+
+def test_labels_become_regions_of_the_largest(data, tmp_path):
+    import SimpleITK
+
+    truth = abdomen(spacing_m=(0.008, 0.008, 0.008))[1]
+    mask = SimpleITK.GetImageFromArray(truth["labels"].astype(np.uint8))
+    mask.CopyInformation(SimpleITK.ReadImage(str(data / "scan.nii.gz")))
+    SimpleITK.WriteImage(mask, str(tmp_path / "lesion.nii.gz"))
+    init([data / "scan.nii.gz", tmp_path / "lesion.nii.gz"], folder=tmp_path / "new", regions=True)
+    name, entry, _ = written(tmp_path / "new/config.yaml")
+    assert entry["label"] == [1, 2] and entry["regions"] == {"label_2": {"label": 2, "young_pa": 3000}}
+    body = make_body(name, entry | paths_of(tmp_path / "new/config.yaml", entry))
+    assert body.regions is not None and 0 < body.regions.region.sum() < len(body.coarse.tetrahedra) / 2
+
+
+def test_an_mri_is_said_to_be_one(data):
+    masked = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], None, mri=True)
+    assert masked.entry["modality"] == "mri" and "threshold_hu" not in masked.entry
+    ranged = recognise([data / "scan.nii.gz"], [], [400, 600], mri=True)
+    assert ranged.entry["threshold"] == [400, 600] and set(ranged.entry) <= {*ranged.comments, "surface_nodes", "snap"}
+    with pytest.raises(InputError, match=r"scan\.nii\.gz: grey values of an MRI have no unit, so no range of them is"):
+        recognise([data / "scan.nii.gz"], [], None, mri=True)
 
 
 def test_an_arch_is_not_held_at_its_two_feet():

@@ -1,23 +1,28 @@
-# What is made from a CT: its pictures, and the masses of its nodes.
+# What is made from a CT or an MRI: pictures, the masses of a CT's nodes, and the steps from scan to mask and picture.
+
+# an MRI does not show how dense tissue is
+WEIGHED = [body for body in CTS if config["bodies"][body]["modality"] == "ct"]
+IMAGING = ("mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing")
 
 TARGETS["ct"] = (
-    tabulated("node_mass", "mesh_quality")
-    + figures("ct", "node_mass")
-    + drawn(*(f"{figure}_{body}" for figure in ("ct_slices", "ct_volume") for body in CTS))
+    tabulated("mesh_quality", *IMAGING)
+    + (tabulated("node_mass") + figures("ct", "node_mass") if WEIGHED else [])
+    + drawn(*(f"{figure}_{body}" for figure in ("ct_slices", "ct_volume") for body in CTS), "ct_imaging")
 )
+OPTIONAL += ["node_mass"] if "ct" in ASKED and WEIGHED else []
 WARNED += warned_of(CTS)
 
 
 rule tabulate_node_mass:
     input:
-        files=[file for body in CTS for file in body_files(body)],
+        files=[file for body in WEIGHED for file in body_files(body)],
     output:
         "results/tables/node_mass.csv",
     log:
         "results/logs/tabulate_node_mass.log",
     params:
-        entries={body: body_entry(body) for body in CTS},
-        settings=config["ct"],
+        entries={body: body_entry(body) for body in WEIGHED},
+        sizes=config["ct"]["surface_nodes"],
         code=code_of("tabulate_node_mass"),
     message:
         "weigh the nodes of bodies from CT"
@@ -41,3 +46,22 @@ rule draw_ct:
         "draw the CT of {wildcards.body}"
     script:
         "../scripts/draw_ct.py"
+
+
+rule measure_imaging:
+    input:
+        files=[file for body in CTS for file in body_files(body)],
+    output:
+        **dict(zip(IMAGING, tabulated(*IMAGING))),
+        figure=drawn("ct_imaging"),
+    log:
+        "results/logs/measure_imaging.log",
+    threads: HALF
+    params:
+        entries={body: body_entry(body) for body in CTS},
+        settings=config["ct"]["imaging"],
+        code=code_of("measure_imaging"),
+    message:
+        "cast rays through scans, and fill masks between slices"
+    script:
+        "../scripts/measure_imaging.py"

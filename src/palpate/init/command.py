@@ -13,7 +13,7 @@ from palpate.figures.enrichment import mesh_levels
 from palpate.files import write_whole
 from palpate.init.choose import Choice, choose
 from palpate.init.config_text import config_text
-from palpate.init.data import Data, recognise
+from palpate.init.data import Data, body_name, labels_of, recognise
 
 _ROOT = Path(__file__).parents[3]
 """Palpate's folder, where ``make`` is typed."""
@@ -24,13 +24,16 @@ def init(
     label: Sequence[int | str] = (),
     threshold_hu: Sequence[float] | None = None,
     folder: Path | None = None,
+    regions: bool = False,
+    mri: bool = False,
 ) -> str:
     """Write config.yaml, and a picture of the body, for a mesh or a CT and perhaps its mask; return what to print.
 
     folder : where to; by default one beside the data that has the body's name
+    regions : whether all labels but the largest are regions of the body; mri : whether the image is an MRI
     Raises InputError if the data cannot be used or the file is there already; then nothing is written.
     """
-    data = recognise(paths, label, threshold_hu)
+    data = recognise(paths, label, threshold_hu, regions, mri)
     file = (folder or _beside(paths[-1], data.name)) / "config.yaml"
     if file.exists():
         raise InputError(f"{file} exists and is kept; delete it, or give another folder with --folder.")
@@ -48,6 +51,18 @@ def init(
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
     return _report(data, choice, list(said), file, command)
+
+
+def init_each(
+    paths: Sequence[Path], label: Sequence[int | str] = (), folder: Path | None = None, mri: bool = False
+) -> str:
+    """Write a configuration for each label of a mask, or for those asked for, as ``init`` does for one."""
+    found = labels_of(paths, label)[1]
+    names = [body_name(str(one) if isinstance(one, str) else f"label {one}") for one in found]
+    return "\n".join(
+        init(paths, [one], None, folder / name if folder else None, mri=mri)
+        for one, name in zip(found, names, strict=True)
+    )
 
 
 def _beside(path: Path, name: str) -> Path:

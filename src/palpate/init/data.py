@@ -3,10 +3,10 @@
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from palpate.bodies.ct.image import FORMATS
+from palpate.bodies.ct.image import FORMATS, read_labels
 from palpate.bodies.inspect_mesh import inspect
 from palpate.bodies.units import in_words
 from palpate.errors import InputError
@@ -26,11 +26,19 @@ class Data:
     assumed: list[str]
 
 
-def recognise(paths: Sequence[Path], label: Sequence[int | str], threshold_hu: Sequence[float] | None) -> Data:
+def recognise(
+    paths: Sequence[Path],
+    label: Sequence[int | str],
+    threshold_hu: Sequence[float] | None,
+    regions: bool = False,
+    mri: bool = False,
+) -> Data:
     """Look at one mesh, or at a CT and perhaps its mask; InputError with one sentence if they cannot be used.
 
     label : of the mask, as numbers or names; several are joined
-    threshold_hu : lowest and highest CT number of the organ, without a mask
+    threshold_hu : lowest and highest CT number of the organ, or grey value in an MRI, without a mask
+    regions : whether all labels but the largest become regions of the body, with a stiffness of their own
+    mri : whether the image is an MRI, not a CT
     """
     image, mask = paths[0], paths[1] if len(paths) > 1 else None
     for path in paths:
@@ -44,7 +52,27 @@ def recognise(paths: Sequence[Path], label: Sequence[int | str], threshold_hu: S
         raise InputError(f"{image}: a label needs a mask; give the mask after the CT.")
     if mask is not None and threshold_hu:
         raise InputError(f"{image}: with a mask the threshold is not used; give one of the two.")
-    return _ct(image, mask, list(label), threshold_hu)
+    if mri and mask is None and not threshold_hu:
+        raise InputError(
+            f"{image}: grey values of an MRI have no unit, so no range of them is usual; give a mask or --threshold."
+        )
+    if regions:
+        found = _with_regions(image, labels_of(paths, label))
+    else:
+        found = _ct(image, mask, list(label), threshold_hu)
+    return _of_mri(found) if mri else found
+
+
+def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> tuple[Path, list[int | str]]:
+    """Return the mask among the files, and those of its labels that are asked for, the largest first; or all."""
+    if len(paths) < 2:
+        raise InputError(f"{paths[0]}: bodies or regions by label need a mask; give the mask after the CT.")
+    there = read_labels(paths[1])
+    missing = [str(one) for one in label if one not in there]
+    if missing:
+        known = ", ".join(map(str, there))
+        raise InputError(f"{paths[1]}: the mask has no label {', '.join(missing)}; it has {known}.")
+    return paths[1], [one for one in there if not label or one in label]
 
 
 def _mesh(path: Path) -> Data:
@@ -84,6 +112,27 @@ def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Se
     entry |= {"surface_nodes": 140, "snap": False}
     source = label[0] if label and isinstance(label[0], str) else (mask or image).name
     return Data(body_name(re.sub(r"(\.nii)?\.\w+$", "", str(source))), entry, comments, [], assumed)
+
+
+def _of_mri(data: Data) -> Data:
+    """Mark the image as an MRI, whose range of grey values has a key of its own."""
+    entry = {"threshold" if key == "threshold_hu" else key: value for key, value in data.entry.items()}
+    comments = {"modality": "grey values without a unit", "threshold": "lowest and highest grey value of the organ"}
+    return replace(data, entry=entry | {"modality": "mri"}, comments=data.comments | comments)
+
+
+def _with_regions(image: Path, found: tuple[Path, list[int | str]]) -> Data:
+    """Describe one body of several labels, of which the largest is its main part and the others are regions."""
+    mask, labels = found
+    if len(labels) < 2:
+        raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
+    data = _ct(image, mask, labels, None)
+    regions = {
+        body_name(one if isinstance(one, str) else f"label {one}"): {"label": one, "young_pa": 3000}
+        for one in labels[1:]
+    }
+    comments = {"regions": "parts with a stiffness of their own [Pa], assumed to be that of the rest; set it"}
+    return replace(data, entry=data.entry | {"regions": regions}, comments=data.comments | comments)
 
 
 def body_name(text: str) -> str:

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from palpate.bodies.ct.cut_off import cut_off
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.segmentation import largest_filled, on_border, segment
+from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.errors import InputError
 
 RANGE = {"threshold_hu": [30, 120]}
@@ -35,7 +36,7 @@ def test_a_ball_comes_back(spacing):
     mask = segment(image, RANGE)
     assert dice(mask, truth) > 0.98
     assert mask.sum() * image.voxel_m3 == pytest.approx(4 / 3 * np.pi * 0.04**3, rel=0.01)
-    assert not on_border(mask)
+    assert cut_off(image, mask, mask.shape, (0, 0, 0)) == []
 
 
 def test_noise_and_a_hollow_are_filled():
@@ -61,7 +62,7 @@ def test_a_bridge_to_a_neighbour_is_cut():
 def test_an_organ_at_the_border_is_known():
     image, truth = scan(lambda x, y, z: ball(x, y, z + 0.05), (0.002, 0.002, 0.002))
     mask = segment(image, RANGE)
-    assert on_border(mask)
+    assert cut_off(image, mask, mask.shape, (0, 0, 0)) == ["the image towards the feet (48 cm²)"]
     assert dice(mask, truth) > 0.98
 
 

@@ -1,4 +1,4 @@
-"""Reader of one CT series in a folder of DICOM slices, ordered by their positions."""
+"""Reader of one CT or MRI series in a folder of DICOM slices, ordered by their positions."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 # tolerance of positions, relative to the slice distance: headers are rounded to about 1e-3 mm
 UNEVEN = 0.02
+_TAGS = {"ct": "CT", "mri": "MR"}
 _DAMAGED = "{}: it cannot be read as a DICOM image, and seems to be damaged; download or export it again."
 
 
@@ -28,8 +29,10 @@ class Slice:
     grid: tuple
 
 
-def read_folder(folder: Path) -> "SimpleITK.Image":
-    """Read the series as a SimpleITK image with rescaled values; raise InputError unless it is one complete CT series.
+def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
+    """Read the series as a SimpleITK image with rescaled values.
+
+    Raises InputError unless it is one complete series of the ``modality``, "ct" or "mri".
 
     Traps: file names and instance numbers need not follow the patient, and the tags of slice thickness and of
     spacing between slices need not be the distance between slices; positions define both. The reader applies the
@@ -38,7 +41,7 @@ def read_folder(folder: Path) -> "SimpleITK.Image":
     import SimpleITK
 
     slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _read_header(file))]
-    slices = _check_series(folder, slices)
+    slices = _check_series(folder, slices, modality)
     first = slices[0]
     normal = np.cross(first.orientation[:3], first.orientation[3:])
     slices = sorted(slices, key=lambda s: float(s.position @ normal))
@@ -107,13 +110,16 @@ def _rescaled_values(file: Path) -> np.ndarray:
         raise InputError(_DAMAGED.format(file)) from error
 
 
-def _check_series(folder: Path, slices: list[Slice]) -> list[Slice]:
-    """Check that the slices are several CT slices of one series on one grid, and return them."""
+def _check_series(folder: Path, slices: list[Slice], modality: str) -> list[Slice]:
+    """Check that the slices are several slices of one series of one modality on one grid, and return them."""
     if not slices:
         raise InputError(f"{folder}: no file in it is a DICOM image; give the folder that holds the slices.")
     for s in slices:
-        if s.modality != "CT":
-            raise InputError(f"{s.file}: its modality is {s.modality}; give a folder with CT slices only.")
+        if s.modality != _TAGS[modality]:
+            said = next((f" or say modality: {name}" for name, tag in _TAGS.items() if tag == s.modality), "")
+            raise InputError(
+                f"{s.file}: its modality is {s.modality}; give a folder with {_TAGS[modality]} slices only{said}."
+            )
     series = {s.series for s in slices}
     if len(series) > 1:
         raise InputError(f"{folder}: it holds {len(series)} series; put the one to use in a folder of its own.")

@@ -1,4 +1,4 @@
-"""CT images in Hounsfield units on a right-handed grid in metres, from files and DICOM folders."""
+"""CT and MRI images on a right-handed grid in metres, from files and DICOM folders."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,12 +23,13 @@ SAME_GRID = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """A CT on a regular grid: x to the patient's left, y to the back, z to the head.
+    """A CT or an MRI on a regular grid: x to the patient's left, y to the back, z to the head.
 
-    hu : (nz, ny, nx) [HU], int16 or float32, nowhere below air
+    hu : (nz, ny, nx), int16 or float32; of a CT [HU] and nowhere below air, of an MRI grey values without a unit
     origin_m : (3,) [m], x y z of the centre of voxel (0, 0, 0)
     spacing_m : (3,) [m] between voxel centres along x, y and z
     source : its name in messages
+    modality : "ct" or "mri"; only the grey values of a CT say how dense tissue is
     axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
         own axes, which in an oblique scan are rotated against the patient's; a body is not affected.
     """
@@ -38,6 +39,7 @@ class Image:
     spacing_m: np.ndarray
     source: str = "image"
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+    modality: str = "ct"
 
     @property
     def voxel_m3(self) -> float:
@@ -53,27 +55,31 @@ class Image:
         return ((np.asarray(points) - self.origin_m) / self.spacing_m)[..., ::-1]
 
 
-def read(path: str | Path) -> Image:
-    """Read the CT in a NIfTI, NRRD or MetaImage file or in a folder of DICOM slices; InputError if it is not one.
+def read(path: str | Path, modality: str = "ct") -> Image:
+    """Read the image in a NIfTI, NRRD or MetaImage file or in a folder of DICOM slices.
 
+    Raises InputError if it is not of the ``modality``, "ct" or "mri". Files other than DICOM do not say what they are;
+    a CT has values below 0 HU.
     Traps: scanners pad with −2000 or −3024 outside their circle, which becomes air here, so that no interpolation or
     density takes it for tissue; a grid of left-handed axes is flipped, not only relabelled.
     """
     from palpate.bodies.ct.dicom import read_folder
 
     path = Path(path)
-    image = _oriented(read_folder(path) if path.is_dir() else _read_file(path))
+    image = _oriented(read_folder(path, modality) if path.is_dir() else _read_file(path))
     hu = _array(image)
     if not np.isfinite(hu).all():
-        raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with air, {AIR_HU} HU.")
+        air = f"air, {AIR_HU} HU" if modality == "ct" else "0"
+        raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with {air}.")
     if hu.min() == hu.max():
-        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give a CT in Hounsfield units.")
-    if hu.min() >= 0:
+        wanted = "a CT in Hounsfield units" if modality == "ct" else "an MRI"
+        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give {wanted}.")
+    if modality == "ct" and hu.min() >= 0:
         raise InputError(
             f"{path}: no voxel is below 0 HU, so this is not a CT in Hounsfield units; "
-            "give one, with its rescale slope and intercept applied."
+            "give one, with its rescale slope and intercept applied, or say modality: mri."
         )
-    return Image(np.maximum(hu, AIR_HU), *_grid(image), str(path), _axes(image))
+    return Image(np.maximum(hu, AIR_HU) if modality == "ct" else hu, *_grid(image), str(path), _axes(image), modality)
 
 
 def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | str] | None = None) -> np.ndarray:
@@ -97,6 +103,16 @@ def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | 
             f"({_describe_grid(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
         )
     return choose(path, mask, names, label, image.voxel_m3)
+
+
+def read_labels(path: str | Path) -> dict[int | str, int]:
+    """Read the labels of a mask, by their names where the file has any, and their voxels; the largest first."""
+    path = Path(path)
+    file = _read_file(path)
+    names = label_names(path, file)
+    numbers, counts = np.unique(_array(file), return_counts=True)
+    found = {names.get(int(n), int(n)): int(count) for n, count in zip(numbers, counts, strict=True) if n}
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
 def _uncropped(mask: np.ndarray, origin: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarray]:

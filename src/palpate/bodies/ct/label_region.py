@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.bodies.ct.image import Image, read, read_mask
+from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.labels import choose
+from palpate.bodies.ct.scan_of import mask_of, scan_of
 from palpate.bodies.ct.synthetic_abdomen import LABELS, abdomen
 from palpate.errors import InputError
 
@@ -41,7 +42,7 @@ def _voxels(entry: dict, label: int | str | Sequence[int | str]) -> tuple[Image,
     if entry.get("image") is None:
         image, truth = abdomen()
         return image, choose(Path(image.source), truth["labels"], LABELS, label, image.voxel_m3)
-    image = read(entry["image"])
+    image = scan_of(entry)
     if entry.get("mask") is None:
         raise InputError(f"{image.source}: a region by label needs the body's mask; give one that has the label.")
-    return image, read_mask(entry["mask"], image, label)
+    return image, mask_of(entry, image, label)

@@ -1,21 +1,36 @@
 """Masses of an organ from its CT: of its voxels, and of a mesh's nodes (paper 2, equation 4)."""
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import lump_masses
 from palpate.errors import InputError
 
 _MARGIN = 2  # voxels kept around the organ; beyond them the outermost ones are repeated
 
 
+def nodal_densities(entry: dict, levels: Sequence[Mesh]) -> list[np.ndarray]:
+    """Interpolate the densities (n_nodes,) [kg/m³] at the nodes of each level, from the CT of a config entry.
+
+    The segmentation warns when the body's mesh is made, and not again here.
+    """
+    from palpate.bodies.ct.mesh_from_ct import segment_entry
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        image, mask = segment_entry(entry)
+    return [organ_densities(mesh.nodes, image, mask) for mesh in levels]
+
+
 def voxel_mass(image: Image, mask: np.ndarray) -> float:
     """Compute the mass [kg] of the voxels of ``mask``, (nz, ny, nx) bool."""
-    return float(density(image.hu[mask]).sum() * image.voxel_m3)
+    return float(_densities(image, mask).sum() * image.voxel_m3)
 
 
 def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
@@ -36,13 +51,13 @@ def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.nd
         return_distances=False,
         return_indices=True,
     )
-    return _trilinear(density(image.hu)[tuple(nearest)], points, image)
+    return _trilinear(_densities(image)[tuple(nearest)], points, image)
 
 
 def raw_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
     """Interpolate the density of the unmodified voxels, as in paper 2; otherwise like ``organ_densities``."""
     image, _ = _crop_to_organ(points, image, mask)
-    return _trilinear(density(image.hu), points, image)
+    return _trilinear(_densities(image), points, image)
 
 
 def element_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
@@ -53,6 +68,13 @@ def element_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
 def node_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
     """Compute masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, eq. 4)."""
     return lump_masses(mesh, element_masses(mesh, densities))
+
+
+def _densities(image: Image, where: np.ndarray | None = None) -> np.ndarray:
+    """Return the density [kg/m³] of a CT's voxels; InputError for an MRI, whose grey values say nothing of it."""
+    if image.modality != "ct":
+        raise InputError(f"{image.source}: an MRI does not show how dense tissue is; give density_kg_m3, or a CT.")
+    return density(image.hu if where is None else image.hu[where])
 
 
 def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:

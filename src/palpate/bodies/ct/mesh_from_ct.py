@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.bodies.ct.image import Image, read, read_mask
-from palpate.bodies.ct.segmentation import largest_filled, on_border, segment
-from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.ct.cut_off import cut_off
+from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.scan_of import mask_of, scan_of
+from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.region_balls import balls_of
 from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
@@ -20,25 +21,25 @@ from palpate.errors import InputError
 
 
 def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
-    """Segment the CT of a config entry, by default the synthetic abdomen: image and organ, (nz, ny, nx) bool.
+    """Segment the scan of a config entry, by default the synthetic abdomen: image and organ, (nz, ny, nx) bool.
 
-    The organ is of one piece. Warns if it reaches the border of the image, which then probably truncates it, and if
-    pieces of a mask are left out.
+    The organ is of one piece. Warns if the image or its crop cuts it off, and if pieces of a mask are left out.
     """
-    image = read(entry["image"]) if entry.get("image") is not None else abdomen()[0]
-    mask = read_mask(entry["mask"], image, entry.get("label")) if entry.get("mask") is not None else None
+    image = scan_of(entry)
+    mask = mask_of(entry, image, entry.get("label")) if entry.get("mask") is not None else None
+    whole, start = image.hu.shape, [0, 0, 0]
     if entry.get("crop_m"):
         box = _crop_box(image, np.array(entry["crop_m"], dtype=float))
         mask = mask[box] if mask is not None else None
-        start = np.array([side.start for side in box])
-        image = replace(image, hu=image.hu[box], origin_m=image.to_world(start))
+        start = [side.start for side in box]
+        image = replace(image, hu=image.hu[box], origin_m=image.to_world(np.array(start)))
     mask = _largest_piece(mask, image, entry["mask"]) if mask is not None else segment(image, entry)
     if not mask.any():
         raise InputError(f"{image.source}: crop_m leaves nothing of the mask; give a box [m] around the organ.")
-    if on_border(mask):
+    if cuts := cut_off(image, mask, whole, start):
         warnings.warn(
-            f"{image.source}: the organ reaches the border of the image, which has probably cut it; "
-            "the body ends there in a flat face.",
+            f"{image.source}: the organ is cut off by {', '.join(cuts)}; the body ends there in a flat face, and lacks "
+            "what lies beyond.",
             stacklevel=2,
         )
     return image, mask

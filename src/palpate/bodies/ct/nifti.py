@@ -44,5 +44,6 @@ def check(path: Path) -> None:
         raise InputError(damaged)
     if voxel_type in _FLOATS and not np.isfinite(np.frombuffer(data, order + _FLOATS[voxel_type], voxels, first)).all():
         raise InputError(
-            f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask with 0."
+            f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask or an MRI "
+            "with 0."
         )

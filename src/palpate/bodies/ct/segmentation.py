@@ -1,4 +1,4 @@
-"""Segmentation of one organ from a CT by its range of grey values."""
+"""Segmentation of one organ from a CT or an MRI by its range of grey values."""
 
 import numpy as np
 from scipy import ndimage
@@ -9,34 +9,38 @@ from palpate.errors import InputError
 
 # radii of the opening, which cuts bridges to neighbours, and of the closing, which closes clefts
 OPEN_M, CLOSE_M = 5e-3, 2e-3
-# grey values are clipped this far beyond the range, so that metal or a pocket of air does not blur far into the organ
+# grey values are clipped this far beyond the range, so that metal or a pocket of air does not blur far into the organ;
+# those of an MRI, which have no unit, by the width of the range
 CLIP_HU = 200
 
 
 def segment(image: Image, settings: dict) -> np.ndarray:
-    """Segment the largest piece in the range ``settings["threshold_hu"]`` [HU], (nz, ny, nx) bool; InputError if none.
+    """Segment the largest piece in a range of grey values, (nz, ny, nx) bool; InputError if there is none.
+
+    The range is ``settings["threshold_hu"]`` [HU] of a CT, and ``settings["threshold"]`` of an MRI.
 
     Noise, a voxel wide, is blurred by one voxel of the finest spacing; an opening cuts bridges to neighbours, a
     closing smooths the outline, and cavities are filled; all lengths are in metres, so that slices may be ten times as
     thick as the pixels. Then the border moves to the half level (border.py). Trap: the order matters; the largest
     piece is chosen while the bridges are cut.
     """
-    low, high = settings["threshold_hu"]
-    smooth = np.clip(image.hu, low - CLIP_HU, high + CLIP_HU).astype(np.float32)
+    (low, high), key, unit = _range(image, settings)
+    clip = CLIP_HU if unit else high - low
+    smooth = np.clip(image.hu, low - clip, high + clip).astype(np.float32)
     blur = image.spacing_m.min() / image.spacing_m[::-1]
     smooth = ndimage.gaussian_filter(smooth, blur)
     within = (smooth >= low) & (smooth <= high)
     if not within.any():
         raise InputError(
-            f"{image.source}: no voxel lies between {low:g} and {high:g} HU once noise is blurred by a voxel (before, "
-            f"they are {image.hu.min() + 0.0:g} to {image.hu.max() + 0.0:g}); widen threshold_hu or give a mask."
+            f"{image.source}: no voxel lies between {low:g} and {high:g}{unit} once noise is blurred by a voxel "
+            f"(before, they are {image.hu.min() + 0.0:g} to {image.hu.max() + 0.0:g}); widen {key} or give a mask."
         )
     spacing = image.spacing_m[::-1]
     core = _largest_piece(ndimage.distance_transform_edt(within, spacing) > OPEN_M)
     if not core.any():
         raise InputError(
-            f"{image.source}: nothing between {low:g} and {high:g} HU is thicker than {2e3 * OPEN_M:g} mm; "
-            "change threshold_hu or give a mask."
+            f"{image.source}: nothing between {low:g} and {high:g}{unit} is thicker than {2e3 * OPEN_M:g} mm; "
+            f"change {key} or give a mask."
         )
     box, margin = _box(core, OPEN_M + 2 * CLOSE_M, spacing)
     core, within = (np.pad(values[box], margin) for values in (core, within))
@@ -58,9 +62,16 @@ def largest_filled(mask: np.ndarray) -> np.ndarray:
     return ndimage.binary_fill_holes(_largest_piece(mask))
 
 
-def on_border(mask: np.ndarray) -> bool:
-    """Test whether voxels of the mask, (nz, ny, nx), lie on the image's border, which then probably cuts the organ."""
-    return any(mask.take(end, axis).any() for axis in range(3) for end in (0, -1))
+def _range(image: Image, settings: dict) -> tuple[tuple[float, float], str, str]:
+    """Return the range of grey values, the key that gives it, and the unit as messages append it."""
+    if image.modality == "ct":
+        return settings["threshold_hu"], "threshold_hu", " HU"
+    if settings.get("threshold") is None:
+        raise InputError(
+            f"{image.source}: grey values of an MRI have no unit, so threshold_hu says nothing of them; "
+            "give threshold, the lowest and the highest one of the organ, or a mask."
+        )
+    return settings["threshold"], "threshold", ""
 
 
 def _dilate(mask: np.ndarray, radius_m: float, spacing: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Synthetic abdomen whose liver is known exactly, for users without a CT."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from palpate.bodies.ct.image import AIR_HU, Image
 
 SEED = 1
 SPACING_M = (0.002, 0.002, 0.003)
-LIVER_HU, NOISE_HU = 60, 12
+LIVER_HU, FAT_HU, NOISE_HU = 60, -100, 12
 # half the sides of the scanned box [m]; as in a real scan, the body continues above and below
 HALF_M = np.array([0.17, 0.125, 0.1])
 # samples along a voxel's side where a border cuts it
@@ -17,15 +17,24 @@ SAMPLES = 5
 # Drawn one over the other: CT number [HU], centre and half axes [m] (inf: a cylinder), rotation about y [rad]. The
 # liver lies in fat, as a real one does, so that no threshold of the liver alone is midway to its neighbourhood.
 _SHAPES = {
-    "skin": (-100, (0, 0, 0), (0.16, 0.115, np.inf), 0),
+    "skin": (FAT_HU, (0, 0, 0), (0.16, 0.115, np.inf), 0),
     "wall": (55, (0, 0, 0), (0.147, 0.102, np.inf), 0),
-    "cavity": (-100, (0, 0, 0), (0.139, 0.094, np.inf), 0),
+    "cavity": (FAT_HU, (0, 0, 0), (0.139, 0.094, np.inf), 0),
     "spine": (400, (0, 0.065, 0), (0.021, 0.019, np.inf), 0),
     "right kidney": (35, (-0.06, 0.055, -0.055), (0.026, 0.022, 0.04), 0.15),
     "left kidney": (35, (0.06, 0.055, -0.03), (0.026, 0.022, 0.04), -0.15),
     "stomach air": (-950, (0.085, -0.03, 0.035), (0.025, 0.03, 0.03), 0),
     "liver": (LIVER_HU, (-0.045, -0.015, 0.02), (0.085, 0.06, 0.05), 0.35),
 }
+# The same in an MRI weighted by T1, of no unit: fat is bright, muscle and kidneys are dark. The noise is that of each
+# of the two channels, the slope that of the logarithm of the brightness across half the sides.
+_SIGNALS = {
+    "skin": 800, "wall": 300, "cavity": 800, "spine": 450, "right kidney": 320, "left kidney": 320, "stomach air": 0,
+    "liver": 500,
+}  # fmt: skip
+LIVER_SIGNALS = (400, 600)
+"""Range of grey values in the MRI, once its brightness is even, that only the liver and the spine have."""
+MRI_NOISE, MRI_SLOPE = 25, (0.6, 0.0, 0.3)
 
 
 LABELS = {1: "liver", 2: "lesion"}
@@ -41,22 +50,46 @@ def abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[I
     The truth: "liver", the voxels (nz, ny, nx) of which the liver fills at least half; "labels", LABELS of the voxels
     (nz, ny, nx), 0 elsewhere; "volume_m3" and "mass_kg", of the exact ellipsoid and its density.
     """
+    origin, hu, truth = _draw(hu_of_shapes(), AIR_HU, spacing_m)
+    truth["mass_kg"] = truth["volume_m3"] * float(density(LIVER_HU))
+    hu += np.random.default_rng(seed).normal(0.0, NOISE_HU, hu.shape)
+    hu = np.maximum(np.rint(hu), AIR_HU).astype(np.int16)
+    return Image(hu, origin, np.asarray(spacing_m, dtype=float), "the synthetic abdomen"), truth
+
+
+def mri_abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
+    """Build an MRI of the same ellipsoids, with Rician noise and uneven brightness, and the truth without a mass.
+
+    Brightness grows by MRI_SLOPE, a logarithm, from the middle to the patient's left and to the head.
+    """
+    origin, grey, truth = _draw(_SIGNALS, 0, spacing_m)
+    spacing, random = np.asarray(spacing_m, dtype=float), np.random.default_rng(seed)
+    x, y, z = (
+        slope * (o + s * np.arange(n)) / half
+        for slope, o, s, n, half in zip(MRI_SLOPE, origin, spacing, grey.shape[::-1], HALF_M, strict=True)
+    )
+    grey *= np.exp(x + y[:, None] + z[:, None, None])
+    channels = random.normal(0.0, MRI_NOISE, (2, *grey.shape))
+    grey = np.hypot(grey + channels[0], channels[1])
+    return Image(np.rint(grey).astype(np.int16), origin, spacing, "the synthetic MRI", modality="mri"), truth
+
+
+def _draw(
+    values: Mapping[str, float], outside: float, spacing_m: Sequence[float]
+) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Draw the shapes with their grey values by name: origin (3,) [m], grey values (nz, ny, nx), and the truth."""
     spacing = np.asarray(spacing_m, dtype=float)
     counts = np.floor(2 * HALF_M / spacing).astype(int)
     origin = -(counts - 1) / 2 * spacing
-    hu = np.full(counts[::-1], AIR_HU, dtype=np.float32)
-    for value, centre, axes, turn in _SHAPES.values():
+    grey = np.full(counts[::-1], outside, dtype=np.float32)
+    for name, (_, centre, axes, turn) in _SHAPES.items():
         fraction = voxel_fractions(origin, spacing, counts, centre, axes, turn)
-        hu += fraction * (value - hu)
+        grey += fraction * (values[name] - grey)
     # the liver is drawn last, so these are its fractions
     liver = fraction >= 0.5
-    hu += np.random.default_rng(seed).normal(0.0, NOISE_HU, hu.shape)
-    volume = 4 / 3 * np.pi * float(np.prod(_SHAPES["liver"][2]))
     lesion = voxel_fractions(origin, spacing, counts, *LESION) >= 0.5
-    labels = liver.astype(np.int16) + lesion
-    truth = {"liver": liver, "labels": labels, "volume_m3": volume, "mass_kg": volume * float(density(LIVER_HU))}
-    hu = np.maximum(np.rint(hu), AIR_HU).astype(np.int16)
-    return Image(hu, origin, spacing, "the synthetic abdomen"), truth
+    volume = 4 / 3 * np.pi * float(np.prod(_SHAPES["liver"][2]))
+    return origin, grey, {"liver": liver, "labels": liver.astype(np.int16) + lesion, "volume_m3": volume}
 
 
 def voxel_fractions(
@@ -82,6 +115,36 @@ def voxel_fractions(
     )
     fraction[k, j, i] = inside / len(dx)
     return fraction
+
+
+def shape_shares(spacing_m: Sequence[float]) -> dict[str, np.ndarray]:
+    """Compute the share of each voxel, (nz, ny, nx), that each shape fills and no later one hides, by its name."""
+    spacing = np.asarray(spacing_m, dtype=float)
+    counts = np.floor(2 * HALF_M / spacing).astype(int)
+    shares: dict[str, np.ndarray] = {}
+    origin = -(counts - 1) / 2 * spacing
+    for name, (_, centre, axes, turn) in _SHAPES.items():
+        fraction = voxel_fractions(origin, spacing, counts, centre, axes, turn)
+        shares = {other: share * (1 - fraction) for other, share in shares.items()} | {name: fraction}
+    return shares
+
+
+def hu_of_shapes() -> dict[str, float]:
+    """Return the CT number [HU] of each shape, by its name."""
+    return {name: shape[0] for name, shape in _SHAPES.items()}
+
+
+def liver_side(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where points (n, 3) [m] lie: 1 on the exact liver's surface, below inside; and its unit normals there.
+
+    The normals (n, 3) are those of the ellipsoid of the same shape through each point.
+    """
+    _, centre, axes, turn = _SHAPES["liver"]
+    x, y, z = (points - np.array(centre)).T
+    along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
+    a, b, c = along / axes[0] ** 2, y / axes[1] ** 2, up / axes[2] ** 2
+    normals = np.column_stack([np.cos(turn) * a - np.sin(turn) * c, b, np.sin(turn) * a + np.cos(turn) * c])
+    return _ellipsoid_radius(x, y, z, axes, turn), normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
 def _ellipsoid_radius(x: np.ndarray, y: np.ndarray, z: np.ndarray, axes: Sequence[float], turn: float) -> np.ndarray:

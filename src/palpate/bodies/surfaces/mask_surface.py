@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
 from palpate.bodies.surfaces.decimate import area_normals, remesh
+from palpate.bodies.surfaces.isosurface import isosurface
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.bodies.surfaces.volume import inflate, signed_volumes, volume
 from palpate.errors import InputError
@@ -116,28 +117,9 @@ def _find_level(
 def _contour(
     blurred: np.ndarray, level: float, origin: np.ndarray, spacing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Extract the largest piece of an isosurface by flying edges (Schroeder, Maynard, Geveci 2015).
-
-    Empty if nothing is above the level, as where one slice was blurred away.
-    """
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
-
-    grid, edges = vtkImageData(), vtkFlyingEdges3D()
-    grid.SetDimensions(blurred.shape[::-1])
-    grid.SetSpacing(*spacing.tolist())
-    grid.SetOrigin(*origin.tolist())
-    grid.GetPointData().SetScalars(numpy_to_vtk(blurred.ravel(), deep=True))
-    edges.SetInputData(grid)
-    edges.SetValue(0, level)
-    edges.ComputeNormalsOff()
-    edges.Update()
-    found = edges.GetOutput()
-    if not found.GetNumberOfPolys():
-        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
-    triangles = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    return _keep_largest(vtk_to_numpy(found.GetPoints().GetData()).astype(float), triangles.astype(np.int64))
+    """Extract the largest piece of an isosurface; empty if nothing is above the level, as where a slice was blurred."""
+    points, triangles, _ = isosurface(blurred, level, origin, spacing)
+    return _keep_largest(points, triangles) if len(triangles) else (points, triangles)
 
 
 def _keep_largest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Three orthogonal slices through an organ in its CT, with the outline of the segmentation."""
+"""Three orthogonal slices through an organ in its CT or MRI, with the outline of the segmentation."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -39,6 +39,11 @@ def _richest(mask, cut: int) -> int:
     return int(mask.sum(axis=tuple(axis for axis in range(3) if axis != cut)).argmax())
 
 
+def _window(image: Image) -> tuple[float, float]:
+    """Return the grey values that are drawn black and white: usual ones of a CT, and the range of an MRI."""
+    return _WINDOW if image.modality == "ct" else (float(image.hu.min()), float(np.percentile(image.hu, 99)))
+
+
 def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> None:
     """Draw one slice with axes in mm; ``cut`` is its normal axis and index, ``shown`` the axes to the right and up."""
     right, up = shown
@@ -46,7 +51,8 @@ def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> N
     low = 1e3 * (image.to_world(np.full(3, -0.5)))
     high = 1e3 * image.to_world(np.array(image.hu.shape) - 0.5)
     extent = (low[2 - right], high[2 - right], low[2 - up], high[2 - up])
-    axis.imshow(grey, cmap="gray", vmin=_WINDOW[0], vmax=_WINDOW[1], extent=extent, origin="lower", aspect="equal")
+    darkest, brightest = _window(image)
+    axis.imshow(grey, cmap="gray", vmin=darkest, vmax=brightest, extent=extent, origin="lower", aspect="equal")
     places = [1e3 * (image.origin_m[2 - a] + image.spacing_m[2 - a] * np.arange(image.hu.shape[a])) for a in shown]
     if inside.any():
         axis.contour(*places, inside.astype(float), [0.5], colors=_OUTLINE, linewidths=1.1)

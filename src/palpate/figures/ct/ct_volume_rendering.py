@@ -5,11 +5,11 @@ from matplotlib.figure import Figure
 
 from palpate.bodies.body import Body
 from palpate.bodies.ct.image import Image
+from palpate.evaluation.ct.ray_casting import front
 from palpate.figures import panels, render, style
 from palpate.figures.ct.ct_classes import CLASSES, values
 
 _PIXELS, _INCHES = 720, 3.3
-_TURN, _RISE = np.radians(-28.0), np.radians(14.0)  # from the front towards the patient's right, and up
 _STEP = 0.5  # of the smallest voxel side, between samples along a ray
 
 
@@ -40,10 +40,7 @@ def draw(image: Image, mask: np.ndarray, body: Body) -> Figure:
 
 def _view(points: np.ndarray) -> render.View:
     """Choose a view from the front, slightly from the patient's right and from above; z is up."""
-    toward = np.array([np.sin(_TURN) * np.cos(_RISE), -np.cos(_TURN) * np.cos(_RISE), np.sin(_RISE)])
-    right = np.cross([0.0, 0.0, 1.0], toward)
-    right /= np.linalg.norm(right)
-    return render.frame(np.array([right, np.cross(toward, right), toward]), [points])
+    return render.frame(front(), [points])
 
 
 def _corners(image: Image) -> np.ndarray:

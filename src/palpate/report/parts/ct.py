@@ -1,11 +1,11 @@
-"""Report on bodies from CT: segmentation, volume rendering, mesh, and the masses of its nodes."""
+"""Report on bodies from CT and MRI: segmentation, pictures, mesh, the masses of its nodes, and the steps between."""
 
 import pandas as pd
 
 from palpate.evaluation.ct.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.number_format import each, percent
-from palpate.report import markup
+from palpate.report import ct_imaging, markup
 from palpate.report.material import Report, Section
 from palpate.report.words import capital, spaced
 
@@ -18,25 +18,32 @@ ENOUGH = 6000
 
 def numbers(report: Report) -> dict[str, str]:
     """Return every placeholder of these captions, as text; a phrase for each body where there are several."""
-    report.check(TABLES, "body", report.cts)
-    masses, quality = report.tables["node_mass"], report.tables["mesh_quality"]
-    cts = tables.bodies(masses)
+    report.check(("mesh_quality", "mask_interpolation"), "body", report.cts)
+    quality = report.tables["mesh_quality"]
+    masses = report.tables.get("node_mass")
+    weighed = tables.bodies(masses) if masses is not None else []
 
-    def phrases(phrase, table):
-        return each(cts, lambda body: phrase(tables.where(table, body=body)))
+    def phrases(phrase, table, bodies):
+        return each(bodies, lambda body: phrase(tables.where(table, body=body)))
 
     def headline(body):
-        return (
-            f"{spaced(body)}, {_made(tables.where(quality, body=body))}, {_deviation(tables.where(masses, body=body))}"
-        )
+        made = f"{spaced(body)}, {_made(tables.where(quality, body=body))}"
+        return f"{made}, {_deviation(tables.where(masses, body=body))}" if body in weighed else made
 
-    return {
-        "headline": f"Bodies made from a CT: {'; '.join(map(headline, cts))}.",
-        "total_masses": phrases(_total, masses),
-        "mass_deviations": phrases(_deviation, masses),
-        "raw_deviations": phrases(_raw, masses),
-        "mean_densities": phrases(_density, masses),
-        "least_angles": phrases(_made, quality),
+    found = {
+        "headline": f"Bodies made from a scan: {'; '.join(map(headline, report.cts))}.",
+        "least_angles": phrases(_made, quality, report.cts),
+        **ct_imaging.numbers(report.tables),
+    }
+    return found | {
+        key: phrases(phrase, masses, weighed)
+        for key, phrase in (
+            ("total_masses", _total),
+            ("mass_deviations", _deviation),
+            ("raw_deviations", _raw),
+            ("mean_densities", _density),
+        )
+        if weighed
     }
 
 
@@ -68,11 +75,17 @@ def _density(masses: pd.DataFrame) -> str:
 
 
 def sections(report: Report) -> list[Section]:
-    """Return a section for each body, then the masses of all of them."""
-    return [
-        *((f"ct_{body}", capital(spaced(body)), _body(report, body)) for body in report.cts),
-        ("node_masses", "Masses from CT", report.figure("node_mass") + report.folded("node_mass")),
-    ]
+    """Return a section for each body, then the masses of those from a CT, and the steps from a scan to a picture."""
+    found = [(f"ct_{body}", capital(spaced(body)), _body(report, body)) for body in report.cts]
+    if "node_mass" in report.tables:
+        found.append(("node_masses", "Masses from CT", report.figure("node_mass") + report.folded("node_mass")))
+    return [*found, ("imaging", "From a scan to a picture and a mask", _imaging(report))]
+
+
+def _imaging(report: Report) -> str:
+    return report.figure("ct_imaging") + report.folded(
+        "mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"
+    )
 
 
 def _body(report: Report, body: str) -> str:

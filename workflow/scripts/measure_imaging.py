@@ -1,0 +1,16 @@
+from palpate.bodies.ct.mesh_from_ct import segment_entry
+from palpate.evaluation.ct.imaging import measure
+from palpate.figures import style
+from palpate.figures.ct import ct_imaging
+from palpate.job import job, stem, steps, write_table
+from palpate.kept_warnings import about
+
+with job(snakemake.log[0]) as say:
+    masks = {}
+    for body, entry in snakemake.params.entries.items():
+        with about(f"bodies.{body}"):
+            masks[body] = segment_entry(entry)
+    found, shown = measure(masks, **snakemake.params.settings, progress=steps(say, "imaging, table"))
+    for name, table in found.items():
+        write_table(table, snakemake.output[name])
+    style.save(ct_imaging.draw(shown, found["mask_interpolation"]), stem(snakemake.output.figure))

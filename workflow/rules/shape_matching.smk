@@ -1,6 +1,20 @@
-# Paper 3's own experiments: integrators, clusters, what shape matching costs, virtual body springs.
+# Paper 3's own experiments: integrators, modes, clusters, what shape matching costs, dampers, virtual body springs.
 
-EXPERIMENTS = ["integrator_stability", "clusters", "shape_matching_timing", "body_springs"]
+
+from palpate.scenes.contact_settings import bodies_in
+
+EXPERIMENTS = [
+    "integrator_stability",
+    "deformation_modes",
+    "clusters",
+    "cluster_goals",
+    "shape_matching_timing",
+    "body_springs",
+]
+CREEP = (config["shape_matching"]["creep"] or {}).get("scene")
+if CREEP:
+    EXPERIMENTS += ["maxwell_creep"]
+    OPTIONAL += ["maxwell_creep"]
 TARGETS["shape_matching"] = tabulated(*EXPERIMENTS) + figures("shape_matching", *EXPERIMENTS)
 
 
@@ -20,16 +34,38 @@ rule tabulate_integrator_stability:
 
 rule tabulate_clusters:
     output:
-        "results/tables/clusters.csv",
+        clusters="results/tables/clusters.csv",
+        goals="results/tables/cluster_goals.csv",
+        modes="results/tables/deformation_modes.csv",
     log:
         "results/logs/tabulate_clusters.log",
     params:
         settings=config["shape_matching"]["clusters"],
         code=code_of("tabulate_clusters", "palpate.effects", "palpate.solvers"),
     message:
-        "bend the column of 60 particles in clusters"
+        "bend the column of 60 particles in clusters, and a block in each mode"
     script:
         "../scripts/tabulate_clusters.py"
+
+
+rule tabulate_maxwell_creep:
+    input:
+        bodies=lambda wildcards: [
+            f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][CREEP])
+        ],
+        motion=f"results/data/scenes/{CREEP}/motion.h5",
+    output:
+        "results/tables/maxwell_creep.csv",
+    log:
+        "results/logs/tabulate_maxwell_creep.log",
+    params:
+        name=CREEP,
+        entry=lambda wildcards: config["scenes"][CREEP],
+        code=code_of("tabulate_maxwell_creep", "palpate.effects"),
+    message:
+        "compare the creep of {params.name} with the closed solution"
+    script:
+        "../scripts/tabulate_maxwell_creep.py"
 
 
 rule time_shape_matching:

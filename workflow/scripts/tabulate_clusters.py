@@ -1,5 +1,8 @@
-from palpate.evaluation.shape_matching.clustered_column import measure
+from palpate.evaluation.shape_matching import cluster_goals, clustered_column, deformation_modes
 from palpate.job import job, write_table
 
 with job(snakemake.log[0]):
-    write_table(measure(**snakemake.params.settings), snakemake.output[0])
+    settings, tables = snakemake.params.settings, snakemake.output
+    write_table(clustered_column.measure(**settings), tables.clusters)
+    write_table(cluster_goals.measure(**settings), tables.goals)
+    write_table(deformation_modes.measure(), tables.modes)

@@ -5,23 +5,12 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Damping, Effect, Force
-from palpate.effects.springs import Springs, add_pair, direction
-from palpate.errors import InputError
+from palpate.effects.springs import Springs, add_pair, direction, springs_of
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Kelvin":
     """Make dampers of ``ratio`` times critical damping; InputError if the elastic effect is not springs."""
     return Kelvin(springs_of(elastic, particles, "kelvin"), particles.masses, settings["ratio"])
-
-
-def springs_of(elastic: Effect | None, particles: Particles, effect: str) -> Springs:
-    """Return ``elastic`` if it is springs; InputError otherwise."""
-    if not isinstance(elastic, Springs):
-        raise InputError(
-            f"effects of {particles.name} name {effect}, which acts parallel to springs, and its elastic effect is not "
-            f"springs; name springs, or leave {effect} out."
-        )
-    return elastic
 
 
 def dampings(pairs: np.ndarray, stiffness: np.ndarray, masses: np.ndarray, ratio: float) -> np.ndarray:

@@ -7,8 +7,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Relaxation
-from palpate.effects.kelvin import springs_of
-from palpate.effects.springs import Springs, direction
+from palpate.effects.springs import Springs, direction, springs_of
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Maxwell":

@@ -51,6 +51,17 @@ def test_every_tetrahedron_lies_inside_a_cluster(volume):
     assert clusters.shared_by.max() > 1
 
 
+def test_to_the_letter_each_tetrahedron_has_a_cluster_of_all_around_it(volume):
+    clusters = make_clusters(volume, {"kind": "each_tetrahedron"})
+    found = groups(clusters)
+    assert len(found) == len(volume.tetrahedra)
+    for own, group in zip(volume.tetrahedra, found, strict=True):
+        around = volume.tetrahedra[np.isin(volume.tetrahedra, own).any(axis=1)]
+        assert set(group) == set(around.ravel())
+    covered = {tuple(g) for g in groups(make_clusters(volume, {"kind": "tetrahedra"}))}
+    assert covered < {tuple(g) for g in found}
+
+
 def test_cubes_are_as_small_and_overlap_as_much_as_asked(volume):
     for edge, overlap in ((0.08, 0.5), (0.06, 0.3), (0.5, 0.0)):
         found = groups(make_clusters(volume, {"kind": "cubes", "edge_m": edge, "overlap": overlap}))

@@ -7,6 +7,7 @@ import pytest
 
 from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import goal_shapes
+from palpate.effects.shape_matching.clustering import make_clusters
 from palpate.errors import InputError
 
 CLUSTERS = {
@@ -14,6 +15,7 @@ CLUSTERS = {
     "tetrahedra": {"kind": "tetrahedra"},
     "cubes": {"kind": "cubes", "edge_m": 0.09, "overlap": 0.5},
 }
+NONE = np.empty((0, 3), dtype=np.int64)
 MODES = ["rigid", "linear", "quadratic"]
 
 
@@ -42,16 +44,44 @@ def test_a_moved_and_turned_body_is_where_it_wants_to_be(particles, rotation, mo
         assert np.abs(goals(effect, x) - x).max() < 1e-11
 
 
+@pytest.mark.parametrize("add", [False, True])
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("kind", CLUSTERS)
-def test_goals_keep_momentum_and_angular_momentum(particles, mode, kind):
+def test_goals_keep_momentum_and_angular_momentum(particles, mode, kind, add):
     """However a particle's clusters differ in number and mass."""
     random = np.random.default_rng(0)
     uneven = replace(particles, masses=particles.masses * random.uniform(0.1, 3, len(particles.masses)))
     x = particles.nodes + 0.3 * particles.size * random.normal(size=particles.nodes.shape)
-    pull = uneven.masses[:, None] * (goals(matched(uneven, mode, kind), x) - x)
+    clusters = make_clusters(uneven, CLUSTERS[kind])
+    pull = uneven.masses[:, None] * (goals(goal_shapes.ShapeMatching(uneven, clusters, mode, 0.1, 0.5, add), x) - x)
     assert np.linalg.norm(pull.sum(axis=0)) < 1e-12 * np.abs(pull).sum()
     assert np.linalg.norm(np.cross(x, pull).sum(axis=0)) < 1e-12 * np.abs(pull).sum() * particles.size
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_added_goals_are_the_pulls_of_each_cluster_alone(particles, mode):
+    """α (g − x) of the whole is the sum of those of effects that have one cluster each."""
+    random = np.random.default_rng(3)
+    x = particles.nodes + 0.1 * particles.size * random.normal(size=particles.nodes.shape)
+    clusters = make_clusters(particles, CLUSTERS["cubes"])
+    whole = goal_shapes.ShapeMatching(particles, clusters, mode, 0.05, 0.5, add=True)
+    parts = np.zeros_like(x)
+    for first, last in zip(clusters.starts[:-1], clusters.starts[1:], strict=True):
+        members = clusters.members[first:last]
+        one = replace(
+            particles, nodes=particles.nodes[members], masses=particles.masses[members], triangles=NONE, tetrahedra=NONE
+        )
+        parts[members] += 0.05 * (goals(matched(one, mode, beta=0.5), x[members]) - x[members])
+    assert clusters.shared_by.max() > 1
+    assert np.abs(whole.alpha * (goals(whole, x) - x) - parts).max() < 1e-12 * particles.size
+
+
+def test_added_goals_that_may_be_unstable_are_refused(particles):
+    settings = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "goals": "sum", "clusters": {"kind": "each_tetrahedron"}}
+    most = make_clusters(particles, settings["clusters"]).shared_by.max()
+    with pytest.raises(InputError, match=f"below {4 / most:.3g} only; lower alpha"):
+        goal_shapes.make(particles, settings)
+    assert goal_shapes.make(particles, settings | {"alpha": 3.9 / most}).alpha == pytest.approx(3.9)
 
 
 def test_the_rigid_goal_is_the_best_fit(particles, rotation):
@@ -131,7 +161,9 @@ def test_the_answer_does_not_depend_on_the_one_before(particles):
         assert np.abs(goals(used, x) - goals(matched(particles, "quadratic", "cubes"), x)).max() < 1e-12
 
 
-@pytest.mark.parametrize("change", [{"mode": "cubic"}, {"alpha": 1.5}, {"alpha": np.nan}, {"beta": -0.1}])
+@pytest.mark.parametrize(
+    "change", [{"mode": "cubic"}, {"goals": "most"}, {"alpha": 1.5}, {"alpha": np.nan}, {"beta": -0.1}]
+)
 def test_settings_out_of_range_are_refused(particles, change):
     settings = {"mode": "rigid", "alpha": 0.5, "beta": 0.5, "clusters": CLUSTERS["one"]} | change
     with pytest.raises(InputError, match=next(iter(change))):

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
 
-KINDS = ("one", "tetrahedra", "cubes")
+KINDS = ("one", "tetrahedra", "each_tetrahedron", "cubes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,12 @@ class Clusters:
 
 
 def make_clusters(particles: Particles, settings: dict) -> Clusters:
-    """Make the clusters of a ``kind``: one, tetrahedra or cubes, separately for each connected piece of the mesh.
+    """Make the clusters of a ``kind``, one of KINDS, separately for each connected piece of the mesh.
 
     one : the whole piece
     tetrahedra : one for each tetrahedron that is not yet in a cluster, with all tetrahedra that share a node with it,
         so that each tetrahedron is inside a cluster and the clusters of a piece are connected
+    each_tetrahedron : one for each tetrahedron, with all tetrahedra that share a node with it, as paper 3 says
     cubes : of side ``edge_m`` [m], at equal distances in the piece's box; neighbours share at least the fraction
         ``overlap``
 
@@ -49,10 +50,10 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
     pieces = _pieces(edges, count)
     if kind == "one":
         groups = pieces
-    elif kind == "tetrahedra":
+    elif kind in ("tetrahedra", "each_tetrahedron"):
         if not len(particles.tetrahedra):
-            raise InputError(f"shape_matching.clusters.kind is tetrahedra, and {particles.name} has none: use cubes")
-        groups = _neighbourhoods(particles.tetrahedra, count)
+            raise InputError(f"shape_matching.clusters.kind is {kind}, and {particles.name} has none: use cubes")
+        groups = _neighbourhoods(particles.tetrahedra, count, each=kind == "each_tetrahedron")
     else:
         if "edge_m" not in settings:
             raise InputError(
@@ -85,12 +86,12 @@ def _graph(edges: np.ndarray, count: int) -> sparse.coo_array:
     return sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
 
 
-def _neighbourhoods(tetrahedra: np.ndarray, count: int) -> list[np.ndarray]:
+def _neighbourhoods(tetrahedra: np.ndarray, count: int, each: bool) -> list[np.ndarray]:
     index = np.repeat(np.arange(len(tetrahedra)), 4)
     around = sparse.csr_array((np.ones(len(index), dtype=bool), (tetrahedra.ravel(), index)), (count, len(tetrahedra)))
     covered, groups = np.zeros(len(tetrahedra), dtype=bool), []
     for seed in range(len(tetrahedra)):
-        if covered[seed]:
+        if covered[seed] and not each:
             continue
         near = np.concatenate([around.indices[around.indptr[n] : around.indptr[n + 1]] for n in tetrahedra[seed]])
         covered[near] = True

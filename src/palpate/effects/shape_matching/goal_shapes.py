@@ -11,6 +11,9 @@ from palpate.errors import InputError
 from palpate.linalg.nearest_rotation import nearest
 from palpate.linalg.nearest_rotation import rotations as rotations
 
+OVERLAPS = ("mean", "sum")
+"""Ways to move a particle of several clusters: to the mean of its goals, or towards each of them."""
+
 HALF, DOUBLE = 0.5, 2.0
 """Range of volumes, relative to rest, in which the linear mode restores the volume completely."""
 
@@ -19,10 +22,11 @@ def make(particles: Particles, settings: dict, elastic: Effect | None = None) ->
     """Make the shape matching of ``particles``.
 
     settings : ``mode`` (rigid, linear or quadratic), ``alpha`` (fraction of the way to the goals in a step, 0 to 1),
-        ``beta`` (share of the deformation in the goals, 0 to 1; none in rigid), ``clusters`` (see ``make_clusters``)
+        ``beta`` (share of the deformation in the goals, 0 to 1; none in rigid), ``clusters`` (see ``make_clusters``),
+        ``goals`` of a particle in several clusters (mean, unless it is given, or sum)
 
-    Raises InputError for a setting out of range, clusters that do not hold the body together, or a body of several
-    stiffnesses.
+    Raises InputError for a setting out of range, clusters that do not hold the body together, a body of several
+    stiffnesses, or goals whose sum may be unstable.
     """
     particles.refuse_regions("shape matching has")
     if settings["mode"] not in TERMS:
@@ -30,18 +34,34 @@ def make(particles: Particles, settings: dict, elastic: Effect | None = None) ->
     for name in ("alpha", "beta"):
         if not 0.0 <= settings[name] <= 1.0:
             raise InputError(f"shape_matching.{name} is {settings[name]}: give a number from 0 to 1")
+    overlap = settings.get("goals", OVERLAPS[0])
+    if overlap not in OVERLAPS:
+        raise InputError(f"shape_matching.goals {overlap} is unknown: choose one of {', '.join(OVERLAPS)}")
     clusters = make_clusters(particles, settings["clusters"])
-    return ShapeMatching(particles, clusters, settings["mode"], settings["alpha"], settings["beta"])
+    matched = ShapeMatching(
+        particles, clusters, settings["mode"], settings["alpha"], settings["beta"], overlap == "sum"
+    )
+    if not matched.alpha < 4.0:
+        raise InputError(
+            f"shape_matching.alpha is {settings['alpha']}, and with goals: sum a particle in {matched.most} clusters "
+            f"is sure to stay stable below {4.0 / matched.most:.3g} only; lower alpha, or choose goals: mean."
+        )
+    return matched
 
 
 class ShapeMatching(Goals):
     """Goals of overlapping clusters (Müller, Heidelberger, Teschner, Gross 2005; paper 3, chapter 3).
 
     frames : (n_clusters, 3, 3) [m], the rest shape as q = L φ; plasticity changes it in place
-    alpha : fraction of the way to its goal that a particle moves in a step
+    alpha : fraction of the way to its goal that a particle moves in a step; with ``add`` times ``most``, the largest
+        number of clusters that a particle is in
 
     A particle's mass is divided equally among its clusters, and its goal is the mean of theirs. The goals of each
     cluster conserve its linear and angular momentum, so α (g − x) conserves that of the body for any overlap.
+
+    ``add`` follows the paper to the letter: each cluster has the whole masses of its particles and moves them by its
+    own α (g − x), so that a particle in k clusters moves by the sum, as with kα towards the mean. Momentum is conserved
+    too, but stiffness depends on the overlap, and no step is sure to be stable with α above 4/``most``.
 
     Two changes to the paper: the mean of the terms q̃ is subtracted, as otherwise quadratic goals move the centre of
     mass; and det(A)^(−1/3) of the linear mode, infinite for a flat cluster, is constant above DOUBLE the volume, and
@@ -55,11 +75,15 @@ class ShapeMatching(Goals):
     clusters that share half of their particles, no such start was found.
     """
 
-    def __init__(self, particles: Particles, clusters: Clusters, mode: str, alpha: float, beta: float):
-        self.alpha, self.clusters, self.mode = alpha, clusters, mode
+    def __init__(
+        self, particles: Particles, clusters: Clusters, mode: str, alpha: float, beta: float, add: bool = False
+    ):
+        self.most = int(clusters.shared_by.max()) if add else 1
+        self.alpha, self.clusters, self.mode = alpha * self.most, clusters, mode
         self._beta = 0.0 if mode == "rigid" else beta
         self._weights = 1.0 / clusters.shared_by
-        masses = (particles.masses * self._weights)[clusters.members]
+        self._pull = (clusters.shared_by / self.most)[:, None] if add else None
+        masses = (particles.masses if add else particles.masses * self._weights)[clusters.members]
         self.shares, self.basis, self.frames, self.ranks = orthonormal_terms(
             particles.nodes, masses, clusters.members, clusters.starts, TERMS[mode]
         )
@@ -73,6 +97,8 @@ class ShapeMatching(Goals):
         """
         rest = (self.clusters.members, self.clusters.starts, self.shares, self.basis, self.frames, self.ranks)
         _goals(x, *rest, self._beta, self.mode == "linear", self._weights, self._turns, out)
+        if self._pull is not None:
+            out[:] = x + self._pull * (out - x)
 
 
 @numba.njit(cache=True, error_model="numpy")

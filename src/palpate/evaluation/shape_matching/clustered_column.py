@@ -28,17 +28,20 @@ def measure(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
     layer bends it along x. ``alpha`` and ``beta`` are its stiffness and deformation.
     Raises NotConverged if a column does not come to rest.
     """
-    column = _column()
+    body = column()
     tables = []
     for count, edge in EDGES_M.items():
-        table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(column.nodes))})
-        table[["rest_x_m", "rest_y_m", "rest_z_m"]] = column.nodes
-        table[["x_m", "y_m", "z_m"]] = _settle(column, edge, force_n, alpha, beta)
+        cubes = {"kind": "cubes", "edge_m": edge, "overlap": 0.5}
+        settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
+        table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(body.nodes))})
+        table[["rest_x_m", "rest_y_m", "rest_z_m"]] = body.nodes
+        table[["x_m", "y_m", "z_m"]] = settle(body, goal_shapes.make(body, settings), force_n)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
 
-def _column() -> Particles:
+def column() -> Particles:
+    """Make the column of 2 × 2 × 15 particles, held at its foot."""
     side, height = SPACING_M, (LAYERS - 1) * SPACING_M
     mesh = box([side, side, height], [1, 1, LAYERS - 1])
     soft = Material(3000.0, 0.3, 1000.0)
@@ -47,23 +50,31 @@ def _column() -> Particles:
     return Particles("column", mesh.nodes, masses, foot, mesh.triangles, mesh.tetrahedra, soft)
 
 
-def _settle(column: Particles, edge: float, force_n: float, alpha: float, beta: float) -> np.ndarray:
-    """Compute the positions (n, 3) [m] of the loaded column at rest."""
-    cubes = {"kind": "cubes", "edge_m": edge, "overlap": 0.5}
-    settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
-    top = column.nodes[:, 2] == column.nodes[:, 2].max()
+def settle(
+    body: Particles,
+    matched: goal_shapes.ShapeMatching,
+    force_n: float,
+    rate_1_s: float = RATE_1_S,
+    still_m: float = STILL_M,
+) -> np.ndarray:
+    """Compute the positions (n, 3) [m] of the column at rest, under ``force_n`` [N] along x on its top layer.
+
+    rate_1_s : decay of velocities [1/s]; still_m : movement in a step [m] below which it is at rest
+    Raises NotConverged if it does not come to rest.
+    """
+    top = body.nodes[:, 2] == body.nodes[:, 2].max()
     effects = {
-        "shape_matching": goal_shapes.make(column, settings),
-        "held": held.make(column, {}, None),
+        "shape_matching": matched,
+        "held": held.make(body, {}, None),
         "push": _Push(np.outer(top, [force_n / top.sum(), 0.0, 0.0])),
-        "velocity_damping": velocity_damping.make(column, {"rate_1_s": RATE_1_S}, None),
+        "velocity_damping": velocity_damping.make(body, {"rate_1_s": rate_1_s}, None),
     }
-    integrator = goal_position.make(System(column, effects), {})
-    x, v, history = column.nodes, np.zeros_like(column.nodes), []
+    integrator = goal_position.make(System(body, effects), {})
+    x, v, history = body.nodes, np.zeros_like(body.nodes), []
     for _ in range(MOST_STEPS):
         x, v = integrator.step(x, v, STEP_S)
-        history.append(STEP_S * float(np.abs(v).max()) / column.size)
-        if history[-1] * column.size < STILL_M:
+        history.append(STEP_S * float(np.abs(v).max()) / body.size)
+        if history[-1] * body.size < still_m:
             return x
     raise NotConverged(f"the column still moves after {MOST_STEPS} steps; lower its load or damp it more", history)
 

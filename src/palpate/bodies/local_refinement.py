@@ -1,0 +1,152 @@
+"""Refine a body near a place only: fine elements there, coarse ones elsewhere, joined without gaps."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Body
+from palpate.bodies.material import Tissue, uniform
+from palpate.bodies.mesh import EDGES, TetMesh
+from palpate.bodies.quadratic import ten_nodes
+
+_SIDES = np.array([[i for i, edge in enumerate(EDGES) if corner not in edge] for corner in range(4)])
+"""The three edges of the face opposite each corner."""
+
+
+@dataclass(frozen=True, eq=False)
+class LocalBody(Body):
+    """A body whose levels are finer than its coarse mesh in one place only.
+
+    numbers : for each level, the numbers that its nodes have in the whole body, increasing
+    roots : for each level, the coarse tetrahedron that each of its elements is a part of
+    """
+
+    numbers: tuple[np.ndarray, ...] = ()
+    roots: tuple[np.ndarray, ...] = ()
+
+    def tissue(self, level: int) -> Tissue:
+        """Return the materials of the tetrahedra of a level, or of one that splits each of the last one's in eight."""
+        count = len(self.levels[level].tetrahedra)
+        if self.regions is None:
+            return uniform(self.material, count)
+        roots = self.roots[min(level % len(self.levels), len(self.roots) - 1)]
+        return Tissue(self.regions.materials, np.repeat(self.regions.region[roots], count // len(roots)))
+
+
+class LocalRefinement:
+    """Refinement of a body around a place, with the nodes that its levels have there (Bey 1995, red and green).
+
+    Near the place an element is split into eight, as everywhere in the body's next level. Its neighbours are split into
+    two or four, so that no node lies within an edge or a face of another element; those are not split again. Each level
+    refines the one before, so displacements of the coarse mesh are a subspace, as on the body's own levels. A library
+    that bisects edges would make other nodes than the body's, which may have moved to a smooth surface.
+    """
+
+    def __init__(self, body: Body, depth: int):
+        """Take ``body`` and the level that is reached, at least 1 and at most its finest."""
+        self._body, self._depth = body, depth
+        self._ten = [ten_nodes(body.levels[level]) for level in range(depth)]
+
+    def around(self, center: np.ndarray, radius_m: float) -> LocalBody:
+        """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m], on each level."""
+        body, marks = self._body, self._marks(center, radius_m)
+        levels, numbers = [body.coarse], [np.arange(len(body.coarse.nodes))]
+        prolongations, anchors, roots = [], [body.anchors[0]], [np.arange(len(body.coarse.tetrahedra))]
+        for level in range(1, self._depth + 1):
+            parts = list(self._elements(marks[:level]))
+            elements, root = (np.concatenate(each) for each in zip(*parts, strict=True))
+            kept = np.unique(elements)
+            prolongations.append(self._prolongation(level, numbers[-1], kept))
+            levels.append(TetMesh(body.levels[level].nodes[kept], np.searchsorted(kept, elements)))
+            numbers.append(kept)
+            roots.append(root)
+            anchors.append(np.flatnonzero(np.isin(kept, body.anchors[level])))
+        fixed = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions)
+        dense = (
+            None
+            if body.densities is None
+            else [all_of[kept] for all_of, kept in zip(body.densities, numbers, strict=False)]
+        )
+        return LocalBody(*fixed, dense, tuple(numbers), tuple(roots))
+
+    def _marks(self, center: np.ndarray, radius_m: float) -> list[np.ndarray]:
+        """Return the edges of each level that are halved, (n_edges,) bool.
+
+        The finest level comes first: whatever it splits must be a part of an element that the level before splits into
+        eight.
+        """
+        marks: list[np.ndarray] = []
+        whole = np.empty(0, dtype=np.int64)
+        for level in reversed(range(self._depth)):
+            mesh, edges = self._body.levels[level], self._edges(level)
+            close = np.linalg.norm(mesh.nodes - center, axis=1) <= radius_m
+            marked = np.zeros(len(mesh.edges), dtype=bool)
+            marked[edges[close[mesh.tetrahedra].any(axis=1)]] = True
+            marked[edges[whole]] = True
+            _close(edges, marked)
+            marks.insert(0, marked)
+            whole = np.unique(np.flatnonzero(marked[edges].any(axis=1)) // 8)
+        return marks
+
+    def _edges(self, level: int) -> np.ndarray:
+        return self._ten[level][:, 4:] - len(self._body.levels[level].nodes)
+
+    def _elements(self, marks: list[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield elements (m, 4), by node numbers of the whole body, and the coarse ones (m,) that they are parts of."""
+        active = np.arange(len(self._body.coarse.tetrahedra))
+        for level, marked in enumerate(marks):
+            halved, ten = marked[self._edges(level)[active]], self._ten[level][active]
+            for pattern, children in _PATTERNS:
+                chosen = (halved == pattern).all(axis=1)
+                yield ten[chosen][:, children].reshape(-1, 4), np.repeat(active[chosen] // 8**level, len(children))
+            active = (8 * active[halved.all(axis=1), None] + np.arange(8)).ravel()
+        yield self._body.levels[len(marks)].tetrahedra[active], active // 8 ** len(marks)
+
+    def _prolongation(self, level: int, coarser: np.ndarray, finer: np.ndarray) -> sparse.csr_array:
+        """Return the linear interpolation from the nodes ``coarser`` to ``finer``, by their numbers in the body."""
+        mesh = self._body.levels[level - 1]
+        new = finer[len(coarser) :] - len(mesh.nodes)
+        ends = np.searchsorted(coarser, mesh.edges[new])
+        old, rows = np.arange(len(coarser)), len(coarser) + np.repeat(np.arange(len(new)), 2)
+        places = np.concatenate([old, rows]), np.concatenate([old, ends.ravel()])
+        values = np.concatenate([np.ones(len(old)), np.full(len(rows), 0.5)])
+        return sparse.csr_array((values, places), shape=(len(finer), len(coarser)))
+
+
+def _close(edges: np.ndarray, marked: np.ndarray) -> None:
+    """Mark more edges, in place, until each element has a pattern to split it by: none, one, a face, or all."""
+    while True:
+        sides = marked[edges][:, _SIDES]
+        count = marked[edges].sum(axis=1)
+        wrong = (count > 1) & (count < 6) & ~((count == 3) & sides.all(axis=2).any(axis=1))
+        if not wrong.any():
+            return
+        lacks = sides.sum(axis=2) == 2
+        alone = wrong & (count == 2) & lacks.any(axis=1)
+        marked[edges[:, _SIDES][lacks & alone[:, None]]] = True
+        marked[edges[wrong & ~alone]] = True
+
+
+def _patterns() -> list[tuple[np.ndarray, np.ndarray]]:
+    """List halved edges (6,) of an element, and its parts (k, 4) by corners 0 to 3 and midpoints 4 to 9."""
+    found = [(np.zeros(6, dtype=bool), np.array([[0, 1, 2, 3]]))]
+    for number, (a, b) in enumerate(EDGES):
+        found.append((np.arange(6) == number, np.array([_with({b: 4 + number}), _with({a: 4 + number})])))
+    for corner, side in enumerate(_SIDES):
+        middle = {tuple(EDGES[edge]): 4 + int(edge) for edge in side}
+        a, b, c = (other for other in range(4) if other != corner)
+        ab, ac, bc = middle[a, b], middle[a, c], middle[b, c]
+        parts = [{b: ab, c: ac}, {a: ab, c: bc}, {a: ac, b: bc}, {a: bc, b: ac, c: ab}]
+        found.append((np.isin(np.arange(6), side), np.array([_with(part) for part in parts])))
+    return found
+
+
+def _with(replaced: dict[int, int]) -> list[int]:
+    """Return the four corners, some of them replaced; the element stays as it is oriented."""
+    return [replaced.get(corner, corner) for corner in range(4)]
+
+
+_PATTERNS = _patterns()
+"""All patterns but that of eight parts."""

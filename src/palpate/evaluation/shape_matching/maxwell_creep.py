@@ -1,0 +1,84 @@
+"""Creep and recovery of springs with Maxwell dampers beside the closed solution of a standard linear solid (paper 3).
+
+Springs k with Maxwell elements of stiffness r k and relaxation time τ beside each of them make, under a load that is
+applied at once and stays, the displacement u = u₀ [1 − r/(1 + r) exp(−t/(τ (1 + r)))], where u₀ is that of the springs
+alone (Zener 1948). That holds for each node of a network, as all its springs have the same r and τ, where displacements
+are small and inertia is negligible. Loads that change are sums of such ones.
+"""
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+from scipy.signal import StateSpace, lsim
+from scipy.sparse.linalg import spsolve
+
+from palpate.bodies.particles import Particles
+from palpate.scenes.build_system import compose
+from palpate.scenes.motion import Motion
+from palpate.scenes.scene import Scene
+from palpate.solvers.system import System
+
+INSTANTS = 4001
+"""Number of times at which the load is sampled; between them it counts as linear."""
+
+
+def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
+    """Tabulate maxwell_creep.csv: one row for each frame of ``motion``, of a scene with springs, maxwell and push.
+
+    load : the load over its largest; creep_m : displacement of the node that moves farthest in the closed solution,
+        in its direction; closed_m : the closed solution; springs_m : the same without dampers
+    """
+    times = np.linspace(0.0, scene.duration_s, INSTANTS)
+    system = compose(scene, particles)
+    loads = np.array([_load(system, time) for time in times])
+    full = loads[np.argmax(np.linalg.norm(loads, axis=(1, 2)))]
+    shares = np.tensordot(loads, full, 2) / np.vdot(full, full)
+    static = _static(compose(scene, particles, without="maxwell"), full)
+    node = int(np.argmax(np.linalg.norm(static, axis=1)))
+    most = float(np.linalg.norm(static[node]))
+    along = static[node] / most
+    maxwell = scene.settings["maxwell"]
+    crept = creep(times, shares, maxwell["stiffness_ratio"], maxwell["relaxation_s"])
+    return pd.DataFrame(
+        {
+            "scene": scene.name,
+            "time_s": motion.times,
+            "load": np.interp(motion.times, times, shares),
+            "creep_m": (motion.positions[:, node] - motion.rest[node]) @ along,
+            "closed_m": most * np.interp(motion.times, times, crept),
+            "springs_m": most * np.interp(motion.times, times, shares),
+        }
+    )
+
+
+def creep(times: np.ndarray, loads: np.ndarray, ratio: float, relaxation_s: float) -> np.ndarray:
+    """Compute the displacement (t,) over that of the springs alone under the load 1, at evenly spaced ``times`` [s].
+
+    loads : (t,), linear in between; ratio : r; relaxation_s : τ [s]
+    It is the sum of the closed solutions of all changes of the load, exact but for rounding.
+    """
+    slow, late = relaxation_s * (1.0 + ratio), ratio / (1.0 + ratio)
+    solid = StateSpace([[-1.0 / slow]], [[late / slow]], [[1.0]], [[1.0 - late]])
+    return lsim(solid, loads, times)[1]
+
+
+def closeness(table: pd.DataFrame) -> float:
+    """Return the root mean square of creep_m − closed_m, over the largest closed_m."""
+    error = table["creep_m"] - table["closed_m"]
+    return float(np.sqrt((error**2).mean()) / table["closed_m"].abs().max())
+
+
+def _load(system: System, time: float) -> np.ndarray:
+    """Return the loads (n, 3) [N] at a time, zero on held nodes."""
+    system.at(time)
+    rest = system.particles.nodes
+    return np.where(system.free[:, None], system.outer_force(rest, np.zeros_like(rest)), 0.0)
+
+
+def _static(system: System, load: np.ndarray) -> np.ndarray:
+    """Compute the linear displacements (n, 3) [m] under ``load`` (n, 3) [N]."""
+    unknowns = np.flatnonzero(np.repeat(system.free, 3))
+    stiffness = sparse.csr_array(system.stiffness(system.particles.nodes, definite=True))
+    moved = np.zeros(load.size)
+    moved[unknowns] = spsolve(stiffness[unknowns][:, unknowns].tocsc(), load.ravel()[unknowns])
+    return moved.reshape(load.shape)

@@ -1,0 +1,111 @@
+"""Answer with finite elements that are fine near the contact only, and coarse elsewhere.
+
+The thesis (paper 3) reports this of Bao and others (2006): a fine model only where force acts. Each contact has a mesh
+of its own, made in advance for the prepared ones, and at the first query for others.
+"""
+
+from dataclasses import replace
+from time import perf_counter
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.contacts import contacts_of, row_of
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.models.fem_starts import FrameBefore, Rest
+from palpate.models.fem_statics import Simulation
+from palpate.models.local_surface import SurfaceMap
+from palpate.models.memory import held_mb
+from palpate.models.model import Case, Setting
+
+LAW = "the body's"
+
+_kept: WeakKeyDictionary = WeakKeyDictionary()
+"""Local meshes with what they took [s], by body, and there by radius, depth, reach and order: one serves all."""
+
+
+def settings(case: Case) -> list[Setting]:
+    """List the meshes from small to large; each is stopped early from the frame before, and solved from rest."""
+    grid, finest = case.grid["fem_local"], len(case.body.levels) - 1
+    ends: list[Setting] = [{"start": "frame", "iterations": n} for n in grid["warm_iterations"]]
+    ends += [{"start": "rest", "tolerance": tolerance} for tolerance in grid["tolerances"]]
+    return [mesh | end for mesh in grid["meshes"] if mesh["depth"] <= finest for end in ends]
+
+
+def prepare(case: Case, setting: Setting) -> "LocalFem":
+    """Make the mesh of each prepared contact, and matrix patterns and the preconditioner on it."""
+    return LocalFem(case, setting)
+
+
+class LocalFem:
+    """Finite elements on a mesh for each contact, brought to the fine surface with their own shape functions."""
+
+    def __init__(self, case: Case, setting: Setting):
+        mesh = setting["depth"], setting["reach"], setting["order"]
+        kept = _kept.setdefault(case.body, {})
+        if (case.radius_m, *mesh) not in kept:
+            kept[case.radius_m, *mesh] = _Meshes(case, *mesh)
+        self._meshes = kept[case.radius_m, *mesh]
+        self._meshes.prepare(case)
+        self._stop = setting.get("tolerance", case.tolerance), setting.get("iterations")
+        start = FrameBefore if setting["start"] == "frame" else Rest
+        self._start = start(case, self._meshes, mesh)
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB]."""
+        return held_mb(self)
+
+    def precede(self, contact: int, force: np.ndarray) -> None:
+        """Find the frame before, for a setting that starts from it; not timed."""
+        self._start.precede(contact, force)
+
+    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
+        simulation, up = self._meshes.of(contact)
+        start = self._start.at(contact, force)
+        return up @ simulation.stopped(*self._stop).displacement(contact, force, start)
+
+
+class _Meshes:
+    """The mesh of each contact that was asked for: its simulation, and the map to the fine surface.
+
+    depth : how many of the body's levels are refined; reach : radius of what is refined, over that of the patch;
+    order : of the elements
+    """
+
+    def __init__(self, case: Case, depth: int, reach: float, order: int):
+        begin = perf_counter()
+        # without what models learn from, and without prepared contacts: patches are integrated where they are needed
+        self._case = replace(case, response=None, database=case.meshes)
+        self._depth, self._radius_m, self._order = depth, reach * case.radius_m, order
+        self._refinement, self._surface = LocalRefinement(case.body, depth), SurfaceMap(case.body)
+        self._contacts = contacts_of(case.body)
+        self._made: dict[int, tuple[Simulation, sparse.csr_array]] = {}
+        self._seconds = perf_counter() - begin
+
+    def prepare(self, case: Case) -> None:
+        """Make the meshes of the prepared contacts, or charge what that took for another setting."""
+        missing = [int(c) for c in case.prepared_contacts if int(c) not in self._made]
+        if not missing:
+            case.charge("meshes", self._seconds)
+        begin = perf_counter()
+        for contact in missing:
+            self.of(contact)
+        self._seconds += perf_counter() - begin
+
+    def of(self, contact: int) -> tuple[Simulation, sparse.csr_array]:
+        """Return the simulation on the mesh of ``contact``, and its map; InputError for a bad contact."""
+        if contact not in self._made:
+            row_of(self._contacts, contact)
+            center = self._case.body.fine.nodes[contact]
+            local = self._refinement.around(center, self._radius_m)
+            case = replace(self._case, body=local)
+            simulation = Simulation(case, self._depth, case.tolerance, order=self._order)
+            self._made[contact] = simulation, self._surface.of(local, self._order)
+        return self._made[contact]
+
+    def settled(self, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return displacements (n_nodes, 3) [m] on the mesh of ``contact``, converged to the case's tolerance."""
+        return self.of(contact)[0].settled(contact, force)

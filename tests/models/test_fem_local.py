@@ -1,0 +1,136 @@
+"""Elements that are fine near the contact only: what they answer where they are the body's own, and elsewhere."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.box import box
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.material import Material
+from palpate.bodies.refinement import finer
+from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.errors import InputError
+from palpate.models import fem, fem_local
+from palpate.models.local_surface import SurfaceMap
+
+FAR = 100.0
+
+
+@pytest.fixture(scope="module")
+def pressed(slab_case):
+    """The slab with one more level under a disc, a contact, and a force that moves it by about 10 % of its size."""
+    case, test, _ = slab_case
+    return replace(case, radius_m=0.03), int(test.contact[0]), 1.5 * test.force[0]
+
+
+def ask(pressed, setting):
+    case, contact, force = pressed
+    solver = fem_local.prepare(case, setting)
+    solver.precede(contact, force)
+    return solver.respond(contact, force)
+
+
+def setting(reach, order=1, start="rest", **end):
+    return {"depth": 1, "reach": reach, "order": order, "start": start} | (end or {"tolerance": 1e-9})
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_refined_everywhere_it_answers_as_the_fine_level(pressed, order):
+    case, contact, force = pressed
+    fine = fem.prepare(case, {"level": 1, "start": "rest", "tolerance": 1e-9}, order).respond(contact, force)
+    found = ask(pressed, setting(FAR, order))
+    assert np.abs(found - fine).max() < 1e-7 * np.abs(fine).max()
+
+
+def test_the_more_is_refined_the_softer_it_is(pressed):
+    """Each mesh contains the displacements of the one before, so the work of the same small load can only grow."""
+    case, contact, force = pressed
+    small = 1e-3 * force
+    nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
+    rows = np.searchsorted(case.body.fine.surface, nodes)
+    levels = [fem.prepare(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 1) for level in (0, 1)]
+    local = [fem_local.prepare(case, setting(reach)) for reach in (0.0, 2.0)]
+    answers = [solver.respond(contact, small) for solver in (levels[0], *local, levels[1])]
+    work = [float(shares @ answer[rows] @ small) for answer in answers]
+    assert np.all(np.diff(work) > 1e-3 * work[-1])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_an_early_stop_begins_at_the_frame_before(pressed, order):
+    end = ask(pressed, setting(1.0, order))
+    cold, warm = (ask(pressed, setting(1.0, order, start, iterations=1)) for start in ("rest", "frame"))
+    assert np.linalg.norm(warm - end) < 0.1 * np.linalg.norm(cold - end)
+
+
+def test_settings_share_meshes_and_each_is_charged_for_them(pressed):
+    case, _, force = pressed
+    fresh = replace(case, body=replace(case.body), used={})
+    first = fem_local.prepare(fresh, setting(1.0))
+    again = replace(fresh, used={})
+    second = fem_local.prepare(again, setting(1.0, start="frame", iterations=1))
+    assert first._meshes is second._meshes and again.used["meshes"] > 0.0
+    assert set(first._meshes._made) == set(case.prepared_contacts.tolist())
+    unprepared = np.setdiff1d(first._meshes._contacts, case.prepared_contacts)
+    if len(unprepared):
+        assert np.isfinite(first.respond(int(unprepared[0]), force)).all()
+    with pytest.raises(InputError, match="not a free surface node"):
+        first.respond(int(case.body.anchors[0][0]), force)
+
+
+def test_bodies_with_fewer_levels_leave_meshes_out(pressed):
+    case = pressed[0]
+    meshes = [{"depth": depth, "reach": 1.5, "order": 1} for depth in (1, 2)]
+    grid = {"fem_local": {"meshes": meshes, "warm_iterations": [1], "tolerances": [1e-3]}}
+    assert [s["depth"] for s in fem_local.settings(replace(case, grid=grid))] == [1, 1]
+
+
+@pytest.fixture(scope="module", params=["straight", "moved"])
+def whole(request):
+    """A bar with three levels, once with new nodes moved away from the middles of edges."""
+    coarse = box([0.2, 0.05, 0.05], [4, 1, 1])
+
+    def swell(mesh, first):
+        nodes = mesh.nodes.copy()
+        nodes[first:] += 0.004 * np.sin(300.0 * nodes[first:])
+        return type(mesh)(nodes, mesh.tetrahedra)
+
+    held = np.flatnonzero(coarse.nodes[:, 0] == 0.0)
+    return nest("bar", coarse, 2, held, Material(3000.0, 0.3, 1000.0), swell if request.param == "moved" else None)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.07])
+def test_the_map_to_the_surface_is_linear_on_each_triangle(whole, radius):
+    """Against an interpolation of the straight-sided mesh that knows nothing of levels."""
+    local = LocalRefinement(whole, 2).around(whole.coarse.nodes[whole.coarse.surface[-1]], radius)
+    straight = whole.prolongation @ whole.coarse.nodes
+    places, nodes = straight[local.numbers[-1]], straight[whole.fine.surface]
+    values = np.random.default_rng(0).normal(size=len(places))
+    found = SurfaceMap(whole).of(local, 1) @ values
+    for node, value in list(zip(nodes, found, strict=True))[::7]:
+        inside = []
+        for triangle in local.fine.triangles:
+            a, b, c = places[triangle]
+            weights, *_ = np.linalg.lstsq(
+                np.vstack([np.stack([a, b, c], axis=1), np.ones(3)]), [*node, 1.0], rcond=None
+            )
+            error = np.abs(weights @ places[triangle] - node).max()
+            if weights.min() > -1e-9 and error < 1e-12:
+                inside.append(weights @ values[triangle])
+        assert inside and np.abs(np.array(inside) - value).max() < 1e-9
+
+
+def test_the_map_of_quadratic_elements_follows_a_quadratic_field(whole):
+    """On straight elements it is exact for polynomials of degree 2 of the straight places."""
+    local = LocalRefinement(whole, 2).around(whole.coarse.nodes[whole.coarse.surface[-1]], 0.03)
+    straight = whole.prolongation @ whole.coarse.nodes
+    corners = straight[local.numbers[-1]]
+    unknowns = finer(local).prolongations[-1] @ corners
+
+    def field(x):
+        return x[:, 0] ** 2 + x[:, 1] * x[:, 2] - 3.0 * x[:, 2] + 1.0
+
+    assert SurfaceMap(whole).of(local, 2) @ field(unknowns) == pytest.approx(
+        field(straight[whole.fine.surface]), abs=1e-13
+    )

@@ -1,8 +1,8 @@
 # Paper 3, chapter 4: bounding structures on deforming scenes, beside python-fcl and coal where they are installed.
 
-TARGETS["collision"] = tabulated("collision", "collision_scaling", "collision_claims") + figures(
-    "collision", "collision", "collision_scaling"
-)
+TARGETS["collision"] = tabulated(
+    "collision", "collision_scaling", "collision_precision", "collision_apart"
+) + figures("collision", "collision", "collision_scaling", "collision_precision", "collision_apart")
 
 
 rule measure_collision:
@@ -37,16 +37,21 @@ rule measure_collision_scaling:
         "../scripts/measure_collision_scaling.py"
 
 
-rule check_collision_claims:
-    input:
-        "results/tables/collision.csv",
+rule measure_collision_precision:
     output:
-        "results/tables/collision_claims.csv",
+        precision="results/tables/collision_precision.csv",
+        apart="results/tables/collision_apart.csv",
     log:
-        "results/logs/check_collision_claims.log",
+        "results/logs/measure_collision_precision.log",
+    threads: HALF
     params:
-        code=code_of("check_collision_claims"),
+        stopped=config["collision"]["stopped"],
+        apart=config["collision"]["apart"],
+        depths=config["collision"]["depths"],
+        refinements=config["collision"]["refinements"],
+        seed=config["seed"],
+        code=code_of("measure_collision_precision"),
     message:
-        "check what paper 3 says of its composite tree"
+        "stop bounding trees early, and search them between bodies that are apart"
     script:
-        "../scripts/check_collision_claims.py"
+        "../scripts/measure_collision_precision.py"

@@ -1,4 +1,4 @@
-"""Tables of contact: position, direction, gap and force."""
+"""Tables of contact: position, direction, gap, relative velocity and force."""
 
 import numpy as np
 import pandas as pd
@@ -8,11 +8,15 @@ from palpate.collision.contact.obstacles import Obstacle
 from palpate.collision.contact.proximity import NearStencils
 
 
-def contact_table(near: NearStencils, points: np.ndarray, names: list[str], radii: np.ndarray) -> pd.DataFrame:
+def contact_table(
+    near: NearStencils, points: np.ndarray, velocities: np.ndarray, names: list[str], radii: np.ndarray
+) -> pd.DataFrame:
     """Tabulate each pair in contact at ``points`` (n, 3) [m], of surfaces with ``radii`` (p,) [m] around them.
 
+    velocities : (n, 3) [m/s] of the points
     first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
-    normal_x … : from the second to the first; gap_m : their clearance, never negative; force_n : along the normal
+    normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
+    velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
     """
     active = lagged_friction(*near.barrier, points, 1.0, 1.0, points)
     sides, normals = near.pieces[active.rows], active.normals
@@ -20,11 +24,14 @@ def contact_table(near: NearStencils, points: np.ndarray, names: list[str], radi
     others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
     distance = np.linalg.norm(ends - others, axis=1)
     middle = 0.5 * (ends + others) + 0.5 * (radii[sides[:, 1]] - radii[sides[:, 0]])[:, None] * normals
-    normals = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None] * normals
+    order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
+    normals = order * normals
+    moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
     sides = np.sort(sides, axis=1).T
     columns = {side: [names[i] for i in pieces] for side, pieces in zip(("first", "second"), sides, strict=True)}
     columns |= {f"{letter}_m": middle[:, axis] for axis, letter in enumerate("xyz")}
     columns |= {f"normal_{letter}": normals[:, axis] for axis, letter in enumerate("xyz")}
+    columns |= {f"velocity_{letter}_m_s": moving[:, axis] for axis, letter in enumerate("xyz")}
     return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 
 

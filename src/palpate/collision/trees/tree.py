@@ -66,7 +66,7 @@ class Tree:
             raise InputError(f"triangles of a tree name nodes that do not exist; there are {len(points)} points.")
         boxes, centres = np.empty((len(self.triangles), 6)), np.empty((len(self.triangles), 3))
         triangle_boxes(points, self.triangles, boxes, centres)
-        self.nodes, self.order, self.height = build(boxes, centres, LEAF, self.split == "sah")
+        self.nodes, self.order, self.height = self._divide(boxes, centres)
         self._leaf_triangles = self.triangles[self.order]
         self._allocate()
         self._gather(points, _NO_POINTS)
@@ -106,6 +106,10 @@ class Tree:
     def needs_rebuild(self) -> bool:
         """True where the quality has fallen below REBUILD_QUALITY: rebuild before the next search."""
         return self.quality < REBUILD_QUALITY
+
+    def _divide(self, boxes: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+        """Split triangles with these boxes (m, 6) and centres (m, 3) into nodes, whose kind is still their level."""
+        return build(boxes, centres, LEAF, self.split == "sah")
 
     def _allocate(self) -> None:
         n, levels = len(self.nodes), self.nodes[:, KIND].copy()

@@ -53,8 +53,22 @@ def _search(tree_a: Tree, tree_b: Tree, same: bool) -> tuple[np.ndarray, int]:
     if not len(tree_a.triangles) or not len(tree_b.triangles):
         return np.empty((0, 2), np.int64), 0
     check_comparable(tree_a, tree_b)
-    one = (tree_a.nodes, tree_a.order, tree_a.spheres, tree_a.boxes)
-    other = (tree_b.nodes, tree_b.order, tree_b.spheres, tree_b.boxes)
+    return search_nodes(tree_a, tree_b, same, (tree_a.nodes, tree_a.order), (tree_b.nodes, tree_b.order))
+
+
+def search_nodes(
+    tree_a: Tree,
+    tree_b: Tree,
+    same: bool,
+    within: tuple[np.ndarray, np.ndarray],
+    others: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, int]:
+    """Find pairs (k, 2), unsorted, of what the overlapping leaves of two trees hold, and count the tests of nodes.
+
+    within, others : nodes and order of each tree, or others of the same shape; same : whether both trees are one
+    """
+    one = (*within, tree_a.spheres, tree_a.boxes)
+    other = (*others, tree_b.spheres, tree_b.boxes)
     stack = np.empty((4 * (tree_a.height + tree_b.height) + 8, 2), np.int32)
     pairs = np.empty((2 * (len(tree_a.triangles) + len(tree_b.triangles)) + 1024, 2), np.int64)
     found, tests = _find(*one, *other, tree_a.triangles, same, stack, pairs)

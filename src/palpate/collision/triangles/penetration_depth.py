@@ -23,14 +23,22 @@ def triangle_pairs_depth(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.n
     depth is 0, in a direction perpendicular to both. Trap: the depth jumps where an edge is perpendicular to the other
     triangle at one of its edges; it is the larger one there. Raises InputError as ``triangle_pairs_intersect`` does.
     """
+    return triangle_pairs_contact(a, b)[:2]
+
+
+def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute what ``triangle_pairs_depth`` does, and the places (n, 2, 3) [m] on a and on b of the closest points.
+
+    Of triangles that intersect both are one point, as in ``triangle_pairs_distance``.
+    """
     a, b = check_pairs(a, b)
-    signed, direction = np.empty(len(a)), np.empty((len(a), 3))
-    _measure(a, b, signed, direction)
-    return signed, direction
+    signed, direction, places = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 2, 3))
+    _measure(a, b, signed, direction, places)
+    return signed, direction, places
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _measure(a, b, signed, direction):
+def _measure(a, b, signed, direction, places):
     points, scaled, sums, weights, found = (
         np.empty((6, 3)),
         np.empty((6, 3)),
@@ -51,6 +59,9 @@ def _measure(a, b, signed, direction):
             translation = _least_translation(scaled, polygons, direction[n])
             distance = -translation if intersecting else 0.0
         signed[n] = math.ldexp(distance, exponent)
+        for side in range(2):
+            for axis in range(3):
+                places[n, side, axis] = math.ldexp(found[side, axis], exponent)
 
 
 @numba.njit(cache=True, error_model="numpy")

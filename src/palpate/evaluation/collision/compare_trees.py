@@ -21,15 +21,22 @@ BUILDS = 3
 
 
 class RefittedTrees:
-    """Trees of palpate: built once, then refitted, and rebuilt when a tree reports that its quality has fallen."""
+    """Trees of palpate: built once, then refitted, and rebuilt when a tree reports that its quality has fallen.
+
+    layer : the one at which the trees are stopped; None for whole trees
+    """
 
     refits = True
 
-    def __init__(self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list):
+    def __init__(
+        self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list, layer: int | None = None
+    ):
+        from palpate.collision.trees.stopped_tree import StoppedTree
         from palpate.collision.trees.tree import Tree
 
         more: dict[str, Any] = {"depths": depths} if depths else {}
-        self.trees = [Tree(at, cells, structure=structure, **more) for at, cells in zip(points, triangles, strict=True)]
+        make = Tree if layer is None else partial(StoppedTree, layer=layer)
+        self.trees = [make(at, cells, structure=structure, **more) for at, cells in zip(points, triangles, strict=True)]
         self.rebuilds = 0
 
     def update(self, points: list[np.ndarray]) -> None:

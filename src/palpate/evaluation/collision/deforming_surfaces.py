@@ -1,6 +1,7 @@
 """Deforming scenes in closed form for the comparison of bounding structures, without any simulation."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,7 @@ def scenes(refinements: int, seed: int) -> list[Moving]:
     ]
 
 
+@cache
 def liver_surface(refinements: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the points (n, 3) [m] and triangles (276 · 4^refinements, 3) of the liver's surface."""
     body = nest("liver", liver(LENGTH_M), refinements, np.array([0]), Material(3000.0, 0.3, 1000.0))
@@ -82,6 +84,7 @@ def instrument_press(refinements: int) -> Moving:
     return Moving("instrument_press", [sides, triangles], at)
 
 
+@cache
 def _capsule(count: int, radius_m: float, length_m: float) -> tuple[np.ndarray, np.ndarray]:
     """Make an upright capsule of about 2 ``count`` triangles with its lowest point at the origin."""
     sphere = fibonacci_sphere(count)

@@ -11,18 +11,20 @@ from palpate.figures import tables
 from palpate.figures.collision.collision_looks import look, ranked
 from palpate.figures.number_format import seconds
 from palpate.report.material import Report, Section
-from palpate.report.paper_claims import Claim, tabulated
+from palpate.report.paper_claims import counted, found, said
+from palpate.report.parts.collision_numbers import precision_numbers
 from palpate.report.words import spaced
 
-__all__ = ["TABLES", "TITLE", "claims", "failures", "numbers", "sections"]
+__all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
 
 TITLE = "Paper 3: collision"
 
 
 def numbers(report: Report) -> dict[str, str]:
     """Return every placeholder of these captions, as text."""
-    collision, scaling, judged = (report.tables[f"collision{end}"] for end in ("", "_scaling", "_claims"))
+    collision, scaling = (report.tables[f"collision{end}"] for end in ("", "_scaling"))
     collision, scaling = ranked(collision), ranked(scaling)
+    stopped, apart = (report.tables[f"collision_{name}"] for name in ("precision", "apart"))
     own = collision[~collision["rival"].astype(bool)]
     return {
         "headline": _headline(collision),
@@ -34,8 +36,9 @@ def numbers(report: Report) -> dict[str, str]:
         ),
         "collision_wrong": _wrong(collision[collision["rival"].astype(bool)]),
         "collision_exponents": _exponents(scaling),
-        "collision_verdicts": _verdicts(judged),
+        "collision_verdicts": _verdicts(found(report, "collision")),
         "collision_plain": _plain(own),
+        **precision_numbers(ranked(stopped), ranked(apart)),
     }
 
 
@@ -80,14 +83,15 @@ def _exponents(scaling: pd.DataFrame) -> str:
 
 
 def _verdicts(judged: pd.DataFrame) -> str:
-    """Return how many comparisons of each claim hold, and how many are ties."""
-    kinds = judged["claim"].str.split(" (", regex=False).str[0]
-    said = []
-    for kind, verdicts in judged["verdict"].groupby(kinds, sort=False):
-        ties = int((verdicts == "tied").sum())
-        held = f"{kind} confirmed in {(verdicts == 'confirmed').sum()} of {len(verdicts)} rows"
-        said.append(f"{held} ({ties} are ties within 5 %)" if ties else held)
-    return ", ".join(said)
+    """Return how many tests of each claim on composite trees hold."""
+    kinds = {"query": "query time", "false pairs": "false pairs"}
+    rows = {
+        word: judged[judged["claim"].str.startswith(f"the composite tree's {kind}")] for kind, word in kinds.items()
+    }
+    return (
+        "; ".join(f"{word} {said(counted(tests['verdict']))}" for word, tests in rows.items() if len(tests))
+        or "none judged"
+    )
 
 
 def _plain(own: pd.DataFrame) -> str:
@@ -120,13 +124,6 @@ def _headline(collision: pd.DataFrame) -> str:
     return sentence + (f" ({'; '.join(others)})." if others else ".")
 
 
-def claims(report: Report) -> Iterator[Claim]:
-    """Yield the claims over all scenes; where there are none, those of each scene."""
-    judged = report.tables["collision_claims"]
-    over = judged[judged["claim"].str.endswith("all scenes)")]
-    return tabulated("paper 3, chapter 4", over if len(over) else judged)
-
-
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:
     """Yield the structures that missed crossing pairs or reported wrong ones: what, where, how."""
     table = report.tables["collision"]
@@ -137,9 +134,13 @@ def failures(report: Report) -> Iterator[tuple[str, str, str]]:
 
 def sections(report: Report) -> list[Section]:
     """Return a figure and its table each."""
-    compared = report.figure("collision") + report.folded("collision", "collision_claims")
+    compared = report.figure("collision") + report.folded("collision")
+    stopped = report.figure("collision_precision") + report.folded("collision_precision")
+    apart = report.figure("collision_apart") + report.folded("collision_apart")
     grown = report.figure("collision_scaling") + report.folded("collision_scaling")
     return [
         ("collision_section", "Bounding structures", compared),
+        ("collision_precision_section", "Precision for time", stopped),
+        ("collision_apart_section", "Bodies that are apart", apart),
         ("collision_scaling_section", "Up to a million triangles", grown),
     ]

@@ -1,0 +1,147 @@
+"""Contacts of two bodies: place, direction, depth and relative velocity, from triangles or from bounding volumes."""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from palpate.collision.trees.build_tree import FIRST, LAST
+from palpate.collision.trees.stopped_tree import StoppedTree, volume_pairs
+from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import Counts, crossing_pairs
+from palpate.collision.trees.volume_contacts import overlaps
+from palpate.collision.triangles.penetration_depth import triangle_pairs_contact
+from palpate.collision.triangles.triangle_checks import coordinates
+from palpate.errors import InputError
+
+FLAT = 1e-12
+"""Squared sine of the angle between two edges of a triangle, up to which it counts as a segment."""
+
+
+class ContactPoints(NamedTuple):
+    """Contacts of a body a with a body b.
+
+    pairs : (k, 2) triangles, or leaves of trees; places : (k, 3) [m]; directions : (k, 3) unit vectors in which a has
+    to move to separate; depths : (k,) [m] how far; velocities : (k, 3) [m/s] of a relative to b at the place; so
+    velocities along directions are negative where bodies approach
+    tests : the cost of the search
+    """
+
+    pairs: np.ndarray
+    places: np.ndarray
+    directions: np.ndarray
+    depths: np.ndarray
+    velocities: np.ndarray
+    tests: Counts
+
+
+def triangle_contacts(
+    tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, velocity_b: np.ndarray, outward: bool = False
+) -> ContactPoints:
+    """Find the contacts of two bodies, one for each pair of triangles that cross (paper 3, chapter 4).
+
+    velocity_a, velocity_b : (n, 3) [m/s] of the points of each tree, interpolated to the place in each triangle
+    outward : whether triangles face out of closed bodies
+    The place is the middle of the segment that two triangles have in common; direction and depth are those of
+    ``triangle_pairs_depth``, with ``outward`` those of ``ways_out``. Trap: a depth is that of two triangles, so it is
+    never larger than these, however far bodies are in each other.
+    Raises InputError as ``crossing_pairs`` does, and for velocities of another shape.
+    """
+    of_a, of_b = _checked(tree_a, velocity_a), _checked(tree_b, velocity_b)
+    pairs, counts = crossing_pairs(tree_a, tree_b)
+    one, other = tree_a.triangles[pairs[:, 0]], tree_b.triangles[pairs[:, 1]]
+    signed, directions, places = triangle_pairs_contact(tree_a.points[one], tree_b.points[other])
+    moving = _interpolated(tree_a.points[one], of_a[one], places[:, 0])
+    moving -= _interpolated(tree_b.points[other], of_b[other], places[:, 1])
+    if outward:
+        ways_out(tree_a.points[one], tree_b.points[other], directions, signed)
+    return ContactPoints(pairs, places.mean(axis=1), directions, -signed, moving, counts)
+
+
+def stopped_contacts(
+    tree_a: StoppedTree, tree_b: StoppedTree, velocity_a: np.ndarray, velocity_b: np.ndarray
+) -> ContactPoints:
+    """Take each pair of leaves that overlap for a contact, without any test of triangles.
+
+    velocity_a, velocity_b : (n, 3) [m/s] of the points of each tree, averaged over the triangles of a leaf
+    Direction and depth are those of ``volume_contacts.overlaps``. No contact of triangles is missed, and none is
+    certain: bodies may be as far apart as volumes are larger than what they hold. Raises InputError as
+    ``volume_pairs`` does, for volumes other than spheres and AABBs, and for velocities of another shape.
+    """
+    of_a, of_b = _checked(tree_a, velocity_a), _checked(tree_b, velocity_b)
+    pairs, tests = volume_pairs(tree_a, tree_b)
+    places, directions, depths = overlaps(tree_a, tree_b, pairs)
+    moving = _averaged(tree_a, of_a, pairs[:, 0]) - _averaged(tree_b, of_b, pairs[:, 1])
+    return ContactPoints(pairs, places, directions, depths, moving, Counts(tests, 0))
+
+
+def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.ndarray) -> None:
+    """Replace directions (k, 3) and signed distances (k,) [m] of crossing triangles that face out of closed bodies.
+
+    a, b : (k, 3, 3) [m]
+    The direction is the normal of b, or against that of a, whichever takes less: until a's corners are above b's plane,
+    or b's above a's. The least translation in any direction, in contrast, may lead deeper into a body. Degenerate
+    triangles have no side: where both are, nothing is replaced.
+    """
+    best = np.full(len(a), np.inf)
+    for one, other, sign in ((a, b, 1.0), (b, a, -1.0)):
+        normals = np.cross(other[:, 1] - other[:, 0], other[:, 2] - other[:, 0])
+        lengths = np.linalg.norm(normals, axis=1)
+        normals /= np.where(lengths > 0.0, lengths, 1.0)[:, None]
+        below = np.einsum("ki,kci->kc", normals, other[:, :1] - one).max(axis=1)
+        less = (lengths > 0.0) & (below < best)
+        best[less], directions[less], signed[less] = below[less], sign * normals[less], -below[less]
+
+
+def _checked(tree: Tree, velocity: np.ndarray) -> np.ndarray:
+    given = coordinates(velocity, (None, 3), "velocities of a tree's points")
+    if len(given) != len(tree.points) or not np.isfinite(given).all():
+        raise InputError(f"velocities of a tree's points must be finite, one for each of {len(tree.points)} points.")
+    return given
+
+
+@numba.njit(cache=True)
+def _interpolated(corners, values, places):
+    """Interpolate values (k, 3, 3) at the corners (k, 3, 3) of triangles linearly to places (k, 3) in them.
+
+    Of a degenerate triangle the edge with the first corner that is longer counts, of a point its first corner.
+    """
+    found = np.empty((len(corners), 3))
+    for k in range(len(corners)):
+        uu = uv = vv = ud = vd = 0.0
+        for axis in range(3):
+            start = corners[k, 0, axis]
+            u, v, d = corners[k, 1, axis] - start, corners[k, 2, axis] - start, places[k, axis] - start
+            uu, uv, vv, ud, vd = uu + u * u, uv + u * v, vv + v * v, ud + u * d, vd + v * d
+        first = second = 0.0
+        area = uu * vv - uv * uv
+        if area > FLAT * uu * vv:
+            first, second = (ud * vv - vd * uv) / area, (vd * uu - ud * uv) / area
+        elif uu >= vv and uu > 0.0:
+            first = ud / uu
+        elif vv > 0.0:
+            second = vd / vv
+        for axis in range(3):
+            found[k, axis] = (1.0 - first - second) * values[k, 0, axis]
+            found[k, axis] += first * values[k, 1, axis] + second * values[k, 2, axis]
+    return found
+
+
+def _averaged(tree: Tree, velocity: np.ndarray, leaves: np.ndarray) -> np.ndarray:
+    """Average velocities (n, 3) over the corners of the triangles in each of ``leaves`` (k,)."""
+    asked, places = np.unique(leaves, return_inverse=True)
+    return _leaf_means(tree.nodes, tree.order, tree.triangles, velocity, asked)[places]
+
+
+@numba.njit(cache=True)
+def _leaf_means(nodes, order, triangles, velocity, leaves):
+    found = np.zeros((len(leaves), 3))
+    for k in range(len(leaves)):
+        first, last = nodes[leaves[k], FIRST], nodes[leaves[k], LAST]
+        for t in range(first, last):
+            for corner in range(3):
+                for axis in range(3):
+                    found[k, axis] += velocity[triangles[order[t], corner], axis]
+        for axis in range(3):
+            found[k, axis] /= 3.0 * (last - first)
+    return found

@@ -1,5 +1,6 @@
 """Run a scene: the loop over steps, its records, and the cost of each effect."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -17,6 +18,9 @@ from palpate.scenes.initial_states import initial_positions
 from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
+
+SHARE_OF_LIMIT = 0.9
+"""Length of a substep that is chosen, in longest stable ones at rest: a stretched body may need shorter ones."""
 
 
 class Integrator(Protocol):
@@ -57,32 +61,34 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     """
     system = compose(scene, particles, without)
     integrator = _integrator(scene, system)
-    _check_step(scene, integrator.limit_s)
-    record = _Record(scene, system, initial_positions(particles, system.free, scene.start, scene.seed))
+    parts = _parts(scene, integrator.limit_s)
+    record = _Record(scene, system, _start(scene, system))
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
-    loop(system, integrator, scene, record, progress)
+    loop(system, integrator, scene, record, progress, parts)
     seen = {id(particles), *map(id, vars(particles).values())}
     kilobytes = {name: _memory(effect, seen) / 1024 for name, effect in system.effects.items()}
     seconds = sum(record.seconds), float(np.percentile(record.seconds, 95))
     return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes)
 
 
-def loop(system: System, integrator: Integrator, scene: Scene, record: "_Record", progress: Callable) -> None:
-    """Step from ``record.x`` to the end of the scene."""
-    x, v, h = record.x, np.zeros_like(record.x), scene.step_s
+def loop(
+    system: System, integrator: Integrator, scene: Scene, record: "_Record", progress: Callable, parts: int = 1
+) -> None:
+    """Step from ``record.x`` to the end of the scene, each step in so many equal ``parts``."""
+    x, v, h = record.x, np.zeros_like(record.x), scene.step_s / parts
     for step in progress(range(scene.steps)):
         start = perf_counter()
-        system.at((step + 1) * h)
-        try:
-            moved, v = integrator.step(x, v, h)
-        except NotConverged as failure:
-            raise NotConverged(f"{scene.place}, at {step * h:.4g} s: {failure}", failure.history) from failure
-        except InputError as error:  # contact checks the positions of bodies when the first step begins
-            raise InputError(f"{scene.place}: {error}") from error
-        system.relax(moved, h)
+        for part in range(step * parts, (step + 1) * parts):
+            system.at((part + 1) * h)
+            try:
+                x, v = integrator.step(x, v, h)
+            except NotConverged as failure:
+                raise NotConverged(f"{scene.place}, at {part * h:.4g} s: {failure}", failure.history) from failure
+            except InputError as error:  # contact checks the positions of bodies when the first step begins
+                raise InputError(f"{scene.place}: {error}") from error
+            system.relax(x, h)
         record.seconds.append(perf_counter() - start)
-        record.after(step + 1, moved, v)
-        x = moved
+        record.after(step + 1, x, v)
 
 
 class _Record:
@@ -179,12 +185,29 @@ def _integrator(scene: Scene, system: System) -> Integrator:
         raise InputError(f"{scene.place}.integrator is {scene.integrator}: {error}") from error
 
 
-def _check_step(scene: Scene, limit_s: float) -> None:
-    if scene.step_s > limit_s and not scene.allow_unstable:
+def _start(scene: Scene, system: System) -> np.ndarray:
+    """Return the positions (n, 3) [m] from which the first step begins."""
+    x = initial_positions(system.particles, system.free, scene.start, scene.seed)
+    for _, effect in system.offering(hooks.Placement):
+        try:
+            x = effect.place(x)
+        except InputError as error:
+            raise InputError(f"{scene.place}: {error}") from error
+    return x
+
+
+def _parts(scene: Scene, limit_s: float) -> int:
+    """Return in how many parts each step is taken; InputError if these are longer than ``limit_s`` [s]."""
+    if not isinstance(scene.substeps, int):  # "auto"
+        return max(1, math.ceil(scene.step_s / (SHARE_OF_LIMIT * limit_s)))
+    if scene.step_s / scene.substeps > limit_s and not scene.allow_unstable:
+        parts = "" if scene.substeps == 1 else f" in {scene.substeps} substeps"
         raise InputError(
-            f"{scene.place}.step_s is {scene.step_s:g} s, and {scene.integrator} is stable up to {limit_s:.3g} s only; "
-            "take a shorter step, choose backward_euler, or set allow_unstable: true to see it fail."
+            f"{scene.place}.step_s is {scene.step_s:g} s{parts}, and {scene.integrator} is stable up to "
+            f"{limit_s:.3g} s only; say substeps: auto, take a shorter step, choose backward_euler, or set "
+            "allow_unstable: true to see it fail."
         )
+    return scene.substeps
 
 
 def _memory(value: Any, seen: set[int]) -> int:

@@ -11,6 +11,7 @@ class Scene:
 
     others : further bodies, each with its ``body`` and the ``shift_m`` (3,) [m] to its place
     effects : their names, or "auto"
+    substeps : the number of equal parts in which each step is taken; "auto" for as many as the integrator needs
     settings : name of an effect → its block; own : name of the user's own effect → its file
     """
 
@@ -26,6 +27,7 @@ class Scene:
     frames: int = 60
     tolerance: float = 1e-8
     allow_unstable: bool = False
+    substeps: int | str = 1
     seed: int = 1
     others: list[dict] = field(default_factory=list)
     settings: dict[str, dict] = field(default_factory=dict)

@@ -117,6 +117,27 @@ def test_one_contact_in_closed_form(cube):
     assert force_of(contact, x)[lowest] == pytest.approx([0.0, 0.0, expected], abs=1e-9)
 
 
+def test_contacts_carry_the_relative_velocity_of_the_step(cube):
+    """A cube that turns and moves under a ball that moves: the first's velocity at the contact less the other's."""
+    body, h = cube(2), 1e-3
+    ball = BALL | {"center_m": [0.07, 0.06, 0.126], "times_s": [0.0, 1.0], "shifts_m": [[0, 0, 0], [0.3, 0, 0]]}
+    contact = make(body, {"instruments": [ball], "gap_m": 0.008}, None)
+    columns = [f"velocity_{axis}_m_s" for axis in "xyz"]
+    still = contact.contacts(body.nodes)
+    assert len(still) and not still[columns].to_numpy().any()
+
+    def moving(places):
+        return np.cross([1.0, 2.0, -3.0], places) + np.array([0.2, -0.1, 0.4])
+
+    contact.at(h)
+    contact.begin(body.nodes - h * moving(body.nodes), h)
+    table = contact.contacts(body.nodes)
+    (face,) = table[(table.gap_m - 0.006).abs() < 1e-9].to_dict("records")
+    assert (face["first"], face["second"]) == ("cube", "ball")
+    expected = moving([0.07 + 0.3 * h, 0.06, 0.1]) - [0.3, 0.0, 0.0]
+    assert [face[column] for column in columns] == pytest.approx(expected, abs=1e-9)
+
+
 def test_a_ball_beside_a_face_in_closed_form(cube):
     body = cube(2)
     ball = BALL | {"center_m": [0.07, 0.06, 0.126], "radius_m": 0.02}

@@ -6,15 +6,16 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.particles import Particles
-from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.collision.contact import barrier
 from palpate.collision.contact.contact_report import contact_table, observe_obstacles
 from palpate.collision.contact.friction import LaggedFriction, lagged_friction
-from palpate.collision.contact.initial_clearance import check_apart
+from palpate.collision.contact.initial_clearance import Overlap, describe, first_overlap
 from palpate.collision.contact.mass_projection import project
 from palpate.collision.contact.moving_obstacles import displace_nodes
 from palpate.collision.contact.obstacles import Obstacle, make_obstacle
+from palpate.collision.contact.pieces import nodes_of_pieces, pieces_of, sizes_of
 from palpate.collision.contact.proximity import NearStencils, Proximity
+from palpate.collision.contact.push_apart import Movable, start_outside
 from palpate.effects.effect import (
     Contacts,
     Driven,
@@ -22,6 +23,7 @@ from palpate.effects.effect import (
     Energy,
     HeldNodes,
     Observation,
+    Placement,
     Projection,
     Relaxation,
     StepBegin,
@@ -45,7 +47,8 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
     """Make the contact of the particles' pieces with each other and with the entries of ``settings["instruments"]``.
 
     settings : also ``gap_m`` [m], ``friction`` (Coulomb's coefficient), ``slip_m_s`` [m/s], the speed at which friction
-        reaches its limit, ``self_contact`` (whether a piece can touch itself); all are optional
+        reaches its limit, ``self_contact`` (whether a piece can touch itself), ``push_out`` (whether what overlaps at
+        the start is moved apart, instead of refused); all are optional
 
     Raises InputError for what ``make_obstacle`` refuses, and for a gap that does not suit the smallest piece.
     """
@@ -53,7 +56,7 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
     for number, entry in enumerate(settings.get("instruments", [])):
         place = f"{particles.name}: contact.instruments[{number}]"
         obstacles.append(make_obstacle(entry, place, f"{entry['kind']}_{number}", particles.size, middle))
-    size, gap = min(_sizes(particles, pieces_of(particles))), settings.get("gap_m")
+    size, gap = min(sizes_of(particles, pieces_of(particles))), settings.get("gap_m")
     least, largest = (fraction * size for fraction in GAPS)
     if gap is not None and not least <= gap <= largest:
         raise InputError(
@@ -64,7 +67,18 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
 
 
 class Contact(
-    Energy, Time, HeldNodes, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation, Observation, Contacts
+    Energy,
+    Time,
+    HeldNodes,
+    Placement,
+    StepBegin,
+    Driven,
+    StepLimit,
+    Touching,
+    Projection,
+    Relaxation,
+    Observation,
+    Contacts,
 ):
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
@@ -84,11 +98,12 @@ class Contact(
     def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
         self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
-        sizes = _sizes(particles, bodies)
+        sizes = sizes_of(particles, bodies)
         self.gap_m = settings.get("gap_m") or GAP * min(sizes)
         self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
         self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
         self._time, self._checked, self.work_j = 0.0, False, 0.0
+        self._together = nodes_of_pieces(particles) if settings.get("push_out", False) else []
         self._lagged: LaggedFriction | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
@@ -104,6 +119,7 @@ class Contact(
         strengths = np.zeros(len(self._points))
         strengths[: self._n] = particles.nodal_young_pa() * particles.areas
         self._radii = np.array([0.0] * len(bodies) + [o.radius_m for o in obstacles])
+        self._began, self._lasts = self._points.copy(), np.inf
         self._proximity = Proximity(self._points, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
         for o, where in zip(obstacles, self._ranges, strict=True):
             self._proximity.movable[where] = len(o.times_s) > 0
@@ -113,6 +129,17 @@ class Contact(
         """Record the nodes (k,) that are fixed."""
         self._free[fixed] = False
         self._proximity.movable[fixed] = False
+
+    def place(self, x: np.ndarray) -> np.ndarray:
+        """Return where the nodes begin (n, 3) [m]: pushed out of what they overlap at ``x`` if the scene asks for it.
+
+        Raises InputError if no such place is found.
+        """
+        if not self._together:
+            return x
+        kinds = (self._together, self._ranges, self._surfaces, self._radii, self._is_floor)
+        movable = Movable(*kinds, self._masses, self._free, self.gap_m)
+        return start_outside(self._all_points(x).copy(), movable, self._overlap, self._proximity, self.names)
 
     def at(self, t: float) -> None:
         """Set the time ``t`` [s] at which the step ends."""
@@ -125,9 +152,11 @@ class Contact(
         held nodes, or bodies are caught between two obstacles.
         """
         self._move_obstacles(self._time - h)
-        start = self._all_points(x).copy()
+        start = self._began = self._all_points(x).copy()
+        self._lasts = h
         if not self._checked:
-            check_apart(start, self._surfaces, self.names, self._can_touch, self._is_floor, self._near(start))
+            if found := self._overlap(start):
+                raise InputError(describe(found, self.names))
             self._checked = True
         if self._friction:
             near = self._proximity.find_near(start, 0.0)
@@ -231,9 +260,13 @@ class Contact(
         return observe_obstacles(self.obstacles, [self._points[r] for r in self._ranges], self._reactions)
 
     def contacts(self, x: np.ndarray) -> pd.DataFrame:
-        """Tabulate the contacts at ``x`` (n, 3) [m], as in ``contact_table``."""
+        """Tabulate the contacts at ``x`` (n, 3) [m], as in ``contact_table``, with the mean velocities of the step."""
         points = self._all_points(x)
-        return contact_table(self._near(points), points, self.names, self._radii)
+        velocities = (points - self._began) / self._lasts
+        return contact_table(self._near(points), points, velocities, self.names, self._radii)
+
+    def _overlap(self, points: np.ndarray) -> Overlap | None:
+        return first_overlap(points, self._surfaces, self._can_touch, self._is_floor, self._near(points))
 
     def _near(self, points: np.ndarray) -> NearStencils:
         return self._proximity.find_near(points, 0.0)
@@ -245,18 +278,3 @@ class Contact(
     def _all_points(self, x: np.ndarray) -> np.ndarray:
         self._points[: self._n] = x
         return self._points
-
-
-def pieces_of(particles: Particles) -> list[np.ndarray]:
-    """List the triangles (m, 3) of each connected piece of the particles, in the order of their first triangles.
-
-    The surfaces around a body and around its cavities belong to one piece, as its tetrahedra connect them.
-    """
-    cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
-    labels = label_shells(cells, len(particles.nodes))[: len(particles.triangles)]
-    return [particles.triangles[labels == label] for label in dict.fromkeys(labels.tolist())]
-
-
-def _sizes(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
-    """Compute the longest side of each piece's box [m], whatever the distance between pieces."""
-    return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]

@@ -10,15 +10,19 @@ from palpate.evaluation.hard_cases import (
     enrichment_cases,
     fem_cases,
     law_cases,
+    organ_cases,
+    overlap_cases,
     start_cases,
+    tissue_cases,
 )
 from palpate.evaluation.hard_cases.hard_case import Case, judge
 
 FAMILIES = {
     "enrichment": [enrichment_cases.cases],
-    "fem": [fem_cases.cases, start_cases.cases, law_cases.cases],
-    "dynamics": [dynamics_cases.cases],
-    "contact": [contact_cases.cases],
+    "fem": [fem_cases.cases, start_cases.cases, law_cases.cases, tissue_cases.still],
+    "dynamics": [dynamics_cases.cases, tissue_cases.moving],
+    "contact": [overlap_cases.cases, contact_cases.cases],
+    "organ": [organ_cases.cases],
 }
 
 

@@ -1,4 +1,4 @@
-"""A hard case, and the judgement of a model's outcome in it."""
+"""A hard case, and the judgement of a model's outcome in it and of the bound that it was judged by."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -11,7 +11,49 @@ import numpy as np
 from palpate.errors import InputError, NotConverged
 
 OUTCOMES = ("stable", "refused", "not_converged", "wrong", "nan")
-"""All outcomes: ``wrong`` and ``nan`` are never acceptable, ``refused`` and ``not_converged`` only where declared."""
+"""All outcomes: ``nan`` is never acceptable, ``refused`` and ``not_converged`` only where declared.
+
+``wrong`` may be declared for a model whose fault is known, as that of elements that lock; it counts as wrong.
+"""
+WRONG = ("frozen", "zero", "tenth")
+"""Wrong answers that the bound of a case must fail, as in ``Answer``."""
+MOST = 1e9
+"""Number at which the error of a wrong answer is cut, and that of one that cannot be measured at all."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The answer of a model in a case, and the measure of its error, which can be taken of any other answer, too.
+
+    found : the answer, an array of any shape; frozen : that of a solver which returns what it was given; zero : that of
+        no displacement, by default the same; both of a shape that fits ``found``
+    error : computes the number that the case bounds
+    origin : from which a tenth more and a tenth less are reckoned, by default ``frozen``
+    """
+
+    found: np.ndarray
+    frozen: np.ndarray
+    error: Callable[[np.ndarray], float]
+    zero: np.ndarray | None = None
+    origin: np.ndarray | None = None
+
+    def wrong(self) -> dict[str, float]:
+        """Return the errors of the answers WRONG: of a tenth too much and a tenth too little, the smaller error."""
+        origin = self.frozen if self.origin is None else self.origin
+        tenth = 0.1 * (self.found - origin)
+        zero = self.frozen if self.zero is None else self.zero
+        made = {"frozen": [self.frozen], "zero": [zero], "tenth": [self.found - tenth, self.found + tenth]}
+        shape = self.found.shape
+        return {name: min(self._error(np.broadcast_to(one, shape)) for one in some) for name, some in made.items()}
+
+    def _error(self, answer: np.ndarray) -> float:
+        """Return the error of a wrong answer, MOST if it cannot be measured."""
+        try:
+            with np.errstate(all="ignore"):
+                value = float(self.error(answer))
+        except (ArithmeticError, InputError, NotConverged):
+            return MOST
+        return min(value, MOST) if math.isfinite(value) else MOST
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +62,8 @@ class Case:
 
     family : enrichment, fem, dynamics or contact; source : author of the idea; scene : the situation; expected : the
         behaviour of a good model; all in words
-    measure : meaning of the number that each of ``models`` returns when called; it must not exceed ``bound``
+    measure : meaning of the error of the answer that each of ``models`` returns when called; it must not exceed
+        ``bound``, and the errors of WRONG answers must
     declared : acceptable outcomes by model; ``stable`` for models that are not named
     """
 
@@ -31,12 +74,12 @@ class Case:
     expected: str
     measure: str
     bound: float
-    models: dict[str, Callable[[], float]]
+    models: dict[str, Callable[[], Answer]]
     declared: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, *words: Any, run: Callable[[str], float], models: Iterable[str], declared: dict | None = None
+        cls, *words: Any, run: Callable[[str], Answer], models: Iterable[str], declared: dict | None = None
     ) -> "Case":
         """Make a case whose models share one function, which receives the model's name."""
         make: Callable[..., Case] = cls  # the type check cannot count ``words``
@@ -58,11 +101,15 @@ def judge(case: Case, model: str) -> dict:
     """Return the row of one model in one case: the outcome, and whether it was declared.
 
     Every exception except InputError and NotConverged is judged ``wrong``, since a crash does not count as a refusal;
-    FloatingPointError is judged ``nan``. ``message`` : the text of the exception
+    FloatingPointError is judged ``nan``. ``message`` : the text of the exception; ``frozen``, ``zero`` and ``tenth`` :
+    the errors of these answers, empty without one; ``sharp`` : whether all are beyond the bound, empty unless stable
     """
-    value, message = math.nan, ""
+    value, message, wrong = math.nan, "", dict.fromkeys(WRONG, math.nan)
     try:
-        value = float(case.models[model]())
+        answer = case.models[model]()
+        finite(answer.found)
+        value = float(answer.error(answer.found))
+        wrong = answer.wrong()
     except InputError as error:
         outcome, message = "refused", str(error)
     except NotConverged as error:
@@ -73,6 +120,7 @@ def judge(case: Case, model: str) -> dict:
         outcome, message = "wrong", f"{type(error).__name__}: {error}"
     else:
         outcome = "nan" if not math.isfinite(value) else "stable" if value <= case.bound else "wrong"
+    sharp = all(error > case.bound for error in wrong.values()) if outcome == "stable" else None
     return {
         "family": case.family,
         "case": case.name,
@@ -83,7 +131,9 @@ def judge(case: Case, model: str) -> dict:
         "measure": case.measure,
         "value": value,
         "bound": case.bound,
+        **wrong,
+        "sharp": sharp,
         "declared": " or ".join(case.acceptable(model)),
-        "passed": outcome in case.acceptable(model),
+        "passed": outcome in case.acceptable(model) and sharp is not False,
         "message": message,
     }

@@ -6,7 +6,8 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import LAWS, Material
 from palpate.effects.linear_elements import LinearElements
-from palpate.evaluation.hard_cases.hard_case import Case, finite
+from palpate.evaluation.hard_cases import locking
+from palpate.evaluation.hard_cases.hard_case import Answer, Case
 from palpate.evaluation.hard_cases.stage import end_face
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -31,7 +32,7 @@ def cases() -> list[Case]:
         case("each_law_from_inside_out", "a bar is released at rest mirrored through its held end, for each law",
              "equilibrium, or no convergence is reported", RESIDUAL, 1e-6, _mirrored, either),
         case("each_law_incompressible", "ν = 0.4999, quadratic elements, a bar bent by its end, for each law",
-             "the deflection at ν = 0.45", "relative difference of the two deflections", 0.06, _bent),
+             "the deflection that scikit-fem computes", "relative error of the deflection", 0.05, _bent),
     ]  # fmt: skip
 
 
@@ -45,27 +46,34 @@ def _load(body: Body, level: int, moduli: list[float]) -> np.ndarray:
     return np.outer(end_face(body.levels[level]), np.array(moduli) * body.material.young_pa * 0.05**2)
 
 
-def _residual(law: str, poisson: float, moduli: list[float], start: np.ndarray | None = None) -> float:
-    """Compute the relative residual of an equilibrium, apart from the solver."""
+def _residual(law: str, poisson: float, moduli: list[float], start: np.ndarray | None = None) -> Answer:
+    """Compute an equilibrium, judged by its relative residual, apart from the solver."""
     body = _bar(law, poisson)
     load = _load(body, 1, moduli)
-    x = Equilibrium(body, 1).solve(load, 1e-8, start).x
-    finite(x)
-    force = LinearElements(body.fine, body.tissue(1)).force(x) + load
-    force[body.anchors[1]] = 0.0
-    return float(np.linalg.norm(force) / np.linalg.norm(load))
+    elements, rest = LinearElements(body.fine, body.tissue(1)), body.fine.nodes
+
+    def error(x: np.ndarray) -> float:
+        force = elements.force(x) + load
+        force[body.anchors[1]] = 0.0
+        return float(np.linalg.norm(force) / np.linalg.norm(load))
+
+    return Answer(Equilibrium(body, 1).solve(load, 1e-8, start).x, rest if start is None else start, error, zero=rest)
 
 
-def _mirrored(law: str) -> float:
+def _mirrored(law: str) -> Answer:
     nodes = _bar(law, 0.3).fine.nodes
     return _residual(law, 0.3, [0.0, 0.0, -1e-3], nodes * [-1.0, 1.0, 1.0])
 
 
-def _bent(law: str) -> float:
-    """Compare the deflections of quadratic elements at ν = 0.4999 and 0.45 under a small load."""
-    ways = []
-    for poisson in (0.4999, 0.45):
-        body = _bar(law, poisson)
-        problem, load = Equilibrium(body, 0, 2), _load(body, 1, [0.0, 0.0, -1e-3])
-        ways.append(float(np.vdot(load, problem.solve(load, 1e-6).x - problem.mesh.nodes)))
-    return abs(ways[0] / ways[1] - 1.0)
+def _bent(law: str) -> Answer:
+    """Compare the deflection of quadratic elements under a small load with that of another library."""
+    body = _bar(law, locking.POISSON)
+    problem, load = Equilibrium(body, 0, 2), _load(body, 1, [0.0, 0.0, -1e-4])
+    way = load / np.abs(load).sum()
+    expected = float(np.abs(load).sum()) * locking.reference()
+
+    def error(moved: np.ndarray) -> float:
+        return abs(float(np.vdot(way, moved)) / expected - 1.0)
+
+    found = problem.solve(load, 1e-6).x - problem.mesh.nodes
+    return Answer(found, np.zeros_like(found), error)

@@ -90,8 +90,8 @@ def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) ->
     return build(db, pressed()[2], train, "live", settings)
 
 
-def blends(db: Database, train: np.ndarray, sigma: float, settings: FitOptions = SETTINGS) -> dict:
-    """Fit the regressors BLENDS with a fixed width of ``sigma`` median distances between features."""
+def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], settings: FitOptions = SETTINGS) -> dict:
+    """Fit the regressors BLENDS with a width of ``sigma`` median distances between features, or in [m] by name."""
     fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
     training = Training(
         db.coarse_live[train], db.fine[train], db.contact[train], db.force[train], db.peaks[train], fold
@@ -100,5 +100,7 @@ def blends(db: Database, train: np.ndarray, sigma: float, settings: FitOptions =
     for name, features in kinds(db, settings.neighbours).items():
         known = Known(features, training, settings)
         for kind in WEIGHTS:
-            found[f"{name}_{kind}"] = Blend(known, kind, sigma * known.scale)
+            blend = f"{name}_{kind}"
+            width = sigma[blend] if isinstance(sigma, dict) else sigma * known.scale
+            found[blend] = Blend(known, kind, width)
     return found

@@ -1,5 +1,6 @@
 """Small bodies, the models that move them, and runs whose every frame is checked."""
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,12 +9,14 @@ from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.effects.effect import Weight
 from palpate.evaluation.hard_cases.hard_case import finite
 from palpate.scenes import effect_registry
 from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
+from palpate.solvers.system import System
 
 SOFT = Material(3000.0, 0.3, 1000.0)
 FIRM = Material(1e5, 0.3, 1000.0)
@@ -76,6 +79,11 @@ def play(
     return run(scene(model, step_s, duration_s, more, **rest), particles).motion
 
 
+def one_cluster(model: str) -> dict[str, Any]:
+    """Return the block of one of SHAPES, with one cluster instead of several."""
+    return {"shape_matching": MODELS[model][1]["shape_matching"] | {"clusters": {"kind": "one"}}}
+
+
 class Stepper:
     """Time steps of one of MODELS, with ``more`` effects, from any state."""
 
@@ -87,10 +95,11 @@ class Stepper:
     def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
         """Compute positions (n, 3) [m] and velocities [m/s] after some steps.
 
-        ``gained`` [J] becomes the largest excess of the energy over its value at the start, for models with an energy.
+        ``gained`` [J] becomes the largest excess of the energy over its value at the start and the work of loads
+        since, for models with an energy.
         """
         counts = self.system.effects.keys().isdisjoint({"shape_matching"})
-        first = self.total(x, v) if counts else 0.0
+        first = self.total(x, v) - self.system.work_j if counts else 0.0
         self.gained = 0.0
         for number in range(steps):
             self.system.at((number + 1) * step_s)
@@ -98,12 +107,53 @@ class Stepper:
             finite(x, v)
             self.system.relax(x, step_s)
             if counts:
-                self.gained = max(self.gained, self.total(x, v) - first)
+                self.gained = max(self.gained, self.total(x, v) - self.system.work_j - first)
         return x, v
 
     def total(self, x: np.ndarray, v: np.ndarray) -> float:
         """Return the sum of kinetic and potential energy [J]."""
         return 0.5 * float(np.vdot(self.system.masses[:, None] * v, v)) + self.system.energy(x)
+
+
+class Pull:
+    """A force of 1 N along x, or ``newtons`` (3,), distributed over nodes by ``shares`` (n,)."""
+
+    outer = True
+
+    def __init__(self, shares: np.ndarray, newtons: Sequence[float] = (1.0, 0.0, 0.0)):
+        self._force = np.outer(shares, newtons)
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add the force to ``force`` (n, 3) [N]."""
+        force += self._force
+
+
+def unbalanced(system: System, x: np.ndarray) -> float:
+    """Return the residual of the equilibrium at ``x`` (n, 3) [m], relative to the weight of free nodes."""
+    return float(np.linalg.norm(system.potential_force(x)) / np.linalg.norm(weight(system)))
+
+
+def weight(system: System) -> np.ndarray:
+    """Return the weights (n, 3) [N] of the nodes, zero where they are held."""
+    (_, gravity), *_ = system.offering(Weight)
+    return np.outer(np.where(system.free, system.masses, 0.0), gravity.acceleration)
+
+
+def momentum_error(particles: Particles, x: np.ndarray, v: np.ndarray, time_s: float) -> Callable[[np.ndarray], float]:
+    """Measure states, stacked positions and velocities (2, n, 3), ``time_s`` [s] after a start at ``x`` and ``v``.
+
+    The larger of the change of momentum and of the deviation of the centre of mass from uniform motion, times mass and
+    over time, relative to the sum of the nodes' momenta at the start.
+    """
+    masses = particles.masses[:, None]
+    momentum, scale = (masses * v).sum(axis=0), float(np.linalg.norm(masses * v, axis=1).sum())
+
+    def error(state: np.ndarray) -> float:
+        change = (masses * state[1]).sum(axis=0) - momentum
+        strayed = (masses * (state[0] - x)).sum(axis=0) / time_s - momentum
+        return float(max(np.linalg.norm(change), np.linalg.norm(strayed)) / scale)
+
+    return error
 
 
 def edge_error(particles: Particles, x: np.ndarray) -> float:

@@ -17,9 +17,15 @@ LOOKS = {
     "nan": style.Look("not a number", "#111111", "∞"),
 }
 """Each outcome's label, colour, and the letter that shows it without colour."""
-COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",)))
+COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",), ("organ",)))
 """Families by matrix, and matrices from left to right and from top to bottom."""
-TITLES = {"fem": "elasticity", "dynamics": "dynamics", "enrichment": "enrichment", "contact": "contact"}
+TITLES = {
+    "fem": "elasticity",
+    "dynamics": "dynamics",
+    "enrichment": "enrichment",
+    "contact": "contact",
+    "organ": "organ",
+}
 CELL = 0.165  # [inch]
 LEFT, LETTER, BELOW = 2.2, 0.056, 0.75  # [inch] for names of cases, a letter of a model's name, and the legend
 

@@ -23,10 +23,15 @@ def numbers(report: Report) -> dict[str, str]:
     counts = table["outcome"].value_counts()
     undeclared = int((~table["passed"].astype(bool)).sum())
     cases = f"{table['case'].nunique()} hard cases in {len(table)} runs"
-    bad = int(counts.get("wrong", 0) + counts.get("nan", 0))
+    bad = table["outcome"].isin(["wrong", "nan"])
+    known = int((bad & table["passed"].astype(bool)).sum())
+    wrong = f"{bad.sum()} gave a wrong answer, {known} of them a known one" if bad.any() else "none gave a wrong answer"
     surprises = f"{undeclared} ended otherwise than declared" if undeclared else "every one ended as declared"
     return {
-        "headline": f"{cases}: {bad or 'none'} gave a wrong answer, and {surprises} beforehand.",
+        "headline": f"{cases}: {wrong}, and {surprises} beforehand.",
+        "hard_cases_answers": str(int(table["value"].notna().sum())),
+        "hard_cases_reasons": str(_reasons(table)),
+        "hard_cases_sharp": _sharp(table),
         "hard_cases_count": cases,
         "hard_cases_outcomes": ", ".join(f"{number} {_outcome(name)}" for name, number in counts.items()),
         "hard_cases_undeclared": str(undeclared or "none"),
@@ -38,8 +43,20 @@ def _outcome(name: str) -> str:
     return WORDS.get(name, spaced(name))
 
 
+def _reasons(table: pd.DataFrame) -> int:
+    """Count the different reasons of runs without an answer, whatever numbers and names of models they contain."""
+    given = table.loc[table["value"].isna(), "message"].fillna("").astype(str)
+    return int(given.str.replace(r"[-+.\de]*\d", "0", regex=True).nunique())
+
+
+def _sharp(table: pd.DataFrame) -> str:
+    """Return how many bounds fail all wrong answers, of those that an answer is within."""
+    sharp = table.loc[table["outcome"] == "stable", "sharp"].astype(str)
+    return f"{int((sharp == 'True').sum())} of {len(sharp)}"
+
+
 def _locking(table: pd.DataFrame) -> str:
-    """Return what linear tetrahedra lack of a deflection at ν = 0.4999, by level and with 0.45 in its place."""
+    """Return what elements miss of a deflection at ν = 0.4999, by level, with 0.45 in its place, and quadratic ones."""
     shares = tables.where(table, case="locking").set_index("model")["value"]
     return ", ".join(f"{100 * share:.0f}\u00a0% ({spaced(name)})" for name, share in shares.items()) or "not run"
 

@@ -1,0 +1,166 @@
+"""A start without overlap for a scene whose bodies begin inside each other: each moves out on a short way."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.collision.contact.initial_clearance import Overlap, describe
+from palpate.collision.contact.moving_obstacles import displace_nodes
+from palpate.collision.contact.proximity import Proximity
+from palpate.errors import InputError, NotConverged
+
+MAX_ROUNDS = 20
+"""Most pairs that are separated for each surface: one that is moved may meet the next."""
+HALVINGS = 12
+"""Halvings of the interval in which the least shift is sought."""
+GRID = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) != (0, 0, 0)])
+DIRECTIONS = GRID / np.linalg.norm(GRID, axis=1)[:, None]
+"""Directions that are tried besides the normals of both surfaces' triangles, (26, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One of two surfaces that overlap.
+
+    points : its places (k, 3) [m]; triangles : (m, 3, 3) [m]; radius_m : thickness around them; is_floor : whether all
+    behind it counts as inside
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    radius_m: float
+    is_floor: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Movable:
+    """All that can move to end an overlap, and what moves with it.
+
+    together : the nodes (k,) of each piece; obstacles : the points of each obstacle, numbered after the nodes
+    surfaces : triangles (m, 3) of each piece, then of each obstacle; radii : (p,) [m]; floors : (p,) bool, likewise
+    masses : (n,) [kg]; free : (n,) bool, the nodes that are not held; gap_m : clearance to leave [m]
+    """
+
+    together: list[np.ndarray]
+    obstacles: list[slice]
+    surfaces: list[np.ndarray]
+    radii: np.ndarray
+    floors: np.ndarray
+    masses: np.ndarray
+    free: np.ndarray
+    gap_m: float
+
+    def side(self, points: np.ndarray, surface: int) -> Side:
+        """Return one surface at ``points`` (n, 3) [m]."""
+        triangles = self.surfaces[surface]
+        shape = points[np.unique(triangles)], points[triangles]
+        return Side(*shape, float(self.radii[surface]), bool(self.floors[surface]))
+
+    def shares(self, first: int, second: int) -> tuple[float, float]:
+        """Return what part of a separation two surfaces take, (0, 0) if neither can move.
+
+        Pieces without a held node move in inverse proportion to their masses; an instrument only if nothing else can.
+        """
+        light = [self._lightness(surface) for surface in (first, second)]
+        if sum(light) == 0.0:
+            light = [float(s >= len(self.together) and not self.floors[s]) for s in (first, second)]
+        total = sum(light) or 1.0
+        return light[0] / total, light[1] / total
+
+    def moved(self, surface: int) -> np.ndarray | slice:
+        """Return the points that move with a surface."""
+        count = len(self.together)
+        return self.together[surface] if surface < count else self.obstacles[surface - count]
+
+    def _lightness(self, surface: int) -> float:
+        if surface >= len(self.together) or not self.free[self.together[surface]].all():
+            return 0.0
+        return 1.0 / float(self.masses[self.together[surface]].sum())
+
+
+def start_outside(
+    points: np.ndarray,
+    movable: Movable,
+    find: Callable[[np.ndarray], Overlap | None],
+    proximity: Proximity,
+    names: list[str],
+) -> np.ndarray:
+    """Return the nodes (n, 3) [m] outside of whatever they overlap at ``points``, which the obstacles follow.
+
+    Free pieces move out as wholes. Where a held body and an instrument overlap, the instrument is taken out and put
+    back to its place, and displaces the nodes in its path. Raises InputError, with ``names``, if that does not end it.
+    """
+    count = len(movable.free)
+    apart = push_apart(points, movable, find)
+    found = find(apart)
+    if found is not None:
+        raise InputError(f"{describe(found, names)[:-1]}, since push_out found no way out.")
+    back = np.zeros_like(points)
+    back[count:] = points[count:] - apart[count:]
+    if not back.any():
+        return apart[:count]
+    try:
+        return displace_nodes(proximity, apart, back, count, names)
+    except NotConverged as failure:
+        raise InputError(f"push_out: {failure}.") from failure
+
+
+def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray], Overlap | None]) -> np.ndarray:
+    """Shift surfaces as wholes until ``find`` finds no overlap, or one that no shift ends; return them (n, 3) [m].
+
+    Each pair moves along the direction in which their convex hulls overlap least, as far as its surfaces need, and one
+    gap more.
+    """
+    for _ in range(MAX_ROUNDS * len(movable.surfaces)):
+        found = find(points)
+        if found is None or found.first == found.second:
+            break
+        pair = (found.first, found.second)
+        shares = movable.shares(*pair)
+        if not any(shares):
+            break
+        way = least_way(movable.side(points, pair[0]), movable.side(points, pair[1]), movable.gap_m)
+        shift = np.zeros_like(points)
+        for surface, share in zip(pair, (shares[0], -shares[1]), strict=True):
+            shift[movable.moved(surface)] = share * way
+
+        def meets(part: float, at: np.ndarray = points, by: np.ndarray = shift, pair: tuple = pair) -> bool:
+            met = find(at + part * by)
+            return met is not None and {met.first, met.second} == set(pair)
+
+        part = _least_part(meets) + movable.gap_m / float(np.linalg.norm(way))
+        points = points + min(1.0, part) * shift
+    return points
+
+
+def least_way(one: Side, other: Side, gap_m: float) -> np.ndarray:
+    """Compute the shortest of the tried shifts (3,) [m] of ``one`` that separate the convex hulls by ``gap_m`` [m].
+
+    From a floor the way leads along its normal.
+    """
+    ways = np.vstack([-_normals(one.triangles), _normals(other.triangles), DIRECTIONS])
+    for floor, sign in ((other, 1.0), (one, -1.0)):
+        if floor.is_floor:
+            ways = sign * _normals(floor.triangles)
+    # along each way, one moves until its hindmost point is ahead of the foremost of the other
+    ahead = (other.points @ ways.T).max(axis=0) - (one.points @ ways.T).min(axis=0)
+    lengths = ahead + one.radius_m + other.radius_m + gap_m
+    best = int(np.argmin(lengths))
+    return float(lengths[best]) * ways[best]
+
+
+def _least_part(meets: Callable[[float], bool]) -> float:
+    """Find the smallest part of a shift, at most 1, at which nothing meets, by halving."""
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if meets(middle) else (low, middle)
+    return high
+
+
+def _normals(triangles: np.ndarray) -> np.ndarray:
+    """Return the unit normals (k, 3) of those of the triangles (m, 3, 3) [m] that have an area."""
+    raw = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(raw, axis=1)
+    return raw[lengths > 0.0] / lengths[lengths > 0.0, None]

@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.errors import InputError
-from palpate.scenes.dynamic_check import check_trial, trials, unfit
+from palpate.scenes.dynamic_check import check_trial, fits, taught, trials, unfit
 
 LOAD = {
     "at_m": [0, 0, 0],
@@ -49,8 +49,32 @@ def test_a_scene_is_left_out_for_a_reason(change, reason):
 
 def test_without_loads_or_on_a_sheet_there_is_nothing_to_compare():
     assert unfit({name: value for name, value in PRESSED.items() if name != "push"}) == "has none of gravity and push"
-    with pytest.raises(InputError, match=r"^here names press, which moves a sheet; choose another scene\.$"):
+    with pytest.raises(
+        InputError, match=r"^here names press, which moves a sheet; describe .*, or choose another scene\.$"
+    ):
         check_trial("here", "press", PRESSED, "sheet")
+
+
+MANY = {"others": [{"body": "bar", "shift_m": [1, 0, 0]}], "contact": {"instruments": []}, "held": False}
+
+
+def test_where_a_motion_to_fit_to_is_described_more_scenes_take_part():
+    assert unfit(PRESSED | MANY | {"plasticity": {}}, "sheet", taught=True) == ""
+    for change, reason in (
+        ({"others": [{"body": "cube", "shift_m": [1, 0, 0]}]}, "has bodies of several kinds"),
+        ({"prony": {}}, "has prony, which not all models have"),
+        ({"start": "random"}, "does not start at rest"),
+    ):
+        assert unfit(PRESSED | MANY | change, taught=True) == reason
+    with pytest.raises(InputError, match="has contact; describe a motion to fit models to as its training, or"):
+        check_trial("here", "pile", PRESSED | {"others": MANY["others"]})
+    with pytest.raises(InputError, match="which has prony, which not all models have; choose another scene"):
+        check_trial("here", "creeps", PRESSED | {"prony": {}})
+
+
+def test_a_motion_to_fit_to_is_needed_where_a_model_is_fitted():
+    assert fits({}) and fits({"models": ["fem_coarse", "springs"]}) and not fits({"models": ["fem_coarse"]})
+    assert taught({"training": {"duration_s": 0.1}}) and taught({"models": ["fem_coarse"]}) and not taught({})
 
 
 def test_scenes_are_followed_to_their_end_but_not_for_long_unless_they_are_pressed_later():

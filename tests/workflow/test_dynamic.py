@@ -17,8 +17,8 @@ def settings():
 def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_path, settings):
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs == {
-        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_table": 1, "tabulate_advice": 1,
-        "draw": 1, "dynamic": 1,
+        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_table": 2, "tabulate_advice": 1,
+        "draw": 2, "dynamic": 1,
     }  # fmt: skip
 
 
@@ -30,9 +30,15 @@ def test_what_cannot_be_compared_is_left_out_and_named_in_the_report(plan, write
 
 def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp_path, settings):
     settings["scenes"]["other"] = settings["scenes"]["mine"]
-    settings["dynamic"]["durations_s"] = {"mine": 0.1}
+    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1}}
     jobs = plan(tmp_path, write_config(settings))
     assert jobs["measure_dynamic"] == 1 and "leave_out_scenes" not in jobs
+
+
+def test_a_scene_with_contact_takes_part_if_a_motion_to_fit_to_is_described(plan, write_config, tmp_path, settings):
+    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
+    settings["dynamic"]["scenes"] = {"falls": {"duration_s": 0.1, "training": {"duration_s": 0.05}}}
+    assert plan(tmp_path, write_config(settings), "dynamic")["measure_dynamic"] == 1
 
 
 def test_where_nothing_can_be_compared_the_reasons_are_given(run, write_config, tmp_path, settings):

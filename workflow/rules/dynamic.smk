@@ -4,23 +4,28 @@
 include: "functions/dynamic.smk"
 
 
-from palpate.scenes.dynamic_check import trials
+from palpate.scenes.dynamic_check import followed, trials
 
-# how long each scene is followed, and why those are left out in which models cannot be compared
-DURATIONS, LEFT_OUT = trials(config["scenes"], config["bodies"])
-if "durations_s" in config["dynamic"]:
-    DURATIONS, LEFT_OUT = config["dynamic"]["durations_s"], {}
+# how each scene is followed, and why those are left out in which models cannot be compared
+FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}
+if FOLLOWED is None:
+    DURATIONS, LEFT_OUT = trials(config["scenes"], config["bodies"])
+    FOLLOWED = dict.fromkeys(DURATIONS, {})
+# what a scene does not say for itself
+OF_ALL = {key: config["dynamic"][key] for key in ("frames", "change_of_peak", "max_halvings")}
+FOLLOWED = {
+    name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | own for name, own in FOLLOWED.items()
+}
 
 TARGETS["dynamic"] = (
-    merged("dynamic_accuracy", expand("results/data/dynamic/{scene}/accuracy.csv", scene=DURATIONS))
+    merged("dynamic_accuracy", expand("results/data/dynamic/{scene}/accuracy.csv", scene=FOLLOWED))
+    + merged("dynamic_reference", expand("results/data/dynamic/{scene}/reference.csv", scene=FOLLOWED))
     + tabulated("advice")
-    + figures("dynamic", "dynamic_accuracy")
+    + figures("dynamic", "dynamic_accuracy", "dynamic_reference")
 )
-WARNED += warned_of({config["scenes"][scene]["body"] for scene in DURATIONS})
-WARNED += expand("results/data/dynamic/{scene}/warned.txt", scene=DURATIONS)
+WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
+WARNED += expand("results/data/dynamic/{scene}/warned.txt", scene=FOLLOWED)
 WARNED += ["results/data/dynamic/left_out.txt"] if LEFT_OUT else []
-# effects and integrators are imported by the names that a scene gives them
-BY_NAME = ["palpate.effects", "palpate.solvers"]
 
 
 rule leave_out_scenes:
@@ -42,17 +47,13 @@ rule simulate_dynamic_reference:
         body=body_of_trial,
     output:
         reference="results/data/dynamic/{scene}/reference.npz",
+        table="results/data/dynamic/{scene}/reference.csv",
         warned="results/data/dynamic/{scene}/warned.txt",
     log:
         "results/logs/dynamic/{scene}/simulate_dynamic_reference.log",
     params:
         trial=trial_of,
-        change_of_peak=config["dynamic"]["change_of_peak"],
-        training_share=config["dynamic"]["training_share"],
-        max_halvings=config["dynamic"]["max_halvings"],
-        # a duration that nobody has given may be halved so often
-        shorter=0 if "durations_s" in config["dynamic"] else 3,
-        code=code_of("simulate_dynamic_reference", *BY_NAME),
+        code=lambda wildcards: code_of("simulate_dynamic_reference", *by_name(wildcards)),
     message:
         "halve the steps of fine finite elements until that changes nothing: {wildcards.scene}"
     script:
@@ -70,8 +71,8 @@ rule measure_dynamic:
     threads: HALF
     params:
         trial=trial_of,
-        settings=config["dynamic"]["settings"],
-        code=code_of("measure_dynamic", *BY_NAME),
+        settings=settings_of_trial,
+        code=lambda wildcards: code_of("measure_dynamic", *by_name(wildcards)),
     message:
         "measure models in motion: {wildcards.scene}"
     script:

@@ -1,11 +1,11 @@
 from palpate.bodies.body_file import load as load_body
 from palpate.evaluation.dynamic.dynamic_accuracy import measure
 from palpate.evaluation.dynamic.dynamic_reference import load
-from palpate.evaluation.dynamic.dynamic_trial import trial
+from palpate.evaluation.dynamic.dynamic_trial import trial_and_training
 from palpate.job import job, steps, write_table
 
 with job(snakemake.log[0]) as say:
     params = snakemake.params
-    scene = trial(body=load_body(snakemake.input.body), **params.trial)
-    table = measure(scene, load(snakemake.input.reference), params.settings, steps(say, f"{scene.name}: model"))
-    write_table(table, snakemake.output[0])
+    moving = trial_and_training(body=load_body(snakemake.input.body), **params.trial)
+    more = params.trial["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
+    write_table(measure(*moving, load(snakemake.input.reference), params.settings, *more), snakemake.output[0])

@@ -1,12 +1,13 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.dynamic.dynamic_reference import reference_of_part, save
-from palpate.evaluation.dynamic.dynamic_trial import trial
-from palpate.job import job
+from palpate.evaluation.dynamic.dynamic_reference import reference, save
+from palpate.evaluation.dynamic.dynamic_trial import trial_and_training
+from palpate.evaluation.dynamic.resolution import tabulate
+from palpate.job import job, write_table
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
-    params = snakemake.params
-    scene = trial(body=load(snakemake.input.body), **params.trial)
-    accuracy = params.change_of_peak, params.training_share, params.max_halvings
-    found = reference_of_part(scene, *accuracy, params.shorter)
+    scene, lesson = trial_and_training(body=load(snakemake.input.body), **snakemake.params.trial)
+    own = snakemake.params.trial["own"]
+    found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
+    write_table(tabulate(scene, found), snakemake.output.table)
     save(found, snakemake.output.reference)

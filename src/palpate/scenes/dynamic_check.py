@@ -1,41 +1,66 @@
 """Find the scenes in which models can be compared in motion, before anything is made of them."""
 
+from collections.abc import Mapping
+
 from palpate.errors import InputError
 from palpate.scenes.contact_settings import has_contact
 
 LOADS = ("gravity", "push")
-"""Effects that a trial takes over from its scene; it is held in any case."""
-UNKNOWN_TO_MODELS = ("plasticity", "prony", "body_springs")
-"""Effects that not all models have."""
+"""Effects that a trial takes over from its scene, and that can be made larger or smaller."""
+TAKEN_OVER = (*LOADS, "contact", "plasticity")
+"""All effects that a trial takes over from its scene."""
+UNKNOWN_TO_MODELS = ("prony", "body_springs")
+"""Effects that not all models have, and that no motion to fit them to makes up for."""
+FITTED = ("springs", "springs_volume", "shape_matching")
+"""Models that are fitted to another motion."""
 LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
 
 
-def unfit(entry: dict, kind: str = "") -> str:
+def unfit(entry: dict, kind: str = "", taught: bool = False) -> str:
     """Return why models cannot be compared in a scene, such as "has contact"; empty if they can.
 
-    entry : the scene's, complete; kind : of its body
+    entry : the scene's, complete; kind : of its body; taught : whether models have a motion to be fitted to
     """
-    listed = entry.get("effects", "auto")
     own = entry.get("own", {})
-    acting = [*entry, *own] if listed == "auto" else listed
-    other = [name for name in [*UNKNOWN_TO_MODELS, *own] if name in acting]
-    reasons = {
-        "has contact": has_contact(entry),
-        f"has none of {' and '.join(LOADS)}": not any(effect in entry for effect in LOADS),
-        "has several bodies": bool(entry.get("others")),
-        "moves a sheet": kind == "sheet",
-        "is not held": not entry.get("held", True),
+    unknown = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
+    other = [name for name in (*unknown, *own) if acts(name, entry)]
+    driven = [*LOADS, "contact"] if taught else LOADS
+    reasons = {} if taught else _untaught(entry, kind)
+    reasons |= {
+        f"has none of {' and '.join(driven)}": not any(effect in entry for effect in driven),
+        "has bodies of several kinds": any(other["body"] != entry.get("body") for other in entry.get("others", [])),
         "does not start at rest": entry.get("start", "rest") != "rest",
         f"has {' and '.join(other)}, which not all models have": bool(other),
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
 
 
-def check_trial(place: str, name: str, entry: dict, kind: str = "") -> None:
+def _untaught(entry: dict, kind: str) -> dict[str, bool]:
+    """Return reasons that hold unless a motion is described to fit models to: a share of the loads does not suffice."""
+    return {
+        "has contact": has_contact(entry),
+        "has several bodies": bool(entry.get("others")),
+        "moves a sheet": kind == "sheet",
+        "is not held": not entry.get("held", True),
+    }
+
+
+def acts(name: str, entry: dict) -> bool:
+    """Return whether an effect that a scene may describe acts in it."""
+    if name == "contact":
+        return has_contact(entry)
+    listed = entry.get("effects", "auto")
+    return name in (listed if listed != "auto" else [*entry, *entry.get("own", {})])
+
+
+def check_trial(place: str, name: str, entry: dict, kind: str = "", taught: bool = False) -> None:
     """Raise InputError, naming ``place``, for a scene ``name`` in which models cannot be compared."""
-    if reason := unfit(entry, kind):
-        raise InputError(f"{place} names {name}, which {reason}; choose another scene.")
+    if reason := unfit(entry, kind, taught):
+        curable = (
+            "" if taught or unfit(entry, kind, True) else "describe a motion to fit models to as its training, or "
+        )
+        raise InputError(f"{place} names {name}, which {reason}; {curable}choose another scene.")
 
 
 def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]]:
@@ -45,8 +70,22 @@ def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]
     """
     left_out = {name: unfit(entry, bodies[entry["body"]]["kind"]) for name, entry in scenes.items()}
     left_out = {name: reason for name, reason in left_out.items() if reason}
-    kept = {name: entry for name, entry in scenes.items() if name not in left_out}
-    return {name: min(entry["duration_s"], max(LONGEST_S, _pressed(entry))) for name, entry in kept.items()}, left_out
+    return {name: followed(entry) for name, entry in scenes.items() if name not in left_out}, left_out
+
+
+def followed(entry: dict) -> float:
+    """Return how long a scene is followed [s] if nobody says so."""
+    return min(entry["duration_s"], max(LONGEST_S, _pressed(entry)))
+
+
+def fits(own: Mapping) -> bool:
+    """Return whether one of the models is fitted to a motion; own : what the comparison's settings say of a scene."""
+    return any(name in FITTED for name in own.get("models", FITTED))
+
+
+def taught(own: Mapping) -> bool:
+    """Return whether a motion is described to fit models to, or none is needed; own : as for ``fits``."""
+    return bool(own.get("training")) or not fits(own)
 
 
 def _pressed(entry: dict) -> float:

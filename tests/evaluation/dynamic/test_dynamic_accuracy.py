@@ -9,9 +9,9 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.dynamic import dynamic_accuracy, dynamic_reference
-from palpate.evaluation.dynamic.dynamic_reference import Reference, load, reference, save
-from palpate.evaluation.dynamic.dynamic_trial import Trial, trial
+from palpate.evaluation.dynamic import dynamic_accuracy
+from palpate.evaluation.dynamic.dynamic_reference import Reference, load, reference, resolved_frames, save
+from palpate.evaluation.dynamic.dynamic_trial import Trial, training_of, trial
 from palpate.files import read_yaml
 from palpate.schema import checked
 
@@ -27,12 +27,12 @@ SHARE = 0.5
 def pressed(box) -> Trial:
     mesh = box([4, 2, 2], [0.1, 0.04, 0.04])
     body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(20000.0, 0.3, 1000.0))
-    return trial("poke", ENTRY, body, 0.2, 5)
+    return trial("poke", ENTRY, body, {"duration_s": 0.2, "frames": 5})
 
 
 @pytest.fixture(scope="module")
 def truth(pressed) -> Reference:
-    return reference(pressed, 0.02, SHARE, 6)
+    return reference(pressed, training_of(pressed, {}, SHARE), 0.02, 6)
 
 
 def test_a_body_of_one_level_is_refined_once(pressed):
@@ -58,65 +58,60 @@ def test_half_the_load_moves_about_half_as_far(pressed, truth):
 
 def test_what_cannot_be_converged_is_told(pressed):
     with pytest.raises(NotConverged, match="poke"):
-        reference(pressed, 1e-12, SHARE, 2)
+        reference(pressed, pressed, 1e-12, 2)
 
 
-def test_a_duration_that_is_too_long_is_halved_with_a_warning(pressed, truth, monkeypatch):
-    def only_short(trial, *_):
-        if trial.duration_s > 0.06:
-            raise NotConverged("poke: the motion still changes", [])
-        return replace(truth, duration_s=trial.duration_s)
-
-    monkeypatch.setattr(dynamic_reference, "reference", only_short)
-    with pytest.warns(UserWarning) as warned:
-        found = dynamic_reference.reference_of_part(pressed, 0.02, SHARE, 6, 2)
-    assert found.duration_s == 0.05
-    said = [str(one.message) for one in warned]
-    assert said[0] == (
-        "scenes.poke: models are compared in its first 0.1 s at most, as no reference of 0.2 s was found: "
-        "poke: the motion still changes."
-    )
-    assert len(said) == 2 and "first 0.05 s" in said[1]
-    with pytest.warns(UserWarning), pytest.raises(NotConverged):
-        dynamic_reference.reference_of_part(pressed, 0.02, SHARE, 6, 1)
+def test_frames_count_until_halving_changes_one_of_them_too_much():
+    peaks = np.array([1.0, 2.0, 4.0, 4.0])
+    assert resolved_frames(np.array([0.1, 0.1, 0.1, 0.1]), peaks, 0.03) == 4
+    assert resolved_frames(np.array([0.01, 0.03, 0.2, 0.1]), peaks, 0.03) == 2
+    assert resolved_frames(np.array([0.2, 0.0, 0.0, 0.0]), peaks, 0.03) == 0
 
 
 def test_a_reference_is_kept(truth, tmp_path):
     save(truth, tmp_path / "r.npz")
     again = load(tmp_path / "r.npz")
     assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
-    assert again.training_share == SHARE
+    assert (again.of_frames, again.training_s) == (5, truth.training_s)
 
 
 def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
     schema = Path(__file__).parents[3] / "workflow/schemas/studies/dynamic.yaml"
-    grid = checked({"durations_s": {"poke": 0.2}}, read_yaml(schema), schema)["settings"]
+    grid = checked({}, read_yaml(schema), schema)["settings"]
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}
-    table = dynamic_accuracy.measure(pressed, truth, grid)
+    table = dynamic_accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
     assert table.groupby("model").size().drop("fem_fine").to_dict() == {
-        "fem_coarse": 5, "shape_matching": 1, "springs": 2, "springs_volume": 2,
+        "fem_coarse": 4, "detail_correction": 3, "shape_matching": 1, "springs": 2, "springs_volume": 2,
     }  # fmt: skip
     wrong = table.groupby("model")["rmse_of_peak"].min()
-    assert list(wrong.sort_index().index) == ["fem_coarse", "fem_fine", "shape_matching", "springs", "springs_volume"]
+    assert list(wrong.sort_index().index) == [
+        "detail_correction",
+        "fem_coarse",
+        "fem_fine",
+        "shape_matching",
+        "springs",
+        "springs_volume",
+    ]
     assert not table["failures"].any() and np.isfinite(table["rmse_of_peak"]).all()
     assert wrong["fem_fine"] < 0.02 < wrong["fem_coarse"]
+    assert wrong["detail_correction"] < 0.5 * wrong["fem_coarse"]
     assert wrong["springs"] < 0.1 and wrong["springs_volume"] < 0.1 and wrong["shape_matching"] < 0.2
     assert (table["ms_per_step"] > 0.0).all()
 
 
 def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
     def unstable(trial, steps):
-        return replace(trial.springs(steps, 0.1, 0.0), allow_unstable=True)
+        return replace(trial.springs(steps, {}, 0.1), allow_unstable=True)
 
     fitted = dynamic_accuracy.Fitted(unstable, 1e12, 0.0)
-    row = dynamic_accuracy._row(pressed, truth, pressed.frames * 20, fitted)
+    row = dynamic_accuracy._row(pressed, truth, pressed.frames * 20, fitted, "")
     assert row["failures"] == 1 and "rmse_m" not in row
 
 
 def test_only_loads_that_are_known_are_taken_over(pressed):
     for entry, what in (({"effects": []}, "none of gravity and push"), (ENTRY | {"effects": ["contact"]}, "contact")):
         with pytest.raises(InputError, match=what):
-            trial("poke", entry, pressed.body, 0.2, 5)
+            trial("poke", entry, pressed.body, {"duration_s": 0.2, "frames": 5})
     with pytest.raises(InputError, match="no multiple"):
         pressed.fem(7)

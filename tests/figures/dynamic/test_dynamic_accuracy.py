@@ -1,5 +1,7 @@
 """Errors of motion are drawn over their cost, and failures are counted."""
 
+import pandas as pd
+
 from palpate.figures import style
 from palpate.figures.dynamic import dynamic_accuracy
 
@@ -12,3 +14,9 @@ def test_a_panel_a_scene_and_failures_counted(dynamic_table, tmp_path):
     springs = figure.axes[0].lines[1]
     assert springs.get_ydata().tolist() == [5.0, 4.0]
     style.save(figure, tmp_path / "dynamic_accuracy")
+
+
+def test_what_differs_in_more_than_the_step_is_on_no_curve(dynamic_table):
+    looser = dynamic_table.iloc[[0]].assign(varied="tolerance", real_time_factor=0.5)
+    first = dynamic_accuracy.draw(pd.concat([dynamic_table, looser])).axes[0].lines
+    assert [len(line.get_xdata()) for line in first[:3]] == [2, 1, 2] and first[1].get_linestyle() == "None"

@@ -15,6 +15,17 @@ def test_the_headline_is_about_models_in_real_time(dynamic_table):
     assert numbers("dynamic", {"dynamic_accuracy": slow})["headline"].endswith("liver press: none; bar sag: none.")
 
 
+def test_scenes_that_are_not_resolved_are_named(dynamic_table):
+    said = numbers("dynamic", {"dynamic_accuracy": dynamic_table})
+    assert said["unresolved"] == "Every scene is resolved to its end."
+    assert said["reference_levels"] == "liver press 1, bar sag 1"
+    cut = dynamic_table.assign(resolved_s=0.25)
+    said = numbers("dynamic", {"dynamic_accuracy": cut})["unresolved"]
+    assert said.startswith(
+        "Not resolved to the end, and compared in a part only: liver press in its first 0.25 s of 1 s;"
+    )
+
+
 def test_a_motion_that_stopped_has_failed(dynamic_table):
     failed = list(dynamic.failures(material("dynamic", {"dynamic_accuracy": dynamic_table})))
     assert failed[0] == ("springs (step_s=0.0005)", "liver press", "did not reach the end") and len(failed) == 2
@@ -26,8 +37,11 @@ def test_the_report_shows_it(dynamic_table, tmp_path):
     dynamic_table.to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
     advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
     pd.concat(advice).to_csv(tmp_path / "tables/advice.csv", index=False)
-    for suffix in ("svg", "png"):
-        (tmp_path / f"figures/dynamic_accuracy.{suffix}").write_text("<svg></svg>")
+    columns = {"step_s": 0.01, "time_s": 0.1, "change_of_peak": 0.005, "bound": 0.01, "resolved": True}
+    pd.DataFrame([{"scene": "liver_press"} | columns]).to_csv(tmp_path / "tables/dynamic_reference.csv", index=False)
+    for name in ("dynamic_accuracy", "dynamic_reference"):
+        for suffix in ("svg", "png"):
+            (tmp_path / f"figures/{name}.{suffix}").write_text("<svg></svg>")
     report.write(tmp_path, CAPTIONS, tmp_path / "report.html", ["dynamic"])
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert 'id="dynamic_advice"' in page and "Error of at most 10\u00a0%: " in page

@@ -1,15 +1,30 @@
 # Scenes as trials of models.
 
+from palpate.scenes.contact_settings import has_contact
+
 
 def trial_of(wildcards):
-    """A scene as a trial of models."""
+    """A scene as a trial of models, apart from the values that are tried of their settings."""
+    own = {key: value for key, value in FOLLOWED[wildcards.scene].items() if key != "settings"}
     return {
         "name": wildcards.scene,
         "entry": config["scenes"][wildcards.scene],
-        "duration_s": DURATIONS[wildcards.scene],
-        "frames": config["dynamic"]["frames"],
+        "own": own,
+        "share": config["dynamic"]["training_share"],
     }
 
 
 def body_of_trial(wildcards):
     return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
+
+
+def settings_of_trial(wildcards):
+    """The values to try of each model's settings, those of the scene before those of all."""
+    own = FOLLOWED[wildcards.scene].get("settings", {})
+    return {name: grid | own.get(name, {}) for name, grid in config["dynamic"]["settings"].items()}
+
+
+def by_name(wildcards):
+    """The packages from which effects and integrators are imported by the names that a scene gives them."""
+    touching = has_contact(config["scenes"][wildcards.scene])
+    return ["palpate.effects", "palpate.solvers", *(["palpate.collision.contact"] if touching else [])]

@@ -3,21 +3,34 @@
 from pathlib import Path
 
 from palpate.errors import InputError
-from palpate.scenes.dynamic_check import check_trial, trials
+from palpate.scenes.contact_settings import check_instruments
+from palpate.scenes.dynamic_check import check_trial, taught, trials
 
 
 def check(config: dict, file: Path) -> None:
     """Raise InputError for a scene that is unknown, or on which models cannot be compared, or if there is none."""
-    scenes, bodies, durations = config.get("scenes", {}), config["bodies"], config["dynamic"].get("durations_s")
-    if durations is None:
+    scenes, bodies, asked = config.get("scenes", {}), config["bodies"], config["dynamic"].get("scenes")
+    if asked is None:
         _check_any(file, scenes, bodies)
         return
-    place = f"{file}: dynamic.durations_s"
-    for name in durations:
+    place = f"{file}: dynamic.scenes"
+    for name, own in asked.items():
         if name not in scenes:
             known = ", ".join(scenes) or "there are none"
             raise InputError(f"{place} names {name}, which is not a scene; choose from scenes: {known}.")
-        check_trial(place, name, scenes[name], bodies.get(scenes[name]["body"], {}).get("kind", ""))
+        entry, body = scenes[name], bodies.get(scenes[name]["body"], {})
+        check_trial(place, name, entry, body.get("kind", ""), taught(own))
+        _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
+
+
+def _check_training(place: str, entry: dict, training: dict) -> None:
+    """Raise InputError, naming ``place``, for a motion that models cannot be fitted to."""
+    for name in training:
+        if name not in ("duration_s", "others") and name not in entry:
+            raise InputError(f"{place} describes {name}, which the scene has not; leave it out.")
+    if any(other["body"] != entry["body"] for other in training.get("others", [])):
+        raise InputError(f"{place}.others names another body than {entry['body']}; name that one.")
+    check_instruments(place, entry | {"contact": training.get("contact", {})})
 
 
 def _check_any(file: Path, scenes: dict, bodies: dict) -> None:

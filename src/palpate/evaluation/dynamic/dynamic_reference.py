@@ -1,7 +1,7 @@
 """Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
 
 import warnings
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -12,30 +12,38 @@ from palpate.files import write_whole
 
 LOOSER = 4.0
 """How many times the change of the step may be as large in the motion that models are fitted to."""
+LEAST_SHARE = 0.1
+"""Of a scene's frames, below which a motion that is resolved no longer is of no use."""
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
-    """Surface displacements [m] at the ends of f frames.
+class Converged:
+    """Surface displacements [m] at the ends of the first f of ``of_frames`` frames, up to which steps are resolved.
 
     truth : (f, n_surface, 3), extrapolated to steps of no length; change : what halving the step last changed it by,
-        in parts of its peak; step_s : the shortest step
+        in parts of its peak; step_s : the shortest step; bound : what the change may be
     tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds,
-        step_p95_s : (m,) what each took, and 95 % of its steps at most
-    training : (f, n_surface, 3), the truth under ``training_share`` of the loads, which models are fitted to
-    duration_s : how long the scene is followed
+        step_p95_s : (m,) what each took for all frames, and 95 % of its steps at most
+    changes : (m − 2, of_frames) of each frame by each halving after the first, in parts of the peak of all frames
+    duration_s : the time until the last of the f frames
     """
 
     truth: np.ndarray
     change: float
     step_s: float
+    bound: float
     tried: np.ndarray
     tried_s: np.ndarray
     seconds: np.ndarray
     step_p95_s: np.ndarray
-    training: np.ndarray
-    training_share: float
+    changes: np.ndarray
+    of_frames: int
     duration_s: float
+
+    @property
+    def frames(self) -> int:
+        """The number of frames that are resolved."""
+        return len(self.truth)
 
     @property
     def peak(self) -> float:
@@ -43,68 +51,81 @@ class Reference:
         return float(np.linalg.norm(self.truth, axis=-1).max())
 
 
-def reference(trial: Trial, change: float, training_share: float, max_halvings: int) -> Reference:
-    """Simulate the motion of ``trial`` and that under ``training_share`` of its loads.
+@dataclass(frozen=True, eq=False)
+class Reference(Converged):
+    """A converged motion, and that which models are fitted to: ``training`` (g, n_surface, 3) [m], until training_s.
+
+    If none is fitted, g is 0.
+    """
+
+    training: np.ndarray
+    training_s: float
+
+
+def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: int) -> Reference:
+    """Simulate the motion of ``trial`` and that of ``lesson``, which models are fitted to, if any is.
 
     change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
-    max_halvings : of the step, from one a frame; NotConverged if they are not enough
-    Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second.
+    max_halvings : of the step, from one a frame. Where they are not enough, the frames count that come before, with a
+        warning; NotConverged if these are less than LEAST_SHARE of all
+    Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second, until contact makes it less.
     """
-    truth, last, steps, tried, spent = _halve(trial, change, max_halvings)
-    training = _halve(trial.scale_loads(training_share), LOOSER * change, max_halvings)[0]
-    seconds, p95 = np.array(spent).T
-    found = truth, last, steps[-1], np.array(tried), np.array(steps), seconds, p95
-    return Reference(*found, training, training_share, trial.duration_s)
-
-
-def reference_of_part(trial: Trial, change: float, training_share: float, max_halvings: int, shorter: int) -> Reference:
-    """Do as ``reference``, for half of the duration where the whole is not found, and so on ``shorter`` times.
-
-    Warns of the duration that it comes to; NotConverged if the shortest is not found either.
-    """
-    try:
-        found = reference(trial, change, training_share, max_halvings)
-    except NotConverged as failure:
-        if not shorter:
-            raise
-        half = replace(trial, duration_s=0.5 * trial.duration_s)
+    found = converge(trial, change, max_halvings)
+    taught = converge(lesson, LOOSER * change, max_halvings) if lesson else None
+    if found.frames < trial.frames:
         warnings.warn(
-            f"scenes.{trial.name}: models are compared in its first {half.duration_s:.3g} s at most, as no reference "
-            f"of {trial.duration_s:.3g} s was found: {failure}.",
+            f"scenes.{trial.name}: models are compared in its first {found.duration_s:.3g} s of "
+            f"{trial.duration_s:.3g} s, as steps of {found.step_s:.2g} s still change what comes later by "
+            f"{found.changes[-1].max():.2%} of its peak.",
             stacklevel=2,
         )
-        return reference_of_part(half, change, training_share, max_halvings, shorter - 1)
-    return found
+    training = (taught.truth, taught.duration_s) if taught else (np.empty((0, *found.truth.shape[1:])), 0.0)
+    return Reference(**vars(found), training=training[0], training_s=training[1])
 
 
-def _halve(
-    trial: Trial, change: float, max_halvings: int
-) -> tuple[np.ndarray, float, list[float], list[np.ndarray], list[tuple[float, float]]]:
-    steps, tried, costs, before, history = [], [], [], None, []
+def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
+    """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
+    steps, tried, costs, changes = [], [], [], []
+    resolved = 0
     for halving in range(max_halvings + 1):
         scene = trial.fem(trial.frames * 2**halving)
         displacement, run = trial.move(scene, len(trial.body.levels) - 1)
         steps.append(scene.step_s)
         tried.append(displacement)
         costs.append((run.seconds, run.step_p95_s))
-        if halving:
-            truth = 2.0 * tried[-1] - tried[-2]
-            if before is not None:
-                history.append(_difference(truth, before))
-                if history[-1] <= change:
-                    return truth, history[-1], steps, tried, costs
-            before = truth
-    raise NotConverged(
-        f"{trial.name}: halving the step to {steps[-1]:.2g} s still changes the motion by {history[-1]:.2%} of its "
-        "peak; allow more change, or damp the scene more",
-        history,
-    )
+        if halving > 1:
+            before, truth = 2.0 * tried[-2] - tried[-3], 2.0 * tried[-1] - tried[-2]
+            off, peaks = _differences(truth, before), np.linalg.norm(truth, axis=2).max(axis=1)
+            changes.append(off / peaks.max())
+            resolved = resolved_frames(off, peaks, change)
+            if resolved == trial.frames:
+                break
+    if resolved < max(1, LEAST_SHARE * trial.frames):
+        raise NotConverged(
+            f"{trial.name}: halving the step to {steps[-1]:.2g} s still changes the motion by {changes[-1].max():.2%} "
+            "of its peak; allow more change, or damp the scene more",
+            [float(each.max()) for each in changes],
+        )
+    seconds, p95 = np.array(costs).T
+    last = float((off[:resolved] / peaks[:resolved].max()).max())
+    kept = np.array(tried)[:, :resolved]
+    length = trial.duration_s * resolved / trial.frames
+    times = np.array(steps), seconds, p95
+    return Converged(truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes), trial.frames, length)
 
 
-def _difference(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the RMSE over nodes of the frame where it is largest, over the peak of ``a``."""
-    rmse = np.sqrt(np.mean(np.sum((a - b) ** 2, axis=2), axis=1))
-    return float(rmse.max() / np.linalg.norm(a, axis=2).max())
+def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
+    """Return how many frames from the first on differ by at most ``change`` of the peak until then.
+
+    off : (f,) [m] RMSE of each frame; peaks : (f,) [m], the largest displacement in each
+    """
+    small = np.maximum.accumulate(off) <= change * np.maximum.accumulate(peaks)
+    return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
+
+
+def _differences(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the RMSE over nodes of each frame, (f,) [m]."""
+    return np.sqrt(np.mean(np.sum((a - b) ** 2, axis=2), axis=1))
 
 
 def save(found: Reference, path: Path | str) -> None:
@@ -117,6 +138,4 @@ def load(path: Path | str) -> Reference:
     """Read what ``save`` wrote."""
     with np.load(path) as file:
         kept = {field.name: file[field.name] for field in fields(Reference)}
-    return Reference(
-        **kept | {name: float(kept[name]) for name in ("change", "step_s", "training_share", "duration_s")}
-    )
+    return Reference(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})

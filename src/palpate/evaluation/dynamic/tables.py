@@ -6,9 +6,13 @@ from palpate.evaluation.tradeoff.tables import TABLES as PRESSED
 TABLES = {
     "advice": PRESSED["advice"],
     "dynamic_accuracy": Table(
-        "scene body model setting level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
+        "scene body model setting varied level nodes step_s steps failures rmse_m rmse_of_peak p95_of_peak max_of_peak "
         "ms_per_step step_p95_ms real_time_factor offline_s reference_level reference_nodes reference_step_s "
-        "reference_change",
+        "reference_change duration_s resolved_s",
         "The error of each model over a whole scene in motion, and the time that it takes.",
+    ),
+    "dynamic_reference": Table(
+        "scene step_s time_s change_of_peak bound resolved",
+        "What halving the reference's step changes in each frame, and which frames models are compared in.",
     ),
 }

@@ -4,9 +4,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.figures import style, tables
+from palpate.figures.dynamic.panels import panels
 from palpate.figures.model_looks import look
 
 TABLES = ("dynamic_accuracy",)
+VARIED = {"tolerance": "x", "gap": "+"}
+"""Markers of settings that differ from the others of their model in more than the step."""
+MEANINGS = {"tolerance": "looser residual", "gap": "another gap of contact"}
 
 
 @style.styled
@@ -16,24 +20,34 @@ def draw(dynamic_accuracy) -> Figure:
     dynamic_accuracy : the table of this name
     """
     table = dynamic_accuracy
-    scenes, models = tables.scenes(table), list(dict.fromkeys(table["model"]))
-    figure = Figure(figsize=(3.5 * len(scenes), 4.0), layout="constrained")
-    axes = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
-    for axis, scene in zip(axes, scenes, strict=True):
+    models = list(dict.fromkeys(table["model"]))
+    figure, axes = panels(tables.scenes(table), 3.6, "RMSE [% of peak]")
+    for scene, axis in axes.items():
         rows = tables.where(table, scene=scene)
         for model in models:
-            kept = rows[(rows["model"] == model) & (rows["failures"] == 0)].sort_values("real_time_factor")
-            style_of = {"marker": look(model).marker, "color": look(model).colour, "ms": 5, "mec": "white", "mew": 0.5}
-            axis.plot(kept["real_time_factor"], 100 * kept["rmse_of_peak"], **style_of)
+            _curve(axis, rows[(rows["model"] == model) & (rows["failures"] == 0)], look(model))
         axis.axvline(1.0, color=style.FAINT, lw=1)
         axis.axhline(100 * rows["reference_change"].iloc[0], color=style.FAINT, ls=":", lw=1)
         failed = int(rows["failures"].sum())
         axis.set(xscale="log", yscale="log", xlabel="seconds for a second of motion")
         axis.set_title(scene.replace("_", " ") + (f", {failed} did not converge" if failed else ""))
-    axes[0].set_ylabel("RMSE [% of peak]")
-    for axis in axes:
+    for axis in axes.values():
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
     handles = [Line2D([], [], color=look(m).colour, marker=look(m).marker, ms=5, label=look(m).label) for m in models]
-    figure.legend(handles=handles, loc="outside upper center", ncols=5)
+    there = [name for name in VARIED if name in set(table["varied"])]
+    handles += [Line2D([], [], color=style.INK, ls="", marker=VARIED[n], ms=6, label=MEANINGS[n]) for n in there]
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)
     return figure
+
+
+def _curve(axis, rows, its) -> None:
+    """Draw one model: a line over its steps, and what differs in something else without one."""
+    usual = rows[~rows["varied"].isin(VARIED)].sort_values("real_time_factor")
+    percents = 100 * usual["rmse_of_peak"]
+    axis.plot(usual["real_time_factor"], percents, marker=its.marker, color=its.colour, ms=5, mec="white", mew=0.5)
+    for name, marker in VARIED.items():
+        other = rows[rows["varied"] == name]
+        if len(other):
+            percents = 100 * other["rmse_of_peak"]
+            axis.plot(other["real_time_factor"], percents, marker=marker, color=its.colour, ls="", ms=6, mew=1.2)

@@ -22,7 +22,11 @@ def numbers(report: Report) -> dict[str, str]:
     """Return every placeholder of these captions, as text."""
     table = report.tables["dynamic_accuracy"]
     best = [_most_accurate(scene, tables.where(table, scene=scene)) for scene in tables.scenes(table)]
-    return {"headline": f"The most accurate models that run in real time: {'; '.join(best)}."}
+    return {
+        "headline": f"The most accurate models that run in real time: {'; '.join(best)}.",
+        "reference_levels": _levels(table),
+        "unresolved": _unresolved(table),
+    }
 
 
 def _most_accurate(scene: str, rows: pd.DataFrame) -> str:
@@ -34,10 +38,29 @@ def _most_accurate(scene: str, rows: pd.DataFrame) -> str:
     return f"{spaced(scene)}: {look(best['model']).label} (error {percent(best['rmse_of_peak'])})"
 
 
+def _levels(table: pd.DataFrame) -> str:
+    """Name the level of the reference of each scene."""
+    first = table.drop_duplicates("scene")
+    return ", ".join(f"{spaced(row.scene)} {row.reference_level:g}" for row in first.itertuples())
+
+
+def _unresolved(table: pd.DataFrame) -> str:
+    """Name the scenes that are compared in a part only, as steps are not resolved later."""
+    first = table.drop_duplicates("scene")
+    cut = first[first["resolved_s"] < first["duration_s"] * (1 - 1e-9)]
+    if cut.empty:
+        return "Every scene is resolved to its end."
+    parts = [
+        f"{spaced(row.scene)} in its first {row.resolved_s:.2g} s of {row.duration_s:.2g} s" for row in cut.itertuples()
+    ]
+    return f"Not resolved to the end, and compared in a part only: {'; '.join(parts)}."
+
+
 def sections(report: Report) -> list[Section]:
-    """Return the figure and its table, then the advice."""
+    """Return the figure and its table, how far references are resolved, then the advice."""
     found, advice = report.tables["dynamic_accuracy"], report.tables["advice"]
     shown = report.figure("dynamic_accuracy") + report.folded("dynamic_accuracy")
+    resolved = report.figure("dynamic_reference") + report.folded("dynamic_reference")
     names = {scene: spaced(scene) for scene in tables.scenes(found)}
     moving = advice[advice["scene"].isin(names)]
     words = "".join(
@@ -46,6 +69,7 @@ def sections(report: Report) -> list[Section]:
     taken = overview(moving, names) + markup.fold("The same in words", words)
     return [
         ("dynamic_section", "Error over a scene against its cost", shown),
+        ("dynamic_resolved", "How far the references are resolved", resolved),
         ("dynamic_advice", "What to take", taken),
     ]
 

@@ -1,95 +1,53 @@
-"""Claims are confirmed and refuted by what the tables say."""
+"""All claims stand in one table, with what they were tested on, and are counted."""
 
-import numpy as np
 import pandas as pd
-import pytest
 from fixtures.material import material
 
+from palpate.report import paper_claims
 from palpate.report.parts import verdicts
 
-PUBLISHED = {
-    "enrichment": {},
-    "springs": {"fitness_m": -0.05, "generations": 1000, "seconds": 3600},
-    "shape_matching": {"steps_1_s": 50},
-    "collision": {},
-}
+
+def rows(**changed):
+    """A confirmed claim of each paper; columns changed as said."""
+    one = {"section": "4", "claim": "a_b=3", "premise": "a cube", "published": "5", "ours": "5", "verdict": "confirmed"}
+    papers = {"paper": [1, 2, 3], "study": ["enrichment", "springs", "collision"]}
+    return pd.DataFrame(one | changed | papers)
 
 
-@pytest.fixture
-def tables(results, spring_results, shape_matching_results, collision_results):
-    return results | spring_results | shape_matching_results | collision_results
-
-
-def found(tables, studies=tuple(PUBLISHED)):
-    """Return all claims of some studies."""
-    reports = [material(study, tables, PUBLISHED.get(study)) for study in studies]
-    whole = reports[0]
-    for report in reports[1:]:
-        whole.studies |= report.studies
-        whole.published |= report.published
-    return verdicts.found(whole)
-
-
-def verdict(tables, claim):
-    """Return what becomes of the one claim that begins so."""
-    claims = found(tables)
-    (word,) = claims["verdict"][claims["claim"].str.startswith(claim)]
-    return word
-
-
-def test_only_papers_that_were_reproduced_have_claims(tables):
-    assert found({"claims": tables["claims"]}, ["enrichment"])["paper"].unique().tolist() == ["paper 1"]
-    assert found(tables)["paper"].nunique() == 4
-    assert found({}, ["tradeoff"]).empty
+def test_without_claims_there_is_no_part():
     report = material("tradeoff", {})
     assert verdicts.sections(report) == [] and verdicts.numbers(report) == {}
+    assert paper_claims.section(report, "tradeoff") == []
 
 
-def test_models_are_named_in_words(tables):
-    claims = tables["claims"].assign(measured="ordered_nonnegative_a: 0.2; nonnegative_b: 0.1", claim="a_b=3")
-    (row,) = found({"claims": claims}, ["enrichment"]).itertuples(index=False)
-    assert row[3] == "contact-ordered, non-negative (a): 0.2; non-negative (b): 0.1" and row.claim == "a_b=3"
+def test_verdicts_are_counted_without_their_reasons():
+    judged = rows(verdict=["confirmed", "not testable: no data", "not testable: no machine"], claim=["a", "b", "b"])
+    said = verdicts.numbers(material("collision", {"claims": judged}))["headline"]
+    assert said == "3 tests of 2 claims of the papers: 2 not testable, 1 confirmed."
+    (_, _, counts), (_, _, table), (_, _, tests) = verdicts.sections(material("collision", {"claims": judged}))
+    assert "not testable: no data" in tests and "<b>Table claims</b>, 3 rows." in tests
+    assert table.count("<tr") == 4  # with the heading: claims of two papers are not united
+    assert "<td>2</td>" in counts.replace(' class="number"', "")
 
 
-def test_one_press_is_not_enough_where_the_others_are_wrong(tables):
-    # conftest: the presses that are not fitted are three times as wrong
-    assert verdict(tables, "moduli fitted") == "refuted"
-    fits = tables["spring_fit"].copy()
-    fits.loc[~fits["used_in_fit"], "rmse_of_peak"] /= 2.5
-    assert verdict(tables | {"spring_fit": fits}, "moduli fitted") == "confirmed"
+def test_models_are_named_in_words():
+    shown = paper_claims.shown(rows(ours="ordered_nonnegative_a: 0.2; nonnegative_b: 0.1"))
+    assert shown["this run"][0] == "contact-ordered, non-negative (a): 0.2; non-negative (b): 0.1"
+    assert shown["claim"][0] == "a_b=3"
+    assert list(shown) == ["paper", "section", "claim", "verdict", "tested on", "the paper", "this run"]
 
 
-def test_what_cannot_be_compared_is_said_to_be_so(tables):
-    assert verdict(tables, "how long the search takes") == "cannot be compared"
+def test_the_tests_of_a_claim_are_united():
+    judged = pd.concat([rows(), rows(), rows(verdict="refuted")]).assign(paper=[1, 2, 3, 1, 2, 3, 1, 2, 2])
+    found = paper_claims.united(judged)
+    assert found["tests"].tolist() == [3, 4, 2]
+    assert found["verdict"].tolist() == ["confirmed (2), refuted (1)", "confirmed (2), refuted (2)", "confirmed"]
+    assert (
+        paper_claims.united(rows(verdict="not testable: no data"))["verdict"].tolist() == ["not testable: no data"] * 3
+    )
 
 
-@pytest.mark.parametrize(("measured", "word"), [(2.001, "confirmed"), (2.03, "refuted"), (np.inf, "refuted")])
-def test_the_explicit_limit(tables, measured, word):
-    stability = tables["integrator_stability"].copy()
-    stability.loc[stability["scheme"] == "symplectic_euler", "blow_up_measured"] = measured
-    assert verdict(tables | {"integrator_stability": stability}, "explicit integration") == word
-
-
-def test_goal_positions_that_grow_refute(tables):
-    assert verdict(tables, "goal positions") == "confirmed"
-    stability = tables["integrator_stability"].replace({"blow_up_measured": np.inf}, 50.0)
-    assert verdict(tables | {"integrator_stability": stability}, "goal positions") == "refuted"
-
-
-def test_growth_clusters_and_body_springs(tables):
-    for claim in ("the cost of shape matching", "a column in more", "virtual body springs"):
-        assert verdict(tables, claim) == "confirmed"
-    timing = tables["shape_matching_timing"].copy()
-    timing["ms_per_step"] = 1e-6 * timing["all_particles"] ** 1.5
-    clusters = tables["clusters"].assign(x_m=0.2 / tables["clusters"]["clusters"])
-    springs = tables["body_springs"].assign(moved=5)
-    changed = tables | {"shape_matching_timing": timing, "clusters": clusters, "body_springs": springs}
-    for claim in ("the cost of shape matching", "a column in more", "virtual body springs"):
-        assert verdict(changed, claim) == "refuted"
-
-
-def test_of_scene_by_scene_claims_only_those_over_all_scenes_count(tables):
-    one = tables["collision_claims"]
-    scene = one.assign(claim="query time (composite 4/2, two_livers)", verdict="refuted")
-    claims = found(tables | {"collision_claims": pd.concat([one, scene])}, ["collision"])
-    assert claims["claim"].tolist() == one["claim"].tolist()
+def test_a_part_shows_the_claims_of_its_own_study():
+    report = material("collision", {"claims": rows(claim=["of one", "of two", "of three"])})
+    ((key, _, text),) = paper_claims.section(report, "collision")
+    assert key == "collision_claims" and "of three" in text and "of one" not in text

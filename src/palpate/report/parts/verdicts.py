@@ -1,36 +1,36 @@
-"""List the papers' claims, confirmed or refuted, of all parts that offer ``claims``: one table."""
+"""List the claims of all papers: how many hold, one row a claim, and every test of them, which is claims.csv."""
 
-import pandas as pd
-
+from palpate.evaluation.table import SHARED
 from palpate.report import markup
 from palpate.report.material import Report, Section
-from palpate.report.paper_claims import COLUMNS, CONFIRMED, REFUTED
+from palpate.report.paper_claims import counted, found, said, shown, united
 
 TITLE = "The papers' claims, checked"
 TABLES: dict = {}
 
 
-def found(report: Report) -> pd.DataFrame:
-    """Return all claims; rows of COLUMNS."""
-    parts = [(name, part) for name, part in report.studies.items() if hasattr(part, "claims")]
-    return pd.DataFrame([row for name, part in parts for row in part.claims(report.of(name))], columns=list(COLUMNS))
-
-
 def numbers(report: Report) -> dict[str, str]:
     """Return the placeholders of this part, as text."""
-    counts = found(report)["verdict"].value_counts()
-    others = "".join(f"; {n} {word}" for word, n in counts.items() if word not in (CONFIRMED, REFUTED))
-    if counts.empty:
+    claims = found(report)
+    if claims.empty:
         return {}
-    return {
-        "headline": f"Of {counts.sum()} claims that the papers make, {counts.get(CONFIRMED, 0)} are confirmed and "
-        f"{counts.get(REFUTED, 0)} are refuted{others}."
-    }
+    tests = f"{len(claims)} tests of {claims['claim'].nunique()} claims of the papers"
+    return {"headline": f"{tests}: {said(counted(claims['verdict']))}."}
 
 
 def sections(report: Report) -> list[Section]:
-    """Return one table of all claims; none if no study reproduces a paper."""
+    """Return how many claims hold, a row for each, and all tests; none if no study reproduces a paper."""
     claims = found(report)
     if claims.empty:
         return []
-    return [("claim_by_claim", "Claim by claim", markup.table(claims, "Each claim, and what this run measured"))]
+    counts = claims.groupby("paper")["verdict"].apply(counted).unstack(fill_value=0)
+    counts = counts[list(counted(claims["verdict"]).index)].reset_index()
+    return [
+        ("verdict_counts", "How many hold", markup.table(counts, "Tests by paper and verdict")),
+        (
+            "claim_by_claim",
+            "Claim by claim",
+            markup.table(united(claims), "Each claim, with the verdicts of its tests"),
+        ),
+        ("claim_tests", "Every test", markup.folded(shown(claims), "claims", SHARED["claims"].description)),
+    ]

@@ -1,0 +1,60 @@
+"""Claims of all studies are gathered into one table, and every study that judges some can be gathered."""
+
+import ast
+import sys
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+
+import pandas as pd
+import pytest
+
+from palpate import evaluation
+from palpate.dependencies import files_of
+from palpate.evaluation.claims import CONFIRMED, OUTSIDE, REFUTED, Claim, gather, not_testable, percent, verdict
+from palpate.evaluation.table import columns, declared
+
+MODULES = [
+    f"palpate.evaluation.{study.name}.{file.stem}"
+    for study in iter_modules(evaluation.__path__)
+    if study.ispkg
+    for file in files_of(f"palpate.evaluation.{study.name}")
+    if file.stem.startswith("claims")
+]
+
+
+def test_verdicts():
+    assert [verdict(True), verdict(True, within=False)] == [CONFIRMED] * 2
+    assert [verdict(False), verdict(False, within=False)] == [REFUTED, OUTSIDE]
+    assert not_testable("no data") == "not testable: no data"
+    assert percent(0.1234) == "12 %"
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_module_names_tables_that_its_study_makes(name):
+    module, study = import_module(name), name.split(".")[2]
+    assert isinstance(module.TABLES, tuple)
+    assert set(module.TABLES) <= set(declared(study))
+    # the workflow reads them without importing the module
+    assigned = [line for line in ast.parse(files_of(name)[0].read_text()).body if isinstance(line, ast.Assign)]
+    (tables,) = [line.value for line in assigned if getattr(line.targets[0], "id", "") == "TABLES"]
+    assert ast.literal_eval(tables) == module.TABLES
+
+
+def test_claims_are_gathered_by_paper_and_see_their_own_tables_only(monkeypatch):
+    def judge(paper):
+        def claims(tables):
+            assert list(tables) == ["lengths"]
+            yield Claim(paper, "1", "it is long", "a bar", "2 m", f"{tables['lengths']['m'].iloc[0]} m", CONFIRMED)
+
+        return claims
+
+    for study, paper in (("late", 3), ("early", 1)):
+        module = ModuleType(f"palpate.evaluation.{study}.claims")
+        module.TABLES, module.claims = ("lengths",), judge(paper)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    tables = {"lengths": pd.DataFrame({"m": [3]}), "widths": pd.DataFrame()}
+    found = gather(["palpate.evaluation.late.claims", "palpate.evaluation.early.claims"], tables)
+    assert list(found) == columns("claims")
+    assert found["paper"].tolist() == [1, 3] and found["study"].tolist() == ["early", "late"]
+    assert found["ours"].tolist() == ["3 m", "3 m"]

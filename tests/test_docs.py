@@ -12,7 +12,7 @@ import yaml
 
 from palpate import evaluation
 from palpate.effects.effect import HOOKS, members
-from palpate.evaluation.table import declared
+from palpate.evaluation.table import SHARED, declared
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "results/README.md"])
@@ -65,6 +65,8 @@ def columns():
         if module.ispkg:
             for table in declared(module.name).values():
                 yield from table.columns.split()
+    for table in SHARED.values():
+        yield from table.columns.split()
 
 
 def terms() -> list[str]:

@@ -43,7 +43,11 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument("data", help="a mesh, a CT as one file, or a folder of DICOM slices")
     init.add_argument("mask", nargs="?", help="a mask of the CT")
     init.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
+    parts = init.add_mutually_exclusive_group()
+    parts.add_argument("--each", action="store_true", help="a config for each label, not one body of all")
+    parts.add_argument("--regions", action="store_true", help="the largest label is the body, the others its regions")
     init.add_argument("--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of the organ [HU]")
+    init.add_argument("--mri", action="store_true", help="the image is an MRI; --threshold is of its grey values")
     init.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
     init.set_defaults(act=_init)
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
@@ -62,11 +66,13 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _init(asked: argparse.Namespace) -> str:
-    from palpate.init.command import init
+    from palpate.init.command import init, init_each
 
     paths = [Path(path) for path in (asked.data, asked.mask) if path is not None]
     label = [int(label) if label.isdecimal() else label for label in asked.label]
-    return init(paths, label, asked.threshold, asked.folder)
+    if asked.each:
+        return init_each(paths, label, asked.folder, asked.mri)
+    return init(paths, label, asked.threshold, asked.folder, asked.regions, asked.mri)
 
 
 def _positive(text: str) -> float:

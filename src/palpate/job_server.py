@@ -16,7 +16,7 @@ from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 LIBRARIES = (
     "scipy.sparse.linalg",
@@ -98,7 +98,7 @@ def _fork(listener: socket.socket, events: selectors.BaseSelector) -> Job | None
     if not process:
         for number, stream in enumerate(streams):
             os.dup2(stream, number)
-        inherited = [key.fileobj for key in events.get_map().values()]
+        inherited: list[Any] = [key.fileobj for key in events.get_map().values()]
         events.close()
         for one in (asked, *inherited, *streams):
             one.close() if isinstance(one, socket.socket) else os.close(one)
@@ -112,7 +112,7 @@ def _fork(listener: socket.socket, events: selectors.BaseSelector) -> Job | None
     return None
 
 
-def _follow(source: int | socket.socket, running: Running, events: selectors.BaseSelector) -> None:
+def _follow(source: Any, running: Running, events: selectors.BaseSelector) -> None:
     """Report the end of a process to who asked for it; kill it if that one has gone."""
     events.unregister(source)
     if source is running.asked:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -28,14 +30,31 @@ def test_round_trip(stored):
     assert abs(body.prolongation - found.prolongation).max() == 0
 
 
-def test_a_bed_comes_back_and_finer_keeps_it(cube, material, tmp_path):
-    bed = Bed(np.array([0.5, 0.5, 0.0]), 0.8, 1e5)
+@pytest.mark.parametrize("facing", [None, np.array([0.0, 0.0, -1.0])])
+def test_a_bed_comes_back_and_finer_keeps_it(cube, material, tmp_path, facing):
+    bed = Bed(np.array([0.5, 0.5, 0.0]), 0.8, 1e5, facing)
     save(nest("cube", cube, 1, np.empty(0, dtype=int), material, bed=bed), tmp_path / "bedded.h5")
     body = load(tmp_path / "bedded.h5")
     for found in (body.bed, finer(body).bed):
         assert np.array_equal(found.center_m, bed.center_m)
         assert (found.radius_m, found.stiffness_n_m3) == (0.8, 1e5)
+        assert found.facing is None if facing is None else np.array_equal(found.facing, facing)
     assert [len(held) for held in body.anchors] == [0, 0] and body.anchors[0].dtype.kind == "i"
+
+
+def test_densities_of_a_ct_come_back_and_finer_keeps_them(cube, material, tmp_path):
+    body = nest("cube", cube, 1, np.arange(4), material)
+    body = replace(body, densities=[1000.0 + level.nodes[:, 0] for level in body.levels])
+    save(body, tmp_path / "weighed.h5")
+    found = load(tmp_path / "weighed.h5")
+    assert all(map(np.array_equal, body.densities, found.densities))
+    assert finer(found).densities[2] == pytest.approx(1000.0 + finer(body).fine.nodes[:, 0])
+    assert len(found.up_to(0).densities) == len(found.up_to(0).levels) == len(found.up_to(0).anchors) == 1
+    with h5py.File(tmp_path / "weighed.h5", "a") as file:
+        del file["level_1/densities_kg_m3"]
+        file["level_1/densities_kg_m3"] = np.ones(3)
+    with pytest.raises(InputError, match="densities_kg_m3 do not fit the nodes"):
+        load(tmp_path / "weighed.h5")
 
 
 def test_a_sheet_comes_back(material, tmp_path):
@@ -66,7 +85,7 @@ def test_another_version_is_refused(stored):
     _, path = stored
     with h5py.File(path, "a") as file:
         file.attrs["version"] = 0
-    with pytest.raises(InputError, match="version is not 4"):
+    with pytest.raises(InputError, match="version is not 5"):
         load(path)
 
 

@@ -32,6 +32,19 @@ def layered():
     return Tissue((SOFT, HARD), upper.astype(int))
 
 
+def test_masses_follow_from_densities_at_nodes(layered):
+    """Linear in height, so that the total is exact on any mesh, whatever the materials' densities are."""
+    mesh = box([0.1, 0.1, 0.2], [2, 2, 4])
+    body = nest("block", mesh, 1, np.arange(9), SOFT, regions=layered)
+    body = replace(body, densities=[1000.0 + 1e4 * level.nodes[:, 2] for level in body.levels])
+    for level in (0, 1):
+        particles = particles_of(body, level, surface=False)
+        assert particles.masses.sum() == pytest.approx(2e-3 * 2000.0)
+        assert (particles.masses @ particles.nodes)[2] / 4.0 == pytest.approx(0.1 + 1e4 * 0.2**2 / 12 / 2000, rel=0.1)
+        skin = particles_of(replace(body, regions=None), level, surface=True)
+        assert skin.masses.sum() == pytest.approx(4.0)
+
+
 @pytest.mark.parametrize("level", [0, 1])
 def test_masses_follow_from_the_density_of_each_element(layered, level):
     particles = block(SOFT, layered, level)

@@ -105,8 +105,7 @@ def test_the_first_region_wins_and_constants_default_to_the_body_s(block):
         "core": {"sphere": inner, "young_pa": 1e5, "poisson": 0.45, "density_kg_m3": 1200},
         "rim": {"sphere": BALL, "young_pa": 1e4},
     }
-    with pytest.warns(UserWarning, match="poisson"):
-        tissue = make_body("block", block | {"regions": rules}).tissue(0)
+    tissue = make_body("block", block | {"regions": rules}).tissue(0)
     assert tissue.materials[1:] == (Material(1e5, 0.45, 1200), Material(1e4, 0.3, 1000))
     mesh = box([0.1] * 3, [8, 8, 8])
     assert (tissue.region[np.linalg.norm(middles(mesh) - 0.05, axis=1) < 0.014] == 1).all()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.bodies.bed import Bed, read_bed
+from palpate.bodies.bed import Bed, inner_nodes, read_bed
 from palpate.bodies.body import nest
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.material import Material
@@ -157,3 +157,21 @@ def test_a_scene_finds_the_bed_by_itself_and_comes_to_rest_on_it(block):
     middle = np.linalg.norm(particles.nodes[:, :2] - 0.1, axis=1) < 0.05
     weight = 9.81 * particles.masses.sum()
     assert moved[middle, 2].mean() == pytest.approx(-weight / (WHOLE * 200), rel=0.02)
+
+
+def test_a_bed_holds_only_the_side_that_faces_it(block):
+    """A ball of a bed so large that k hardly fades: what resists is the area of the underside times k."""
+    rule = {"sphere": {"center_m": [0.1, 0.1, 0.04], "radius_m": 1e3}, "stiffness_n_m3": 2e4, "facing": [0, 0, -3]}
+    bed = read_bed("block", rule, block.coarse)
+    matrix = BedSprings(block.coarse, bed).matrix
+    together = np.tile([1.0, 0.0, 0.0], len(block.coarse.nodes))
+    assert together @ matrix @ together == pytest.approx(2e4 * 0.2 * 0.2, rel=1e-6)
+    held = inner_nodes(block.coarse, bed)
+    assert np.array_equal(held, np.flatnonzero(block.coarse.nodes[:, 2] == 0.0))
+    del rule["facing"]
+    whole = BedSprings(block.coarse, replace(bed, facing=None)).matrix
+    assert together @ whole @ together == pytest.approx(2e4 * (2 * 0.04 + 4 * 0.2 * 0.08), rel=1e-6)
+    with pytest.raises(InputError, match="holds the whole surface"):
+        read_bed("block", rule, block.coarse)
+    with pytest.raises(InputError, match=r"bed\.facing is \[0, 0, 0\]"):
+        read_bed("block", rule | {"facing": [0, 0, 0]}, block.coarse)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fixtures.results import shape_matching_results, spring_results  # noqa: F401
 from scipy.sparse import csr_array
 
 from palpate.bodies.material import Material

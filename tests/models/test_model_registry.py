@@ -77,7 +77,9 @@ def test_what_a_model_is_told_stands_with_it():
     assert {name for name, model in made.items() if model.prepared} == {
         "linear_fem", "linear_residual", "warped_compliance", "detail_correction",
     }  # fmt: skip
-    assert {name for name, model in made.items() if not model.reduces} == {"fem_p1", "fem_p2", "interpolation"}
+    assert {name for name, model in made.items() if not model.reduces} == {
+        "fem_p1", "fem_p2", "fem_local", "interpolation",
+    }  # fmt: skip
     assert all(model.law for model in made.values())
     assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})
 

@@ -30,7 +30,7 @@ def test_long_cells_break_into_lines_and_short_ones_do_not():
 
 
 def test_an_outcome_gets_its_mark():
-    text = markup.table(pd.DataFrame({"verdict": ["confirmed", "refuted", "cannot be compared"]}), "")
+    text = markup.table(pd.DataFrame({"verdict": ["confirmed", "refuted", "not testable: tied"]}), "")
     assert '<td class="good">' in text and '<td class="bad">' in text and '<td class="open' in text
 
 

@@ -45,7 +45,7 @@ def file(whole_folder, trade_off_tables, tmp_path_factory):
         path.write_text(
             '{"legend": {"palette": "", "ticks": []}, "frames": {"times_s": [0]}, "window": [1, 1], "axes": []}'
         )
-    more = [*trade_off_tables]
+    more = [*trade_off_tables, "node_mass"]
     report.write(folder, CAPTIONS, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts, more=more)
     return folder / "report.html"
 

@@ -30,7 +30,20 @@ def results(trade_off_tables, dynamic_table, tmp_path):
         "advice_agreement": trade_off_tables["advice_agreement"],
         "advice_by_radius": trade_off_tables["advice_by_radius"],
         "hard_cases": pd.DataFrame(hard).assign(
-            case="c", source="", scene="", model="m", measure="", value=1, bound=1, declared="", passed=True, message=""
+            case="c",
+            source="",
+            scene="",
+            model="m",
+            measure="",
+            value=1,
+            bound=1,
+            declared="",
+            passed=True,
+            message="",
+            frozen=2.0,
+            zero=2.0,
+            tenth=2.0,
+            sharp=True,
         ),
         "scaling": pd.DataFrame(rows).assign(unit="", threads=1, seconds_exponent=1.0, memory_exponent=1.0),
     }

@@ -18,12 +18,12 @@ def test_missing_table_is_named(tmp_path):
 
 
 def test_missing_columns_are_named(tmp_path):
-    (tmp_path / "claims.csv").write_text("claim,measured\na,b\n")
-    with pytest.raises(InputError, match=r"claims\.csv lacks the column\(s\) paper, verdict"):
+    (tmp_path / "claims.csv").write_text("claim,ours,section,premise,study\na,b,c,d,e\n")
+    with pytest.raises(InputError, match=r"claims\.csv lacks the column\(s\) paper, published, verdict"):
         tables.read(tmp_path / "claims.csv")
 
 
-@pytest.mark.parametrize("content", ["", "claim,paper,measured,verdict\n"])
+@pytest.mark.parametrize("content", ["", "paper,section,claim,premise,published,ours,verdict,study\n"])
 def test_an_empty_table_is_refused(tmp_path, content):
     (tmp_path / "claims.csv").write_text(content)
     with pytest.raises(InputError, match=r"claims\.csv"):

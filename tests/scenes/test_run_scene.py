@@ -111,6 +111,32 @@ def test_an_unstable_step_is_refused_with_its_limit_unless_asked_for(particles):
         run(replace(hasty, allow_unstable=True, duration_s=100.0), particles)
 
 
+@pytest.mark.parametrize("integrator", ["symplectic_euler", "backward_euler"])
+def test_a_step_in_substeps_ends_where_as_many_steps_do(particles, integrator):
+    """Frames and their number are those of whole steps."""
+    fine = replace(
+        SCENE, effects=["corotational", "held", "gravity"], integrator=integrator, step_s=5e-4, duration_s=0.02
+    )
+    whole = run(replace(fine, step_s=4e-3, substeps=8, frames=100), particles)
+    parts = run(replace(fine, frames=100), particles)
+    assert whole.steps == 5 and parts.steps == 40
+    np.testing.assert_allclose(whole.motion.times, 4e-3 * np.arange(6))
+    np.testing.assert_array_equal(whole.motion.positions, parts.motion.positions[::8])
+    assert whole.motion.energy["outer_work_j"].iloc[-1] == parts.motion.energy["outer_work_j"].iloc[-1]
+
+
+def test_auto_takes_as_many_substeps_as_are_stable(particles):
+    light = {"gravity": {"acceleration_m_s2": [0.05, 0, 0]}}
+    hasty = replace(SCENE, effects=["corotational", "held", "gravity"], integrator="symplectic_euler", duration_s=5.0)
+    hasty = replace(hasty, settings=light)
+    moved = np.abs(run(replace(hasty, substeps="auto"), particles).motion.positions - particles.nodes).max()
+    assert 1e-3 < moved < 0.1
+    with pytest.raises(InputError, match=r"step_s is 0.05 s in 2 substeps, and .* say substeps: auto"):
+        run(replace(hasty, substeps=2), particles)
+    implicit = run(replace(SCENE, substeps="auto"), particles).motion
+    np.testing.assert_array_equal(implicit.positions, run(SCENE, particles).motion.positions)
+
+
 @pytest.mark.parametrize(
     ("integrator", "elastic", "more"),
     [

@@ -32,7 +32,7 @@ TIMED = re.compile(
 NOT_TIMES = {"time_s", "start_s"}
 """Columns of simulated time."""
 FROM_TIMES = {
-    "claims", "collision_claims", "advice", "advice_agreement", "advice_by_radius", "scaling", "complexity",
+    "claims", "advice", "advice_agreement", "advice_by_radius", "scaling", "complexity",
     "collision_scaling", "online_cost",
 }  # fmt: skip
 """Tables whose rows are worked out from times: only that they are there is compared."""

@@ -45,7 +45,8 @@ def test_defaults_are_those_of_the_shipped_settings():
     given = yaml.safe_load((ROOT / "config.yaml").read_text())
     names = [name for name in given if name not in ("bodies", "regimes", "scenes", "seed")]
     found = [row for name in names for row in both(given[name], defaults(SCHEMA, name), f"{name}.")]
-    naming = ("tradeoff.bodies", "tradeoff.limit_points", "law.bodies")  # bodies that are shipped
+    # bodies and scenes that are shipped
+    naming = ("tradeoff.bodies", "tradeoff.limit_points", "law.bodies", "organ_springs.bodies", "shape_matching.creep")
     assert [(key, value, default) for key, value, default in found if value != default and key not in naming] == []
     assert len(found) > 50
 

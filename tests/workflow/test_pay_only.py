@@ -15,10 +15,11 @@ SHAPE_MATCHING = {
     "tabulate_clusters",
     "time_shape_matching",
     "tabulate_body_springs",
+    "check_claims",
 }
-CT = {"tabulate_node_mass", "draw_ct"}
-SPRINGS = {"simulate_spring_reference", "fit_springs", "tabulate_spring_floor", "merge_table"}
-COLLISION = {"measure_collision", "measure_collision_scaling", "check_collision_claims"}
+CT = {"tabulate_node_mass", "draw_ct", "measure_imaging", "check_claims"}
+SPRINGS = {"simulate_spring_reference", "fit_springs", "tabulate_spring_floor", "merge_table", "check_claims"}
+COLLISION = {"measure_collision", "measure_collision_scaling", "measure_collision_precision", "check_claims"}
 REPORT = {"draw", "write_report", "all"}
 SHARED = ("seed", "bodies", "regimes", "solver", "timing")
 
@@ -38,7 +39,7 @@ def planned(plan, whole, write_config, tmp_path):
 def test_shape_matching_alone_makes_no_body_and_no_scene(planned):
     jobs = planned("shape_matching", bodies={})
     assert set(jobs) == SHAPE_MATCHING | REPORT
-    assert jobs.pop("draw") == 4 and set(jobs.values()) == {1}
+    assert jobs.pop("draw") == 6 and set(jobs.values()) == {1}
 
 
 def test_springs_alone_make_no_body_and_no_scene(planned):
@@ -51,7 +52,7 @@ def test_springs_alone_make_no_body_and_no_scene(planned):
 def test_collision_alone_makes_no_body_and_no_scene(planned):
     jobs = planned("collision", bodies={})
     assert set(jobs) == COLLISION | REPORT
-    assert jobs.pop("draw") == 2 and set(jobs.values()) == {1}
+    assert jobs.pop("draw") == 4 and set(jobs.values()) == {1}
 
 
 def test_a_scene_alone_makes_its_own_body(planned, whole):
@@ -87,7 +88,7 @@ def test_only_scenes_in_which_something_can_touch_have_tables_of_it(planned, who
 
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned("enrichment")
-    assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"merge_table"})
+    assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"merge_table", "check_claims"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
     assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
 
@@ -158,11 +159,11 @@ def test_a_study_can_be_asked_for_by_itself(planned, study):
 
 
 @pytest.mark.parametrize(
-    ("scene", "said"), [("nix", "nix, which is not a scene"), ("touch", "touch, which has contact; choose")]
+    ("scene", "said"), [("nix", "nix, which is not a scene"), ("touch", "touch, which has contact; describe")]
 )
 def test_scenes_that_models_cannot_be_tried_on_are_told_before_anything_runs(
     run, smoke, whole, write_config, tmp_path, scene, said
 ):
-    settings = smoke | {"dynamic": whole["dynamic"] | {"durations_s": {scene: 0.1}}}
+    settings = smoke | {"dynamic": whole["dynamic"] | {"scenes": {scene: {"duration_s": 0.1}}}}
     done = run(tmp_path, write_config(settings), "--dry-run")
-    assert done.returncode == 1 and f"dynamic.durations_s names {said}" in done.stdout
+    assert done.returncode == 1 and f"dynamic.scenes names {said}" in done.stdout

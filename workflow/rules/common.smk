@@ -132,9 +132,17 @@ def figures(study, *names, scenes=None, published=False):
 def tables_of(module):
     """The tables that a figure's module reads, as its constant TABLES names them."""
     for line in ast.parse(files_of(module)[0].read_text()).body:
-        if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES":
+        if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
             return ast.literal_eval(line.value)
     raise InputError(f"{module} does not name the tables that it reads; give it a constant TABLES.")
+
+
+def claims_of(study):
+    """The modules of a study that judge claims of the papers, as far as this run makes every table that they read."""
+    made = {file for files in TARGETS.values() for file in files}
+    names = [file.stem for file in files_of(f"palpate.evaluation.{study}") if file.stem.startswith("claims")]
+    modules = [f"palpate.evaluation.{study}.{name}" for name in names]
+    return [module for module in modules if made.issuperset(tabulated(*tables_of(module)))]
 
 
 def merged(table, parts):

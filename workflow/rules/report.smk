@@ -4,6 +4,7 @@
 rule write_report:
     input:
         *(TARGETS[study] for study in ASKED),
+        claims=CLAIMS,
         captions=captions(".", *ASKED),
         warned=sorted(set(WARNED)),
         assets=[relpath(path) for path in sorted((ROOT / "src/palpate/report/assets").iterdir())],

@@ -1,5 +1,11 @@
 # Tables that several jobs or studies fill, and figures that only read tables.
 
+# what judges the papers' claims, by the tables of the studies that are asked for
+JUDGES = [module for study in ASKED for module in claims_of(study)]
+# the report reads this table beside those of the studies
+CLAIMS = tabulated("claims") if JUDGES else []
+OPTIONAL += ["claims"] if JUDGES else []
+
 
 rule merge_table:
     input:
@@ -36,6 +42,24 @@ rule draw:
         "draw {wildcards.figure}"
     script:
         "../scripts/draw.py"
+
+
+if JUDGES:
+
+    rule check_claims:
+        input:
+            sorted({file for module in JUDGES for file in tabulated(*tables_of(module))}),
+        output:
+            CLAIMS,
+        log:
+            "results/logs/check_claims.log",
+        params:
+            modules=JUDGES,
+            code=code_of("check_claims", *JUDGES),
+        message:
+            "check the papers' claims"
+        script:
+            "../scripts/check_claims.py"
 
 
 if {"tradeoff", "dynamic"} & set(ASKED):

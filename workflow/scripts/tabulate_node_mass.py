@@ -6,10 +6,10 @@ from palpate.job import job, steps, write_table
 from palpate.kept_warnings import about
 
 with job(snakemake.log[0]) as say:
-    entries, settings = snakemake.params.entries, snakemake.params.settings
+    entries, sizes = snakemake.params.entries, snakemake.params.sizes
     tables = []
     for body, entry in entries.items():
         with about(f"bodies.{body}"):
             image, mask = segment_entry(entry)
-        tables.append(measure(body, image, mask, **settings, progress=steps(say, f"{body}: node masses, resolution")))
+        tables.append(measure(body, image, mask, sizes, progress=steps(say, f"{body}: node masses, resolution")))
     write_table(pd.concat(tables), snakemake.output[0])

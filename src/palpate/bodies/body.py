@@ -1,7 +1,7 @@
 """A body: nested meshes with material, density and anchors."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
 import numpy as np
@@ -25,6 +25,7 @@ class Body:
     bed : springs under a part of the surface, beside anchors or instead of them
     regions : the tissue of the coarse tetrahedra if they are of several materials; those that they are split into have
         the same. ``material`` is the body's own, of what lies in no region
+    densities : at the nodes of each level [kg/m³], of a body whose masses are those of its CT; else the materials'
     """
 
     name: str
@@ -34,6 +35,7 @@ class Body:
     material: Material
     bed: Bed | None = None
     regions: Tissue | None = None
+    densities: list[np.ndarray] | None = None
 
     @property
     def coarse(self) -> TetMesh | Sheet:
@@ -51,6 +53,17 @@ class Body:
         # refinement puts the eight parts of an element next to each other, in the order of the elements
         parts = count // len(self.regions.region)
         return Tissue(self.regions.materials, np.repeat(self.regions.region, parts))
+
+    def up_to(self, level: int) -> "Body":
+        """Return the body without the levels finer than ``level``, counted from 0."""
+        count = level + 1
+        return replace(
+            self,
+            levels=self.levels[:count],
+            prolongations=self.prolongations[:level],
+            anchors=self.anchors[:count],
+            densities=None if self.densities is None else self.densities[:count],
+        )
 
     @cached_property
     def prolongation(self) -> sparse.csr_array:

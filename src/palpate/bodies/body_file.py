@@ -19,7 +19,7 @@ from palpate.files import read_hdf5, write_whole
 if TYPE_CHECKING:
     import h5py
 
-VERSION = 4
+VERSION = 5
 """Number of the layout below; increase it with every change of the layout."""
 
 
@@ -31,7 +31,8 @@ def save(body: Body, path: str | Path) -> None:
         file.attrs.update(kind="body", version=VERSION, name=body.name, units="m", **asdict(body.material))
         file.attrs["levels"] = len(body.levels)
         if body.bed is not None:
-            file.create_group("bed").attrs.update(asdict(body.bed))
+            given = {key: value for key, value in asdict(body.bed).items() if value is not None}
+            file.create_group("bed").attrs.update(given)
         if body.regions is not None:
             _put(file, "regions/region", body.regions.region)
             for i, each in enumerate(body.regions.materials):
@@ -44,6 +45,8 @@ def save(body: Body, path: str | Path) -> None:
             else:
                 _put(file, f"level_{i}/tetrahedra", mesh.tetrahedra)
             _put(file, f"level_{i}/anchors", held)
+            if body.densities is not None:
+                _put(file, f"level_{i}/densities_kg_m3", body.densities[i])
         for i, p in enumerate(body.prolongations):
             for part_name in ("data", "indices", "indptr"):
                 _put(file, f"prolongation_{i}/{part_name}", getattr(p, part_name))
@@ -75,7 +78,8 @@ def _read(path: Path, file: "h5py.File") -> Body:
         parts = tuple(group[name][()] for name in ("data", "indices", "indptr"))
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
     name, material = str(attributes["name"]), _material(attributes)
-    return Body(name, levels, prolongations, held, material, _bed(file), _regions(path, file, levels[0]))
+    regions, densities = _regions(path, file, levels[0]), _densities(path, file, levels)
+    return Body(name, levels, prolongations, held, material, _bed(file), regions, densities)
 
 
 def _material(found: "h5py.AttributeManager") -> Material:
@@ -94,11 +98,21 @@ def _regions(path: Path, file: "h5py.File", coarse: TetMesh | Sheet) -> Tissue |
     return Tissue(materials, region)
 
 
+def _densities(path: Path, file: "h5py.File", levels: list[TetMesh | Sheet]) -> list[np.ndarray] | None:
+    if "level_0/densities_kg_m3" not in file:
+        return None
+    found = [_get(path, file[f"level_{i}/densities_kg_m3"], None, "f") for i in range(len(levels))]
+    if any(len(one) != len(mesh.nodes) for one, mesh in zip(found, levels, strict=True)):
+        raise InputError(f"{path}: densities_kg_m3 do not fit the nodes; delete the file and type make.")
+    return found
+
+
 def _bed(file: "h5py.File") -> Bed | None:
     if "bed" not in file:
         return None
     found = file["bed"].attrs
-    return Bed(found["center_m"], float(found["radius_m"]), float(found["stiffness_n_m3"]))
+    radius_m, stiffness_n_m3 = float(found["radius_m"]), float(found["stiffness_n_m3"])
+    return Bed(found["center_m"], radius_m, stiffness_n_m3, found.get("facing"))
 
 
 def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:

@@ -2,6 +2,9 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
 
 from palpate.bodies.anchors import choose_anchors, default_anchors
 from palpate.bodies.bed import read_bed
@@ -51,6 +54,8 @@ def _make(name: str, entry: dict) -> Body:
     anchors = choose_anchors(name, rule, mesh, bed)
     regions = read_regions(name, entry, mesh, material, _material, remeshed)
     body = nest(name, mesh, entry.get("refinements", 0), anchors, material, snap, bed, regions)
+    if moves_with_ct(entry):
+        body = replace(body, densities=_weighed(name, entry, body))
     if entry["kind"] in ("file", "ct"):
         check_quality(body, REMEDIES[remeshed])
     return body
@@ -93,6 +98,24 @@ def _ct(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
     from palpate.bodies.ct.mesh_from_ct import build
 
     return *build(entry), True
+
+
+def moves_with_ct(entry: dict) -> bool:
+    """Return whether the masses of a config entry's nodes are those of its CT's voxels; an MRI has no densities."""
+    return entry["kind"] == "ct" and entry.get("modality", "ct") == "ct" and entry.get("masses", "ct") == "ct"
+
+
+def _weighed(name: str, entry: dict, body: Body) -> list[np.ndarray]:
+    """Return the densities at the nodes of all levels; InputError if a region gives another."""
+    from palpate.bodies.ct.masses import nodal_densities
+
+    for region, rule in entry.get("regions", {}).items():
+        if "density_kg_m3" in rule:
+            raise InputError(
+                f"body {name}: regions.{region} has a density_kg_m3, and the voxels of the CT have theirs; leave it "
+                "out, or give masses: uniform."
+            )
+    return nodal_densities(entry, body.levels)
 
 
 def _material(name: str, entry: dict) -> Material:

@@ -67,8 +67,8 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     """Make particles of one level of ``body``, or with ``surface`` of its boundary only, with all of its mass.
 
     A solid's mass goes in quarters to the corners of its tetrahedra (paper 2, eq. 4), a sheet's in thirds to those
-    of its triangles, a surface model's by area. Raises InputError for a level that the body does not have, and for the
-    surface alone of a body with regions.
+    of its triangles, a surface model's by area. Densities are those of the body's CT, if it has them. Raises InputError
+    for a level that the body does not have, and for the surface alone of a body with regions.
     """
     if not -len(body.levels) <= level < len(body.levels):
         raise InputError(
@@ -81,7 +81,8 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
         cells = mesh.triangles, mesh.tetrahedra
         return Particles(body.name, mesh.nodes, masses, held, *cells, body.material, mesh.thickness_m)
     regions = None if body.regions is None else body.tissue(level)
-    whole = solid_particles(mesh, held, body.material, body.name, body.bed, regions)
+    densities = None if body.densities is None else body.densities[level]
+    whole = solid_particles(mesh, held, body.material, body.name, body.bed, regions, densities)
     if not surface:
         return whole
     if regions is not None:
@@ -167,10 +168,17 @@ def solid_particles(
     name: str,
     bed: Bed | None = None,
     regions: Tissue | None = None,
+    densities: np.ndarray | None = None,
 ) -> Particles:
-    """Make point masses of the nodes of ``mesh``; ``regions`` is its tissue if it has several materials."""
-    densities = material.density_kg_m3 if regions is None else regions.density_kg_m3
-    masses = lump_masses(mesh, densities * mesh.volumes)
+    """Make point masses of the nodes of ``mesh``; ``regions`` is its tissue if it has several materials.
+
+    densities : at the nodes (n,) [kg/m³], in place of the materials'; a tetrahedron has the mean of its corners'
+    """
+    if densities is not None:
+        of_elements = densities[mesh.tetrahedra].mean(axis=1)
+    else:
+        of_elements = material.density_kg_m3 if regions is None else regions.density_kg_m3
+    masses = lump_masses(mesh, of_elements * mesh.volumes)
     cells = mesh.triangles, mesh.tetrahedra
     return Particles(name, mesh.nodes, masses, held, *cells, material, beds=_beds(bed, mesh.triangles), regions=regions)
 

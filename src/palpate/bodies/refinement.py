@@ -62,6 +62,7 @@ def finer(body: "Body", count: int = 1) -> "Body":
             levels=[*body.levels, mesh],
             prolongations=[*body.prolongations, prolongation],
             anchors=[*body.anchors, held],
+            densities=None if body.densities is None else [*body.densities, prolongation @ body.densities[-1]],
         )
     return body
 

@@ -1,6 +1,7 @@
 """Exact integrals over the part of flat triangles that lies in a ball, of polynomials."""
 
 import numpy as np
+from scipy import sparse
 
 from palpate.bodies.mesh import Mesh
 
@@ -21,6 +22,19 @@ def triangle_shapes(barycentric: np.ndarray, order: int) -> np.ndarray:
         return barycentric
     first, second = barycentric[..., EDGES[:, 0]], barycentric[..., EDGES[:, 1]]
     return np.concatenate([barycentric * (2.0 * barycentric - 1.0), 4.0 * first * second], axis=-1)
+
+
+def surface_interpolation(mesh: Mesh, triangles: np.ndarray, barycentric: np.ndarray, order: int) -> sparse.csr_array:
+    """Return the map (k, n) to points with ``barycentric`` coordinates (k, 3) in ``triangles`` (k,) of ``mesh``.
+
+    n counts its nodes, and for ``order`` 2 then its edges.
+    """
+    nodes, count = mesh.triangles[triangles], len(mesh.nodes)
+    if order == 2:
+        nodes, count = np.hstack([nodes, midpoints(mesh, nodes)]), count + len(mesh.edges)
+    shapes = triangle_shapes(barycentric, order)
+    rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
+    return sparse.csr_array((shapes.ravel(), (rows, nodes.ravel())), shape=(len(nodes), count))
 
 
 def ball_points(

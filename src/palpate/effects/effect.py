@@ -121,6 +121,14 @@ class Projection(Protocol):
         """Change the positions ``x`` and velocities ``v`` in place at the end of a step from ``start`` (n, 3) [m]."""
 
 
+class Placement(Protocol):
+    """A change of the places from which a scene begins."""
+
+    def place(self, x: np.ndarray) -> np.ndarray:
+        """Return the positions (n, 3) [m] from which the first step begins, given those that the scene describes."""
+        raise NotImplementedError
+
+
 class StepBegin(Protocol):
     """Work at the beginning of an implicit step, such as the motion of an obstacle."""
 
@@ -177,7 +185,7 @@ class Relaxation(Protocol):
 class Goals(Protocol):
     """Goal positions of an elastic effect. The integrator goal_position needs them.
 
-    alpha : fraction of the way to its goal that a node moves in a step, 0 to 1
+    alpha : fraction of the way to its goal that a node moves in a step, below 4, from which on no step is stable
     """
 
     alpha: float
@@ -260,6 +268,7 @@ HOOKS: tuple[type, ...] = (
     FixedNodes,
     HeldNodes,
     Projection,
+    Placement,
     StepBegin,
     StepEnd,
     Driven,

@@ -20,6 +20,16 @@ class Table(NamedTuple):
     always: bool = True
 
 
+SHARED = {
+    "claims": Table(
+        "paper section claim premise published ours verdict study",
+        "Each claim of the three papers, the premise that it was tested in, what was published and what this run "
+        "measured, the verdict, and the study whose tables it follows from.",
+    )
+}
+"""Tables that no single study makes."""
+
+
 def declared(study: str) -> dict[str, Table]:
     """Return the tables that a study declares; none if it declares none."""
     place = f"{evaluation.__name__}.{study}.tables"
@@ -28,6 +38,8 @@ def declared(study: str) -> dict[str, Table]:
 
 def find(name: str) -> Table:
     """Find the table of that name in whatever study; KeyError if no study declares it."""
+    if name in SHARED:
+        return SHARED[name]
     for study in (module.name for module in iter_modules(evaluation.__path__) if module.ispkg):
         if name in declared(study):
             return declared(study)[name]

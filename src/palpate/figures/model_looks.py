@@ -5,6 +5,7 @@ from palpate.figures.style import METHODS, WEIGHTS, Look
 _NAMED = {
     "fem_p1": Look("linear elements (P1)", "#7a7a7a", "8"),
     "fem_p2": Look("quadratic elements (P2)", "#111111", "h"),
+    "fem_local": Look("locally refined elements", "#b5651d", "d"),
     "fem_fine": Look("fine FEM", "#111111", "8"),
     "fem_middle": Look("middle FEM", "#666666", ">"),
     "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),

@@ -30,11 +30,18 @@ class Start(Protocol):
         """Do what happened before this query was asked; not timed."""
 
 
+class Settles(Protocol):
+    """A simulation that can find the frame before."""
+
+    def settled(self, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return converged displacements (n_nodes, 3) [m]."""
+
+
 class Rest:
     """Begin at rest."""
 
-    def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
-        """Take what all starts take: the case, the simulation, and level and order of its elements."""
+    def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
+        """Take what all starts take: the case, the simulation, and the numbers that name its mesh and elements."""
 
     def at(self, contact: int, force: np.ndarray) -> None:
         """Return None."""
@@ -71,7 +78,7 @@ class FrameBefore:
     Frames that a setting has found serve the later ones. A solver holds the last one only.
     """
 
-    def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
+    def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
         self._simulation, self._database, self._elements = simulation, ref(case.database), elements
         self._asked: tuple[int, bytes] | None = None
         self._frame: np.ndarray | None = None

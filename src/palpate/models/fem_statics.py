@@ -1,5 +1,7 @@
 """Answer one press after another with finite elements on one level of a body, to convergence or stopped early."""
 
+from copy import copy
+from typing import Self
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -30,6 +32,12 @@ class Simulation:
         self._rest = self._equilibrium.mesh.nodes
         self._tolerance, self._iterations, self._converged = tolerance, iterations, case.tolerance
         self._shares = ContactShares(case, level, order)
+
+    def stopped(self, tolerance: float, iterations: int | None) -> Self:
+        """Return the same simulation with another stop; the two share their matrices."""
+        other = copy(self)
+        other._tolerance, other._iterations = tolerance, iterations
+        return other
 
     def displacement(self, contact: int, force: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
         """Return displacements (n_nodes, 3) [m] of all nodes; NotConverged, or InputError for a bad contact.

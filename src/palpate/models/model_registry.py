@@ -32,6 +32,7 @@ def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
 MODELS: dict[str, tuple[str, dict]] = {
     "fem_p1": ("palpate.models.fem", {"order": 1}),
     "fem_p2": ("palpate.models.fem", {"order": 2}),
+    "fem_local": ("palpate.models.fem_local", {}),
     "linear_fem": ("palpate.models.linear_fem", {}),
     "linear_residual": ("palpate.models.linear_residual", {}),
     "warped_compliance": ("palpate.models.warped_compliance", {}),

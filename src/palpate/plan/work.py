@@ -83,6 +83,7 @@ def kind_of(job: Job, case: Case) -> str:
         "measure_scaling": lambda: job.wildcards["component"],
         "fit_springs": lambda: f"{job.wildcards['method']} {job.wildcards['force']}",
         "try_hard_cases": lambda: job.wildcards["family"],
+        **dict.fromkeys(("simulate_dynamic_reference", "measure_dynamic"), lambda: _touches(job, case)),
         **dict.fromkeys(("simulate_scene", "leave_out_effects", "time_effects"), lambda: _moves_by(job, case)),
     }
     return f"{job.rule} {more[job.rule]()}" if job.rule in more else job.rule
@@ -97,10 +98,14 @@ def amounts(job: Job, case: Case) -> Amounts:
 
 
 def _moves_by(job: Job, case: Case) -> str:
+    found = _touches(job, case)
+    return found if found == "contact" else case.config["scenes"][job.wildcards["scene"]]["integrator"]
+
+
+def _touches(job: Job, case: Case) -> str:
     from palpate.scenes.contact_settings import has_contact
 
-    scene = case.config["scenes"][job.wildcards["scene"]]
-    return "contact" if has_contact(scene) else scene["integrator"]
+    return "contact" if has_contact(case.config["scenes"][job.wildcards["scene"]]) else "free"
 
 
 def _size(job: Job, case: Case) -> Size:

@@ -14,6 +14,16 @@ def fem(job: Job, case: Case) -> Amounts:
     return {"asked_s": linear + each * sum(middle) + fewest * last}
 
 
+def local(job: Job, case: Case) -> Amounts:
+    """Count the settings of each mesh as if they were coarse ones, and the meshes of all contacts."""
+    grid, size = _grid(job, case), case.sizes[job.wildcards["body"]]
+    meshes = [mesh for mesh in grid["meshes"] if mesh["depth"] < len(size.levels)]
+    each = len(grid["warm_iterations"]) + len(grid["tolerances"])
+    solve = case.solve_s(size.coarse.elements, 0) * case.harder(job)
+    asked = sum(each * case.asked_s(4 ** mesh["order"] * solve) for mesh in meshes)
+    return {"asked_s": asked, "meshes": float(len(meshes) * case.config["tradeoff"]["contacts"])}
+
+
 def corrected(job: Job, case: Case) -> Amounts:
     """Count the coarse answers, and the shares of the samples with the last of them."""
     return _learnt(job, case, _coarse(case) + 1 + len(_grid(job, case)["training_shares"]))
@@ -69,6 +79,7 @@ def shapes(job: Job, case: Case) -> Amounts:
 
 FAMILIES = {
     "fem": fem,
+    "fem_local": local,
     "detail_correction": corrected,
     "warped_compliance": stored,
     "linear_fem": stored,

@@ -11,7 +11,9 @@ def _scene(job: Job, case: Case) -> Amounts:
 
     scene = case.config["scenes"][job.wildcards["scene"]]
     elements = sum(case.sizes[body].levels[scene["level"]].elements for body in bodies_in(scene))
-    return {"element_steps": scene["duration_s"] / scene["step_s"] * elements}
+    # how many substeps auto takes is known when the scene runs
+    parts = scene["substeps"] if isinstance(scene.get("substeps"), int) else 1
+    return {"element_steps": parts * scene["duration_s"] / scene["step_s"] * elements}
 
 
 def _compared(job: Job, case: Case) -> Amounts:
@@ -23,8 +25,18 @@ def _compared(job: Job, case: Case) -> Amounts:
 
 
 def _trial(job: Job, case: Case) -> Amounts:
-    """Count how often steps are halved until a motion changes little enough."""
-    return {"steps": 1.0 / case.config["dynamic"]["change_of_peak"]}
+    """Count elements times steps, of which there are more, the less halving them may change a motion."""
+    from palpate.scenes.contact_settings import bodies_in
+
+    name, dynamic = job.wildcards["scene"], case.config["dynamic"]
+    scene, own = case.config["scenes"][name], dynamic | dynamic.get("scenes", {}).get(name, {})
+    levels = case.sizes[scene["body"]].levels
+    last = own.get("level", max(scene["level"], 1))
+    # a sheet has one level, and half of it
+    elements = levels[min(last, len(levels) - 1)].elements
+    if last >= len(levels) and case.config["bodies"][scene["body"]]["kind"] != "sheet":
+        elements *= 8 ** (last + 1 - len(levels))
+    return {"element_steps": own["frames"] / own["change_of_peak"] * elements * len(bodies_in(scene))}
 
 
 def _time_methods(job: Job, case: Case) -> Amounts:
@@ -36,9 +48,21 @@ def _complexity(job: Job, case: Case) -> Amounts:
     return {"samples": float(sum(case.config["enrichment"]["complexity_samples"]))}
 
 
+def _premises(job: Job, case: Case) -> Amounts:
+    """Count the splits of all premises; the study's own samples are one for each body."""
+    settings, bodies = case.config["enrichment"]["premises"], case.config["bodies"].values()
+    return {"fits": float(settings["splits"] * (sum("train" in body for body in bodies) + len(settings["cases"])))}
+
+
 def _weighed(job: Job, case: Case) -> Amounts:
     bodies = sum(body["kind"] == "ct" for body in case.config["bodies"].values())
     return {"surface_nodes": float(bodies * sum(case.config["ct"]["surface_nodes"]))}
+
+
+def _imaged(job: Job, case: Case) -> Amounts:
+    """Count the samples of a picture that rays make, and the voxels of the synthetic scans."""
+    imaging = case.config["ct"]["imaging"]
+    return {"samples": imaging["pixels"] ** 2 / imaging["voxel_m"], "voxels": imaging["voxel_m"] ** -3}
 
 
 def _spring_steps(case: Case) -> float:
@@ -62,8 +86,17 @@ def _spring_fit(job: Job, case: Case) -> Amounts:
         "cma_es": searches["seeds"] * searches["cma_es_evaluations"],
         **dict.fromkeys(("gradient", "gradient_smooth", "gradient_all"), searches["gradient_evaluations"]),
     }
-    share = searches["volume_share"] if job.wildcards["force"] == "volume" else 1.0
-    return {"steps": share * counts.get(method, 0) * _spring_steps(case)}
+    return {"steps": counts.get(method, 0) * _spring_steps(case)}
+
+
+def _organ(job: Job, case: Case) -> Amounts:
+    """Count the motions of the fitted presses that all searches evaluate, times the coarse elements."""
+    settings, size = case.config["organ_springs"], case.sizes[job.wildcards["body"]]
+    searches = settings["searches"]
+    tried = searches["population"] * searches["generations"] / 2 + searches["cma_es_evaluations"]
+    tried += 12 * searches["gradient_evaluations"]
+    presses = settings["fitted"] * len(settings["volume_force"])
+    return {"element_motions": float(tried * presses * size.levels[0].elements)}
 
 
 def _scaled(job: Job, case: Case) -> Amounts:
@@ -75,6 +108,17 @@ def _scaled(job: Job, case: Case) -> Amounts:
 def _collided(job: Job, case: Case) -> Amounts:
     settings = case.config["collision"]
     return {"frames": float(settings["frames"] * 4 ** settings["refinements"] * (len(settings["depths"]) + 4))}
+
+
+def _collision_precision(job: Job, case: Case) -> Amounts:
+    """Count frames of stopped trees, and placements of bodies that are apart, times structures and triangles."""
+    settings = case.config["collision"]
+    stopped, apart, size = settings["stopped"], settings["apart"], 4 ** settings["refinements"]
+    kinds = (len(stopped["depths"]) + 2) * (len(stopped["layers"]) + 1)
+    return {
+        "frames": float(stopped["frames"] * kinds * size),
+        "placements": float(apart["placements"] * len(apart["gaps_m"]) * (len(settings["depths"]) + 8) * size),
+    }
 
 
 def _collision_scaling(job: Job, case: Case) -> Amounts:
@@ -91,12 +135,16 @@ STUDIES: dict[str, Callable[[Job, Case], Amounts]] = {
     "compare_laws": _compared,
     "time_methods": _time_methods,
     "time_complexity": _complexity,
+    "compare_premises": _premises,
     "tabulate_node_mass": _weighed,
+    "measure_imaging": _imaged,
     "simulate_spring_reference": _spring_reference,
     "tabulate_spring_floor": _spring_floor,
     "fit_springs": _spring_fit,
+    "fit_organ_springs": _organ,
     "measure_scaling": _scaled,
     "measure_collision": _collided,
+    "measure_collision_precision": _collision_precision,
     "measure_collision_scaling": _collision_scaling,
     "time_shape_matching": _shapes_timed,
 }

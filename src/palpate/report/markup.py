@@ -18,8 +18,10 @@ _QUANTITY = re.compile(r"[-+<~\s]*[\d.,]+(e[-+]?\d+)?(\s?(%|µs|ms|s|min|h|kB|MB
 
 MARKS = {word: "good" for word in ("confirmed", "stable")}
 MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
-MARKS |= {word: "open" for word in ("tied", "true as a bound", "cannot be compared", "refused", "not converged")}
+MARKS |= {word: "open" for word in ("true as a bound", "refuted outside its premise", "refused", "not converged")}
 """How a verdict or an outcome is marked: the sign and colour of its cell."""
+_REASONED = "not testable: "
+"""How a verdict begins that gives a reason; it is open, too."""
 
 
 def text(value) -> str:
@@ -55,7 +57,7 @@ def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Se
         cells = []
         for column, value, number in zip(frame.columns, row, numeric, strict=True):
             marks = ["number"] * number + ["best"] * bool(column in least and value == least[column])
-            marks += [MARKS[value]] if isinstance(value, str) and value in MARKS else []
+            marks += [mark] if isinstance(value, str) and (mark := _mark(value)) else []
             if isinstance(value, str) and not number:
                 marks += [width for least_length, width in _WIDTHS.items() if len(value) > least_length][-1:]
             cell = escape(text(value))
@@ -66,6 +68,11 @@ def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Se
         f'<div class="scroll"><table><caption>{escape(caption)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
         f"<tbody>\n{body}\n</tbody></table></div>"
     )
+
+
+def _mark(value: str) -> str:
+    """Return the class of a cell that is a verdict or an outcome; empty for any other."""
+    return "open" if value.startswith(_REASONED) else MARKS.get(value, "")
 
 
 def fold(summary: str, inner: str, opened: bool = False) -> str:

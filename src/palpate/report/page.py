@@ -5,7 +5,7 @@ from html import escape
 from pathlib import Path
 
 from palpate.files import write_whole
-from palpate.report import page_assets, pictures
+from palpate.report import page_assets, paper_claims, pictures
 from palpate.report.material import Report, Section
 from palpate.report.parts import omissions, verdicts
 
@@ -29,14 +29,17 @@ def write(
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
     A study's part is the module palpate.report.parts.<study>: TITLE, TABLES, numbers(report) and sections(report), and
-    where it has some claims(report) and failures(report). Its captions are ``captions``/<study>/*.rst.
+    where it has some failures(report). The rows of claims.csv that the study judges follow. Its captions are
+    ``captions``/<study>/*.rst.
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
     warned : what jobs warned of, which comes first
     more : names of the tables of this run that not every run of their studies makes
     Raises InputError naming the first part, table, figure, caption or number that is missing.
     """
     report = Report(results, captions, studies, scenes, cts, driven, LAST if studies else {}, more)
-    parts = {name: part.sections(report.of(name)) for name, part in report.parts.items()}
+    parts = {
+        name: part.sections(report.of(name)) + paper_claims.section(report, name) for name, part in report.parts.items()
+    }
     parts = {name: sections for name, sections in parts.items() if sections}
     page = (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

@@ -85,9 +85,10 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     yield "## What to take"
     yield (
         "Errors are against the truth, as a share of the peak displacement: *rms* is the RMSE over the fine surface, "
-        "*patch* the RMS error at the disc that is pressed. They are means over the samples of test contacts, in "
-        "brackets the range of 90 % of random draws of these contacts; settings are chosen on other, validation "
-        "contacts. In motion there is one load, and so no range."
+        "*patch* the RMS error at the disc that is pressed. They are means over the test contacts of the first "
+        "split; settings are chosen on other, validation contacts. Brackets hold the mean of all splits in 90 % of "
+        "random draws of splits and contacts, and so need not hold that of the first split. In motion there is one "
+        "load, and so no range."
     )
     yield _markdown(results_tables.advice(found["advice"]))
     yield _picture("advice")
@@ -97,9 +98,9 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
         yield f"### {scene.replace('_', ' ')}\n\n{_picture(f'work_precision_{scene}')}"
     yield "## In motion"
     yield (
-        "Each model at the setting of its least error over all frames, against fine FEM extrapolated to a step of "
-        "zero, and its speed in multiples of real time. Springs and shape matching are fitted to the same scene under "
-        "half of its loads."
+        "Each model at the setting of its least error over all frames that are resolved, against FEM extrapolated to "
+        "a step of zero, and its speed in multiples of real time. Springs and shape matching are fitted to another "
+        "motion of the same body: at another place and on another course, or under half of the loads."
     )
     yield _markdown(results_tables.motion(found["dynamic_accuracy"]))
     yield _picture("dynamic_accuracy")

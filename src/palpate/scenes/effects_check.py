@@ -128,10 +128,10 @@ def _check_settings(place: str, scene: dict, elastic: str, form: str, names: lis
     clusters = scene["shape_matching"]["clusters"]
     if clusters["kind"] == "cubes" and "edge_m" not in clusters:
         raise InputError(f"{place}.shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")
-    if clusters["kind"] == "tetrahedra" and form != "solid":
+    if clusters["kind"] in ("tetrahedra", "each_tetrahedron") and form != "solid":
         raise InputError(
-            f"{place}.shape_matching.clusters.kind is tetrahedra, and {scene['body']} is moved as {FORM_WORDS[form]}; "
-            "choose cubes or one."
+            f"{place}.shape_matching.clusters.kind is {clusters['kind']}, and {scene['body']} is moved as "
+            f"{FORM_WORDS[form]}; choose cubes or one."
         )
     if "rayleigh" in names and scene.get("rayleigh", {"stiffness_s": 0.01})["stiffness_s"] > 0:
         raise InputError(

@@ -38,7 +38,7 @@ class Motion:
         and gain_j, the most that total_j has risen in a step beyond the work of that step
     obstacles : rigid things that the body could meet
     observed : one row for each step: time_s and the numbers that effects observe
-    contacts : one row for each contact and frame, with place, direction and depth
+    contacts : one row for each contact and frame, with place, direction, gap, relative velocity, force
     up : the axis, 0 to 2, that is upright in pictures
     """
 

@@ -5,7 +5,7 @@ from scipy import sparse
 
 from palpate.bodies.mesh import Mesh
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
-from palpate.effects.ball_integral import ball_points, midpoints, triangle_shapes
+from palpate.effects.ball_integral import ball_points, surface_interpolation
 
 
 def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_array:
@@ -25,7 +25,7 @@ def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_arr
         distance, found, _ = closest_points(np.full(len(near), POINT_TRIANGLE), stencils, x)
         best = int(np.argmin(distance))
         chosen[i], weights[i] = near[best], -found[best, 1:]
-    return _interpolation(mesh, chosen, weights, order)
+    return surface_interpolation(mesh, chosen, weights, order)
 
 
 def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tuple[sparse.csr_array, np.ndarray]:
@@ -39,14 +39,4 @@ def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tu
     touched = np.flatnonzero(np.linalg.norm(middles - center, axis=1) < reach)
     barycentric, weights, _ = ball_points(corners[touched], center, radius, 4)
     used = weights != 0.0
-    return _interpolation(mesh, np.repeat(touched, used.sum(axis=1)), barycentric[used], order), weights[used]
-
-
-def _interpolation(mesh: Mesh, triangles: np.ndarray, barycentric: np.ndarray, order: int) -> sparse.csr_array:
-    """Return the map (k, n) to points with ``barycentric`` coordinates (k, 3) in ``triangles`` (k,)."""
-    nodes, count = mesh.triangles[triangles], len(mesh.nodes)
-    if order == 2:
-        nodes, count = np.hstack([nodes, midpoints(mesh, nodes)]), count + len(mesh.edges)
-    shapes = triangle_shapes(barycentric, order)
-    rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
-    return sparse.csr_array((shapes.ravel(), (rows, nodes.ravel())), shape=(len(nodes), count))
+    return surface_interpolation(mesh, np.repeat(touched, used.sum(axis=1)), barycentric[used], order), weights[used]

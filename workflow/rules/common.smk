@@ -131,7 +131,7 @@ def figures(study, *names, scenes=None, published=False):
 
 def tables_of(module):
     """The tables that a figure's module reads, as its constant TABLES names them."""
-    for line in ast.parse(files_of(module)[0].read_text()).body:
+    for line in ast.parse(files_of(module)[0].read_text(encoding="utf-8")).body:
         if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
             return ast.literal_eval(line.value)
     raise InputError(f"{module} does not name the tables that it reads; give it a constant TABLES.")

@@ -36,7 +36,8 @@ def test_a_module_names_tables_that_its_study_makes(name):
     assert isinstance(module.TABLES, tuple)
     assert set(module.TABLES) <= set(declared(study))
     # the workflow reads them without importing the module
-    assigned = [line for line in ast.parse(files_of(name)[0].read_text(encoding="utf-8")).body if isinstance(line, ast.Assign)]
+    lines = ast.parse(files_of(name)[0].read_text(encoding="utf-8")).body
+    assigned = [line for line in lines if isinstance(line, ast.Assign)]
     (tables,) = [line.value for line in assigned if getattr(line.targets[0], "id", "") == "TABLES"]
     assert ast.literal_eval(tables) == module.TABLES
 

@@ -41,7 +41,8 @@ onstart:
     interrupt.listen(has_jobs=workflow.local_exec)
     interrupt.tidy_up()
     stay_idle()
-    start_job_server(PYTHON, JOBS["PALPATE_JOBS"], JOBS) if workflow.local_exec else None
+    if workflow.local_exec:
+        start_job_server(PYTHON, JOBS["PALPATE_JOBS"], JOBS)
     announce()
 
 

@@ -44,3 +44,18 @@ def differences() -> Callable[..., np.ndarray]:
         return np.array(rows)
 
     return differences
+
+
+@pytest.fixture(scope="session")
+def check_derivatives(differences) -> Callable[..., None]:
+    """Compare the force and the stiffness of ``elasticity`` at ``x`` with differences, in steps of 1e-6 ``size``."""
+
+    def check(elasticity, x, size):
+        force, stiffness = elasticity.force(x), elasticity.stiffness(x).toarray()
+        slope = differences(elasticity.energy, x, 1e-6 * size).reshape(x.shape)
+        assert np.abs(force + slope).max() < 1e-7 * np.abs(force).max()
+        slope = -differences(elasticity.force, x, 1e-6 * size)
+        assert np.abs(stiffness - slope).max() < 1e-6 * np.abs(stiffness).max()
+        assert np.abs(stiffness - stiffness.T).max() < 1e-13 * np.abs(stiffness).max()
+
+    return check

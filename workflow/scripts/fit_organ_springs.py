@@ -1,7 +1,3 @@
-import os
-
-os.environ["NUMBA_NUM_THREADS"] = "1"  # read when numba is imported: this job is timed beside others
-
 from pathlib import Path
 
 import pandas as pd

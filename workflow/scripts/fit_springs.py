@@ -1,6 +1,6 @@
 from palpate.job import use_threads
 
-use_threads(snakemake.threads)  # this job runs alone
+use_threads(snakemake.threads)
 
 from pathlib import Path
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import NamedTuple, Protocol, cast
 
+import numpy as np
 import pandas as pd
 
 CONFIRMED = "confirmed"
@@ -40,6 +41,11 @@ def verdict(holds: bool, within: bool = True) -> str:
     if holds:
         return CONFIRMED
     return REFUTED if within else OUTSIDE
+
+
+def geometric_mean(values: pd.Series) -> float:
+    """Return the mean of positive values that are compared by their ratios; those that are missing do not count."""
+    return float(np.exp(np.log(values).mean()))
 
 
 def not_testable(why: str) -> str:

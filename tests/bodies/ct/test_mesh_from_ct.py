@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.scans import write_scan
 
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.image import read_mask
@@ -31,23 +32,13 @@ def check_whole(mesh: TetMesh):
     assert len(mesh.triangles) == 2 * len(mesh.surface) - 4
 
 
-def write(path, values, image):
-    import SimpleITK
-
-    found = SimpleITK.GetImageFromArray(values)
-    found.SetSpacing((1e3 * image.spacing_m).tolist())
-    found.SetOrigin((1e3 * image.origin_m).tolist())
-    SimpleITK.WriteImage(found, str(path))
-    return str(path)
-
-
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     """The synthetic abdomen as an image and a mask on disk, with its truth."""
     folder = tmp_path_factory.mktemp("ct")
     image, truth = abdomen(spacing_m=(0.004, 0.004, 0.004))
-    mask = write(folder / "mask.nii.gz", truth["liver"].astype(np.uint8), image)
-    return {"image": write(folder / "scan.nii.gz", image.hu, image), "mask": mask}, truth
+    mask = write_scan(folder / "mask.nii.gz", truth["liver"].astype(np.uint8), image)
+    return {"image": write_scan(folder / "scan.nii.gz", image.hu, image), "mask": mask}, truth
 
 
 def test_the_synthetic_abdomen_is_the_default(entry):
@@ -122,7 +113,7 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
     two = truth["liver"].astype(np.uint8)
     two[5:10, 5:10, 5:10] = 1
-    mask = write(tmp_path / "two.nii.gz", two, image)
+    mask = write_scan(tmp_path / "two.nii.gz", two, image)
     with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
         kept = mesh_from_ct.segment_entry(ABDOMEN | paths | {"mask": mask})[1]
     assert np.array_equal(kept, truth["liver"])
@@ -134,7 +125,7 @@ def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m)
     image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
     places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
     tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
-    mask = write(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
+    mask = write_scan(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
     with pytest.raises(InputError, match=r"the organ is too thin for its slices, and falls apart when they are smooth"):
         mesh_from_ct.mesh(ABDOMEN | paths | {"mask": mask})
 
@@ -159,7 +150,7 @@ def test_crops_that_leave_nothing_are_reported(files):
 
 def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
     image, truth = abdomen(spacing_m=(0.0012, 0.0012, 0.012))
-    mesh = mesh_from_ct.mesh(ABDOMEN | {"image": write(tmp_path / "thick.nii.gz", image.hu, image)})
+    mesh = mesh_from_ct.mesh(ABDOMEN | {"image": write_scan(tmp_path / "thick.nii.gz", image.hu, image)})
     check_whole(mesh)
     assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
     assert quality(mesh)["min_dihedral_deg"] >= 5

@@ -1,12 +1,11 @@
 """An MRI: grey values without a unit, which segment an organ and say nothing of its density."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from fixtures.scans import write_scan
 
 from palpate.bodies.ct import mesh_from_ct
-from palpate.bodies.ct.image import Image, read
+from palpate.bodies.ct.image import read
 from palpate.bodies.ct.masses import organ_densities, voxel_mass
 from palpate.bodies.ct.scan_of import scan_of
 from palpate.bodies.ct.segmentation import segment
@@ -22,16 +21,6 @@ def dice(first, second):
     return 2 * (first & second).sum() / (first.sum() + second.sum())
 
 
-def write(path: Path, values, image: Image) -> str:
-    import SimpleITK
-
-    found = SimpleITK.GetImageFromArray(values)
-    found.SetSpacing((1e3 * image.spacing_m).tolist())
-    found.SetOrigin((1e3 * image.origin_m).tolist())
-    SimpleITK.WriteImage(found, str(path))
-    return str(path)
-
-
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     """The synthetic MRI and a mask of its liver, drawn on each third slice, on disk; and its truth."""
@@ -41,8 +30,8 @@ def files(tmp_path_factory):
     drawn[1::3] = truth["liver"][1::3]
     return {
         "modality": "mri",
-        "image": write(folder / "scan.nii.gz", image.hu, image),
-        "mask": write(folder / "drawn.nii.gz", drawn, image),
+        "image": write_scan(folder / "scan.nii.gz", image.hu, image),
+        "mask": write_scan(folder / "drawn.nii.gz", drawn, image),
     }, truth
 
 

@@ -48,17 +48,24 @@ def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs, p
 
 
 @numba.njit(cache=True)
-def _of_spheres(one, other, place, direction):
-    """Measure the overlap of two rows (4,); for one centre any direction will do, here z."""
+def _lead(start, end, direction):
+    """Write the unit vector between two places, zeros if they are one, and return their distance."""
     square = 0.0
     for axis in range(3):
-        direction[axis] = one[axis] - other[axis]
+        direction[axis] = end[axis] - start[axis]
         square += direction[axis] ** 2
     distance = np.sqrt(square)
     if distance > 0.0:
         for axis in range(3):
             direction[axis] /= distance
-    else:
+    return distance
+
+
+@numba.njit(cache=True)
+def _of_spheres(one, other, place, direction):
+    """Measure the overlap of two rows (4,); for one centre any direction will do, here z."""
+    distance = _lead(other, one, direction)
+    if distance == 0.0:
         direction[0], direction[1], direction[2] = 0.0, 0.0, 1.0
     # along the line of centres, from the other's: where both begin and end
     low, high = max(-other[3], distance - one[3]), min(other[3], distance + one[3])
@@ -86,15 +93,11 @@ def _of_boxes(one, other, place, direction):
 @numba.njit(cache=True)
 def _of_sphere_and_box(sphere, box, place, direction):
     """Measure the overlap of a row (4,) and a row (6,), in the direction in which the sphere has to move."""
-    square = 0.0
     for axis in range(3):
         place[axis] = min(max(sphere[axis], box[axis]), box[3 + axis])
-        direction[axis] = sphere[axis] - place[axis]
-        square += direction[axis] ** 2
-    distance = np.sqrt(square)
+    distance = _lead(place, sphere, direction)
     if distance > 0.0:
         for axis in range(3):
-            direction[axis] /= distance
             # half way from the box's surface to the sphere's
             place[axis] -= 0.5 * (sphere[3] - distance) * direction[axis]
         return max(sphere[3] - distance, 0.0)

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
 import pandas as pd
 
-from palpate.evaluation.claims import Claim, not_testable, percent, verdict
+from palpate.evaluation.claims import Claim, geometric_mean, not_testable, percent, verdict
 
 TABLES = ("collision",)
 
@@ -48,7 +47,7 @@ def means(collision: pd.DataFrame) -> pd.DataFrame:
     trees = tested.groupby(["structure", "depths"], sort=False)
     shares = tested["triangle_tests"] / (0.5 * tested["triangles"]) ** 2
     largest = shares.groupby([tested["structure"], tested["depths"]], sort=False).max()
-    return trees[["build_ms", "query_ms", "false_pairs"]].agg(_geometric).assign(tested=largest)
+    return trees[["build_ms", "query_ms", "false_pairs"]].agg(geometric_mean).assign(tested=largest)
 
 
 def _built(trees: pd.DataFrame, premise: str) -> Claim:
@@ -75,10 +74,6 @@ def _composite(sphere: pd.Series, composite: pd.Series, box: pd.Series, premise:
     time, precision = "the composite tree's query takes a time", "the composite tree's false pairs are"
     yield Claim(3, "4", time, premise, "between sphere and AABB trees", times, _between(sphere, composite, box))
     yield Claim(3, "4", precision, premise, "near those of AABB trees", false_pairs, verdict(near))
-
-
-def _geometric(values: pd.Series) -> float:
-    return float(np.exp(np.log(values).mean()))
 
 
 def _between(sphere: pd.Series, composite: pd.Series, box: pd.Series) -> str:

@@ -7,7 +7,7 @@ import pandas as pd
 from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
-from palpate.evaluation.claims import OUTSIDE, Claim, verdict
+from palpate.evaluation.claims import OUTSIDE, Claim, geometric_mean, verdict
 
 TABLES = ("collision", "collision_precision", "collision_apart")
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
@@ -94,7 +94,7 @@ def _discarded(apart: pd.DataFrame) -> Claim:
 def _traded(stopped: pd.DataFrame) -> Claim:
     """Judge whether a tree that is stopped earlier takes less time and has larger errors."""
     trees = stopped[(stopped["structure"] == "composite") & ~stopped["exact"].astype(bool)]
-    by_layer = trees.groupby("layer")[["frame_ms", "response_error_m"]].agg(_geometric)
+    by_layer = trees.groupby("layer")[["frame_ms", "response_error_m"]].agg(geometric_mean)
     times, errors = by_layer["frame_ms"], by_layer["response_error_m"]
     ours = "; ".join(
         f"layer {layer:g}: {row.frame_ms:.2g} ms, {1e3 * row.response_error_m:.2g} mm"
@@ -130,13 +130,9 @@ def _carried(stopped: pd.DataFrame) -> Iterator[Claim]:
 def _means(table: pd.DataFrame, column: str, by: str | list[str] = "structure") -> pd.Series:
     """Return geometric means of a column by structure, in the order of PURE, or by structure and depths."""
     if by != "structure":
-        return table.groupby(by, sort=False)[column].agg(_geometric)
-    found = table[table["structure"].isin(PURE)].groupby("structure")[column].agg(_geometric)
+        return table.groupby(by, sort=False)[column].agg(geometric_mean)
+    found = table[table["structure"].isin(PURE)].groupby("structure")[column].agg(geometric_mean)
     return found.reindex([name for name in PURE if name in found.index])
-
-
-def _geometric(values: pd.Series) -> float:
-    return float(np.exp(np.log(values).mean()))
 
 
 def _listed(values: pd.Series, unit: str) -> str:

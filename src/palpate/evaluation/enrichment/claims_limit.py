@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
 import pandas as pd
 
-from palpate.evaluation.claims import Claim, percent, verdict
+from palpate.evaluation.claims import Claim, geometric_mean, percent, verdict
 
 TABLES = ("premises", "premise_bodies")
 KERNEL, LINEAR = "nonnegative_a", "linear"
@@ -42,7 +41,7 @@ def _limit(error: pd.Series, moved: pd.Series) -> Claim:
 def _kernel(errors: pd.DataFrame, features: str) -> Claim:
     """Compare the Gaussian kernel with the linear regressor, in the geometric mean."""
     ratio = errors[KERNEL] / errors[LINEAR]
-    mean = float(np.exp(np.log(ratio).mean()))
+    mean = geometric_mean(ratio)
     ours = f"{mean:.2g} times its error in the geometric mean, smaller in {(ratio < 1).sum()} of {len(ratio)} premises"
     claim = "a Gaussian kernel does better than the linear regressor"
     premise = f"{len(ratio)} premises, {features} features, contacts held out"

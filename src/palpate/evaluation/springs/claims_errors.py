@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.claims import BOUND, Claim, not_testable, verdict
+from palpate.evaluation.springs.claims import genetic
 
 TABLES = ("spring_errors", "spring_fit")
 
@@ -19,7 +20,7 @@ _PART = 4
 
 def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims on the genetic algorithm's springs without volume force; medians over the seeds."""
-    errors, fits = (_genetic(tables[name]) for name in TABLES)
+    errors, fits = (genetic(tables[name]) for name in TABLES)
     premise = "a cube of 10 mm held at its bottom, fitted to the top press in finite elements"
     yield _growth(errors, premise)
     yield from _bounds(errors, premise)
@@ -27,10 +28,6 @@ def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     why = "as printed it pulls a stretched tetrahedron further apart; the opposite sign is used"
     claim = "the volume force keeps the volume with the sign of the bracket"
     yield Claim(2, "1, equation 2", claim, "any tetrahedron", "ΣL⁰ − ΣL", "ΣL − ΣL⁰", not_testable(why))
-
-
-def _genetic(table: pd.DataFrame) -> pd.DataFrame:
-    return table[(table["method"] == "genetic") & ~table["volume_force"].astype(bool)]
 
 
 def _growth(errors: pd.DataFrame, premise: str) -> Claim:

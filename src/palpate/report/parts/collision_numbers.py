@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from palpate.evaluation.claims import geometric_mean
 from palpate.figures import tables
 from palpate.figures.collision.collision_looks import look
 from palpate.figures.number_format import seconds
@@ -73,7 +74,7 @@ def _split(rows: pd.DataFrame) -> tuple[pd.DataFrame, pd.Series]:
 
 def _composite(own: pd.DataFrame) -> str:
     """Compare the composite tree with the least time of a query with AABBs and spheres (geometric means)."""
-    means = np.exp(np.log(own[["query_ms", "frame_ms"]]).groupby([own["structure"], own["depths"]]).mean())
+    means = own.groupby(["structure", "depths"])[["query_ms", "frame_ms"]].agg(geometric_mean)
     best = means.loc["composite", "query_ms"].idxmin()
     plain, one, other = (means.loc[key] for key in (("aabb", ""), ("composite", best), ("sphere", "")))
     query, frame = (one[column] / plain[column] for column in ("query_ms", "frame_ms"))
@@ -89,7 +90,7 @@ def _fastest(own: pd.DataFrame) -> list[str]:
     """Return the structure of the shortest query at each gap, over both pairs of bodies."""
     said = []
     for gap, rows in own.groupby("gap_m"):
-        query = np.exp(np.log(rows["query_ms"]).groupby([rows["structure"], rows["depths"]]).mean())
+        query = rows.groupby(["structure", "depths"])["query_ms"].agg(geometric_mean)
         structure, depths = query.idxmin()
         said.append(f"{1e3 * gap:g}\u00a0mm: {look(structure, depths).label}, {seconds(1e-3 * query.min())}")
     return said

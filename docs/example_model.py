@@ -25,8 +25,9 @@ class Nearest:
         self.force, self.fine = training.force, training.fine
         self.memory_mb = held_mb(self)
 
-    def respond(self, contact, force):
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``; timed."""
+    def respond(self, load):
+        """Return the displacement (n_surface, 3) [m] under ``load``; timed."""
+        contact, force = load.single()
         away = np.linalg.norm(self.places[self.contact] - self.places[contact], axis=1)
         i = int(away.argmin())
         return self.fine[i] * np.linalg.norm(force) / np.linalg.norm(self.force[i])

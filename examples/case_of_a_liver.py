@@ -5,6 +5,7 @@ from press_a_liver import LIVER
 
 from palpate.bodies.make_body import make_body
 from palpate.enrichment.training_samples import FitOptions
+from palpate.models.load import Load
 from palpate.models.model import Case
 from palpate.samples.assemble import assemble
 from palpate.samples.loads import choose_loads
@@ -30,5 +31,5 @@ def make_case(train=18, test=6):
 
 def errors(solver, asked):
     """Return RMSE over peak of each sample that is ``asked``."""
-    answers = np.array([solver.respond(int(c), f) for c, f in zip(asked.contact, asked.force, strict=True)])
+    answers = np.array([solver.respond(Load.at(c, f)) for c, f in zip(asked.contact, asked.force, strict=True)])
     return np.sqrt(((answers - asked.fine) ** 2).sum(axis=2).mean(axis=1)) / asked.peaks

@@ -7,6 +7,7 @@ import pytest
 from fixtures.judged_slab import *  # noqa: F403
 
 from palpate.errors import InputError, NotConverged
+from palpate.models.load import Load
 from palpate.models.model import Case, Solver
 
 
@@ -23,8 +24,8 @@ def refuses(slab_case):
 
     def check(solver: Solver, contact: int, said: str) -> None:
         with pytest.raises(NotConverged, match=said):
-            solver.respond(contact, np.array([np.nan, 0.0, 0.0]))
+            solver.respond(Load.at(contact, np.array([np.nan, 0.0, 0.0])))
         with pytest.raises(InputError, match="not a free surface node"):
-            solver.respond(int(slab_case[0].body.anchors[0][0]), np.ones(3))
+            solver.respond(Load.at(slab_case[0].body.anchors[0][0], np.ones(3)))
 
     return check

@@ -13,6 +13,7 @@ from palpate.evaluation.accuracy import errors
 from palpate.models.coarse_answers import coarse_solver
 from palpate.models.coarse_enriched import Enriched
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
+from palpate.models.load import Load
 from palpate.models.model import setting_text
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import Compliance, compute_compliance
@@ -39,7 +40,7 @@ def answer(slab_case):
     def ask(name, setting):
         solver = model(name, {}).prepare(case, setting)
         asked = zip(test.contact, test.force, test.fine, strict=True)
-        return np.mean([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]), solver
+        return np.mean([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]), solver
 
     return ask
 
@@ -57,9 +58,9 @@ def test_a_bad_contact_is_refused(slab_case, name):
     case = slab_case[0]
     made = model(name, {})
     solver = made.prepare(case, made.settings(case)[-1])
-    for contact in (int(case.body.anchors[0][0]), len(case.body.coarse.nodes)):
+    for contact in (int(case.body.anchors[0][0]), len(case.body.fine.nodes)):
         with pytest.raises(InputError, match="not a free surface node"):
-            solver.respond(contact, np.ones(3))
+            solver.respond(Load.at(contact, np.ones(3)))
     assert 0 < solver.memory_mb < 10
 
 
@@ -75,13 +76,13 @@ def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, name):
     setting = made.settings(case)[-1]
     whole, limited = (made.prepare(replace(case, response=response), setting) for response in (all_of, few))
     asked = int(test.contact[0]), test.force[0]
-    assert np.array_equal(limited.respond(*asked), whole.respond(*asked))
+    assert np.array_equal(limited.respond(Load.at(*asked)), whole.respond(Load.at(*asked)))
     missing = int(np.setdiff1d(all_of.contacts, kept)[0])
     if name in (*STORED, "detail_correction"):
         with pytest.raises(InputError, match=rf"^contact {missing} is not .* prepared; choose one that is\.$"):
-            limited.respond(missing, np.ones(3))
+            limited.respond(Load.at(missing, np.ones(3)))
     else:
-        assert np.isfinite(limited.respond(missing, 1e-3 * np.ones(3))).all()
+        assert np.isfinite(limited.respond(Load.at(missing, 1e-3 * np.ones(3)))).all()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -102,7 +103,7 @@ def test_patches_are_answered(patched, name):
     made, contact = model(name, {}), int(patched.database.contact[0])
     solver = made.prepare(patched, made.settings(patched)[-1])
     force = 1e-3 * patched.database.force[0]
-    found = solver.respond(contact, force)
+    found = solver.respond(Load.at(contact, force))
     assert found.shape == (patched.n_surface, 3) and np.isfinite(found).all()
     if made.sees == "load":
         linear = np.tensordot(force, patched.response.fine[patched.response.row(contact)], 1)
@@ -129,7 +130,7 @@ def test_one_iteration_goes_along_the_linear_response(slab_case):
     case, test, _ = slab_case
     small = 1e-6 * test.force[0]
     contact = int(test.contact[0])
-    moved = Simulation(case, 0, 1e-8, iterations=1).displacement(contact, small)
+    moved = Simulation(case, 0, 1e-8, iterations=1).displacement(Load.at(contact, small))
     linear = np.tensordot(small, case.response.coarse[case.response.row(contact)], 1)
     assert np.abs(moved - linear).max() < 1e-5 * np.abs(linear).max()
 
@@ -183,8 +184,8 @@ def test_a_linear_detail_on_a_linear_coarse_answer_is_linear_fem(slab_case):
     setting = {"coarse": "linear", "samples": 0, "turned": False}
     unturned, linear = model("detail_correction", {}).prepare(case, setting), model("linear_fem", {}).prepare(case, {})
     for contact, force in zip(test.contact, test.force, strict=True):
-        expected = linear.respond(int(contact), force)
-        assert np.abs(unturned.respond(int(contact), force) - expected).max() < 1e-9 * np.abs(expected).max()
+        expected = linear.respond(Load.at(contact, force))
+        assert np.abs(unturned.respond(Load.at(contact, force)) - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("name", ["kernel_ridge_detail", "pod_rbf", "unordered_nonnegative_b", "detail_correction"])
@@ -196,7 +197,7 @@ def test_a_model_learns_from_such_coarse_answers_as_it_gets(slab_case, name):
     consistent, other = (model(name, {}).prepare(case, setting) for setting in (cheap, best))
     for solver in (consistent, Enriched(other._method, coarse_solver(case, cheap))):
         asked = zip(case.database.contact, case.database.force, case.database.fine, strict=True)
-        found.append(np.mean([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]))
+        found.append(np.mean([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]))
     assert found[0] < 0.8 * found[1]
 
 
@@ -232,7 +233,9 @@ def test_pod_keeps_as_many_modes_as_asked(slab_case):
     case, test, _ = slab_case
     solver = model("pod_rbf", {}).prepare(case, {"coarse": "loose", "modes": 2})
     given = [
-        solver.respond(int(c), s * f).ravel() for c, f in zip(test.contact, test.force, strict=True) for s in (1, 0.7)
+        solver.respond(Load.at(c, s * f)).ravel()
+        for c, f in zip(test.contact, test.force, strict=True)
+        for s in (1, 0.7)
     ]
     centred = np.array(given) - case.database.fine.reshape(case.n_training, -1).mean(axis=0)
     values = np.linalg.svd(centred, compute_uv=False)

@@ -13,6 +13,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError
 from palpate.models import fem, fem_local
+from palpate.models.load import Load
 from palpate.models.local_surface import SurfaceMap
 
 FAR = 100.0
@@ -28,8 +29,8 @@ def pressed(slab_case):
 def ask(pressed, setting):
     case, contact, force = pressed
     solver = fem_local.prepare(case, setting)
-    solver.precede(contact, force)
-    return solver.respond(contact, force)
+    solver.precede(Load.at(contact, force))
+    return solver.respond(Load.at(contact, force))
 
 
 def setting(reach, order=1, start="rest", **end):
@@ -39,7 +40,7 @@ def setting(reach, order=1, start="rest", **end):
 @pytest.mark.parametrize("order", [1, 2])
 def test_refined_everywhere_it_answers_as_the_fine_level(pressed, order):
     case, contact, force = pressed
-    fine = fem.prepare(case, {"level": 1, "start": "rest", "tolerance": 1e-9}, order).respond(contact, force)
+    fine = fem.prepare(case, {"level": 1, "start": "rest", "tolerance": 1e-9}, order).respond(Load.at(contact, force))
     found = ask(pressed, setting(FAR, order))
     assert np.abs(found - fine).max() < 1e-7 * np.abs(fine).max()
 
@@ -52,7 +53,7 @@ def test_the_more_is_refined_the_softer_it_is(pressed):
     rows = np.searchsorted(case.body.fine.surface, nodes)
     levels = [fem.prepare(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 1) for level in (0, 1)]
     local = [fem_local.prepare(case, setting(reach)) for reach in (0.0, 2.0)]
-    answers = [solver.respond(contact, small) for solver in (levels[0], *local, levels[1])]
+    answers = [solver.respond(Load.at(contact, small)) for solver in (levels[0], *local, levels[1])]
     work = [float(shares @ answer[rows] @ small) for answer in answers]
     assert np.all(np.diff(work) > 1e-3 * work[-1])
 
@@ -74,9 +75,9 @@ def test_settings_share_meshes_and_each_is_charged_for_them(pressed):
     assert set(first._meshes._made) == set(case.prepared_contacts.tolist())
     unprepared = np.setdiff1d(first._meshes._contacts, case.prepared_contacts)
     if len(unprepared):
-        assert np.isfinite(first.respond(int(unprepared[0]), force)).all()
+        assert np.isfinite(first.respond(Load.at(unprepared[0], force))).all()
     with pytest.raises(InputError, match="not a free surface node"):
-        first.respond(int(case.body.anchors[0][0]), force)
+        first.respond(Load.at(case.body.anchors[0][0], force))
 
 
 def test_bodies_with_fewer_levels_leave_meshes_out(pressed):

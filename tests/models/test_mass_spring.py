@@ -10,6 +10,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
 from palpate.models import mass_spring
 from palpate.models.fit_spring_moduli import _Search, fit
+from palpate.models.load import Load
 from palpate.models.model_registry import model
 from palpate.models.spring_statics import Network
 from palpate.samples.database import Database
@@ -67,7 +68,7 @@ def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
     assert len(settings) >= 5
     solver = model(name, {}).prepare(case, settings[-1])
     asked = zip(test.contact, test.force, test.fine, strict=True)
-    assert np.median([errors(solver.respond(int(c), f), u).rmse_of_peak for c, f, u in asked]) < 0.18
+    assert np.median([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]) < 0.18
     assert 0.0 < solver.memory_mb < 10.0
 
 
@@ -93,7 +94,7 @@ def test_nothing_is_answered_unchecked(slab_case, network, refuses):
     made = model("springs", {})
     solver = made.prepare(case, made.settings(case)[0])
     contact = int(case.database.contact[0])
-    assert not solver.respond(contact, np.zeros(3)).any()
+    assert not solver.respond(Load.at(contact, np.zeros(3))).any()
     refuses(solver, contact, "find no way")
 
 

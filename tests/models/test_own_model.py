@@ -11,7 +11,7 @@ from palpate.models.own_model import load
 
 DOCS = Path(__file__).parents[2] / "docs"
 SETTINGS = "def settings(case):\n    return [{}]\n"
-SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, contact, force):\n        %s\n"
+SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, load):\n        %s\n"
 PREPARE = "def prepare(case, setting):\n    return S()\n"
 
 
@@ -41,7 +41,7 @@ def test_the_guide_shows_the_example():
         ("def settings(case):\n    return [case.nothing]\n" + PREPARE, r"does not work \(line 2, AttributeError: "),
         (SETTINGS + "def prepare(case, setting):\n    return 3\n", "lacks respond or memory_mb"),
         (SETTINGS + SOLVER % "return 1 / 0" + PREPARE, r"\(line 6, ZeroDivisionError: "),
-        (SETTINGS + SOLVER % "return force" + PREPARE, "shape"),
+        (SETTINGS + SOLVER % "return load.single()[1]" + PREPARE, "shape"),
         ("SEES = 'force'\n" + SETTINGS + SOLVER % "pass" + PREPARE, "SEES is 'force'; give 'load' or 'deformation'"),
         ("PREPARED = 1\n" + SETTINGS + SOLVER % "pass" + PREPARE, "PREPARED is 1; give False or True"),
     ],
@@ -61,14 +61,14 @@ def test_a_file_may_say_what_its_model_sees_and_what_precedes_a_query(tmp_path):
     made = load("mine", file)
     assert (made.sees, made.prepared, made.reduces) == ("load", False, "")
     assert not hasattr(made.prepare(None, {}), "precede")
-    before = "    def precede(self, contact, force):\n        self.frame = contact, force\n"
+    before = "    def precede(self, load):\n        self.frame = load\n"
     told = "SEES, PREPARED, REDUCES = 'deformation', True, 'p2'\n"
     file.write_text(told + SETTINGS + SOLVER % "return self.frame" + before + PREPARE)
     made = load("mine", file)
     assert (made.sees, made.prepared, made.reduces) == ("deformation", True, "p2")
     solver = made.prepare(None, {})
-    solver.precede(3, 0.5)
-    assert solver.respond(4, 1.0) == (3, 0.5)
+    solver.precede(3)
+    assert solver.respond(4) == 3
 
 
 def test_one_that_is_not_finite_has_failed(tmp_path, slab_case, slab_judge):

@@ -9,6 +9,7 @@ from palpate.bodies.bed import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
 from palpate.models import shape_matching
+from palpate.models.load import Load
 from palpate.models.shape_statics import LEFT, Shapes, Softness, cubes, fit
 
 SOFT = Softness(2e-4, 0.3)
@@ -65,10 +66,10 @@ def test_fitted_shapes_answer_contacts_they_never_saw(slab_case):
         return np.mean([errors(answer(contact, force), u).rmse_of_peak for contact, force, u in asked])
 
     nothing = wrong(lambda contact, force: np.zeros((case.n_surface, 3)))
-    fitted = wrong(solver.respond)
+    fitted = wrong(lambda contact, force: solver.respond(Load.at(contact, force)))
     assert fitted < 0.25 * nothing
     for factor in (0.5, 2.0):  # the response is nearly in proportion to the scale of forces
-        assert wrong(lambda contact, force: solver.respond(contact, factor * force)) > 1.5 * fitted  # noqa: B023
+        assert wrong(lambda contact, force: solver.respond(Load.at(contact, factor * force))) > 1.5 * fitted  # noqa: B023
     assert 0.0 < solver.memory_mb < 10.0
 
 
@@ -76,10 +77,12 @@ def test_shapes_refuse_what_they_cannot_answer(slab_case):
     case, test, _ = slab_case
     solver = shape_matching.prepare(case, shape_matching.settings(case)[0])
     contact = int(test.contact[0])
-    assert not np.abs(solver.respond(contact, np.zeros(3))).max() > 1e-12
-    assert not np.isfinite(solver.respond(contact, np.array([np.nan, 0.0, 0.0]))).all()  # refused by ``checked``
+    assert not np.abs(solver.respond(Load.at(contact, np.zeros(3)))).max() > 1e-12
+    assert not np.isfinite(
+        solver.respond(Load.at(contact, np.array([np.nan, 0.0, 0.0])))
+    ).all()  # refused by ``checked``
     with pytest.raises(InputError, match="not a free surface node"):
-        solver.respond(int(case.body.anchors[0][0]), np.ones(3))
+        solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
 
 
 def test_without_anchors_shapes_do_not_come_to_rest(loose):

@@ -78,7 +78,17 @@ def test_reads_what_was_written(slab_compliance, tmp_path):
     again = load_compliance(path)
     for name in ("contacts", "fine", "restricted", "coarse"):
         assert np.array_equal(getattr(again, name), getattr(slab_compliance, name))
-    assert [p.name for p in path.parent.iterdir()] == ["compliance.h5"]
+    assert again.means is None and [p.name for p in path.parent.iterdir()] == ["compliance.h5"]
+
+
+def test_means_of_discs_are_kept_and_symmetric(slab, tmp_path):
+    """By Maxwell and Betti, a disc moves under a force at another as that one would under a force here."""
+    found = compute_compliance(slab, 0.03, contacts=3, order=2)
+    save_compliance(found, tmp_path / "compliance.h5")
+    means = load_compliance(tmp_path / "compliance.h5").means
+    assert np.array_equal(means, found.means) and means.shape == (3, 3, 3, 3)
+    assert np.abs(means - means.transpose(1, 0, 3, 2)).max() < 1e-6 * np.abs(means).max()
+    assert np.linalg.eigvalsh(means.transpose(0, 3, 1, 2).reshape(9, 9)).min() > 0.0
 
 
 def test_a_count_leaves_out_rows_and_changes_none(slab, slab_compliance):

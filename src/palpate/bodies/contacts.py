@@ -14,6 +14,11 @@ def contacts_of(body: Body) -> np.ndarray:
     return np.setdiff1d(body.coarse.surface, body.anchors[0])
 
 
+def surface_contacts(body: Body) -> np.ndarray:
+    """Return all nodes that can be pressed, in increasing order: those of the fine surface that no anchor holds."""
+    return np.setdiff1d(body.fine.surface, body.anchors[len(body.levels) - 1])
+
+
 def kept_contacts(body: Body, count: int | None) -> np.ndarray:
     """Return the contacts to prepare, in increasing order: all, or ``count`` of those that samples press, well spread.
 
@@ -23,14 +28,36 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
     if count is None:
         return contacts_of(body)
     able = pressed_contacts(body, contacts_of(body))
+    if not len(able):
+        return able
     points = body.coarse.nodes[able]
-    distance = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    chosen: list[int] = []
-    for _ in range(min(count, len(able))):
-        chosen.append(int(np.argmax(distance)))
-        near = np.linalg.norm(points - points[chosen[-1]], axis=1)
-        distance = near if len(chosen) == 1 else np.minimum(distance, near)
+    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    chosen = [first, *spread_out(points, points[[first]], min(count, len(able)) - 1)]
     return np.sort(able[chosen])
+
+
+def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
+    """Choose ``count`` fine surface nodes (k,) that are no coarse ones, each the farthest from all before it.
+
+    known : nodes (m,) that they are to be far from, too
+    They lie between coarse nodes that ``pressed_contacts`` lets be pressed; a body that has fewer gives all.
+    """
+    good = np.zeros(len(body.coarse.nodes))
+    good[pressed_contacts(body, contacts_of(body))] = 1.0
+    able = body.fine.surface[(body.prolongation @ good)[body.fine.surface] > 1.0 - 1e-9]
+    able = able[able >= len(body.coarse.nodes)]
+    points = body.fine.nodes
+    return able[spread_out(points[able], points[known], min(count, len(able)))]
+
+
+def spread_out(points: np.ndarray, known: np.ndarray, count: int) -> list[int]:
+    """Choose ``count`` rows of ``points`` (n, 3), each the farthest from those before it and from ``known`` (m, 3)."""
+    distance = np.min([np.linalg.norm(points - place, axis=1) for place in known], axis=0)
+    chosen: list[int] = []
+    for _ in range(count):
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return chosen
 
 
 def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:

@@ -23,6 +23,11 @@ class LinearFem:
         """Return the same, and no rotations; InputError for a contact that is not prepared."""
         return self.predict(None, contact, force), None
 
+    def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
+        """Return the sum (n, 3) [m] of the responses to forces (3,) [N], each at its contact."""
+        first, *others = [self.predict(None, *press) for press in presses]
+        return np.sum([first, *others], axis=0) if others else first
+
 
 def fit(fitting: Fitting) -> LinearFem:
     """Take the linear responses; nothing is learnt."""

@@ -23,6 +23,9 @@ class Base(Protocol):
     def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the fine surface displacement (n, 3) [m], and rotation vectors (n, 3) of its nodes or None."""
 
+    def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] under several forces (3,) [N], each at its contact."""
+
 
 class LoadResidual:
     """``base`` plus its residual by kernel ridge, in axes that turn with the nodes if the base knows how they turn.

@@ -4,6 +4,8 @@ The responses are precomputed Green's functions (James and Pai 1999, "ArtDefo");
 "Modal warping": each node's displacement is turned by the mean of the rotations that lead up to its own.
 """
 
+from functools import reduce
+
 import numpy as np
 
 from palpate.bodies.contacts import row_of
@@ -31,7 +33,22 @@ class WarpedResponse:
 
         InputError for a contact that is not prepared.
         """
-        row = row_of(self._contacts, contact)
-        local = turn(-(force @ self._spins[row, :, contact])[None], force[None])[0]
-        spins = self._prolongation @ np.tensordot(local, self._spins[row], 1)
-        return warp(spins, np.tensordot(local, self._columns[row], 1)), spins
+        return self._warped([(row_of(self._contacts, contact), contact, force)])
+
+    def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] under forces (3,) [N], each at its contact.
+
+        Rotation vectors add up as linear responses do, and each force is turned back by the sum at its contact.
+        """
+        return self._warped([(row_of(self._contacts, contact), contact, force) for contact, force in presses])[0]
+
+    def _warped(self, presses: list[tuple[int, int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+        """Turn the sum of the responses to forces; presses : row, contact and force of each."""
+        spins, moved = [], []
+        for row, contact, force in presses:
+            here = reduce(np.add, [other @ self._spins[of, :, contact] for of, _, other in presses])
+            local = turn(-here[None], force[None])[0]
+            spins.append(np.tensordot(local, self._spins[row], 1))
+            moved.append(np.tensordot(local, self._columns[row], 1))
+        turned = self._prolongation @ reduce(np.add, spins)
+        return warp(turned, reduce(np.add, moved)), turned

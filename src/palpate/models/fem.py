@@ -4,8 +4,10 @@ import numpy as np
 
 from palpate.models.fem_starts import STARTS
 from palpate.models.fem_statics import Simulation, to_surface
+from palpate.models.load import Answer, Load
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting, distinct
+from palpate.solvers.equilibrium import Equilibrium
 
 LAW = "the body's"
 
@@ -41,11 +43,14 @@ def prepare(case: Case, setting: Setting, order: int) -> "Fem":
 
 
 class Fem:
-    """Finite elements of ``order``, brought to the fine surface with their own shape functions."""
+    """Finite elements of ``order``, brought to the fine surface with their own shape functions.
 
-    def __init__(self, case: Case, setting: Setting, order: int):
+    solver : how their equilibrium is found
+    """
+
+    def __init__(self, case: Case, setting: Setting, order: int, solver: type[Equilibrium] = Equilibrium):
         level, tolerance = setting["level"], setting.get("tolerance", case.tolerance)
-        self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order)
+        self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order, solver)
         self._start = STARTS[setting["start"]](case, self._simulation, (level, order))
         self._up = to_surface(case.body, level, order)
 
@@ -54,10 +59,14 @@ class Fem:
         """The memory that is held between queries [MB]."""
         return held_mb(self)
 
-    def precede(self, contact: int, force: np.ndarray) -> None:
+    def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
-        self._start.precede(contact, force)
+        self._start.precede(load)
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
-        return self._up @ self._simulation.displacement(contact, force, self._start.at(contact, force))
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
+
+        Errors as ``Solver``.
+        """
+        moved, forces = self._simulation.answer(load, self._start.at(load))
+        return self._up @ moved if forces is None else Answer(self._up @ moved, forces)

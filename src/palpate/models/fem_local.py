@@ -15,11 +15,12 @@ from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.models.fem_starts import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
+from palpate.models.load import Answer, Load
 from palpate.models.local_surface import SurfaceMap
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 
-LAW = "the body's"
+PREPARED, LAW = True, "the body's"
 
 _kept: WeakKeyDictionary = WeakKeyDictionary()
 """Local meshes with what they took [s], by body, and there by radius, depth, reach and order: one serves all."""
@@ -57,15 +58,15 @@ class LocalFem:
         """The memory that is held between queries [MB]."""
         return held_mb(self)
 
-    def precede(self, contact: int, force: np.ndarray) -> None:
+    def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
-        self._start.precede(contact, force)
+        self._start.precede(load)
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
-        simulation, up = self._meshes.of(contact)
-        start = self._start.at(contact, force)
-        return up @ simulation.stopped(*self._stop).displacement(contact, force, start)
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m] under one press, by force or to a depth; errors as ``Solver``."""
+        simulation, up = self._meshes.of(load.alone().node)
+        moved, forces = simulation.stopped(*self._stop).answer(load, self._start.at(load))
+        return up @ moved if forces is None else Answer(up @ moved, forces)
 
 
 class _Meshes:
@@ -106,6 +107,6 @@ class _Meshes:
             self._made[contact] = simulation, self._surface.of(local, self._order)
         return self._made[contact]
 
-    def settled(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] on the mesh of ``contact``, converged to the case's tolerance."""
-        return self.of(contact)[0].settled(contact, force)
+    def settled(self, load: Load) -> np.ndarray:
+        """Return displacements (n_nodes, 3) [m] on the mesh of the one contact, converged to the case's tolerance."""
+        return self.of(load.alone().node)[0].settled(load)

@@ -10,6 +10,7 @@ import numpy as np
 from palpate.bodies.contacts import row_of
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation
+from palpate.models.load import Load
 from palpate.models.model import Case
 
 BEFORE = 0.97
@@ -23,17 +24,17 @@ _kept: WeakKeyDictionary = WeakKeyDictionary()
 class Start(Protocol):
     """The displacements that Newton's method begins at."""
 
-    def at(self, contact: int, force: np.ndarray) -> np.ndarray | None:
+    def at(self, load: Load) -> np.ndarray | None:
         """Return displacements (n_nodes, 3) [m] of all nodes, None for rest; InputError for a bad contact."""
 
-    def precede(self, contact: int, force: np.ndarray) -> None:
+    def precede(self, load: Load) -> None:
         """Do what happened before this query was asked; not timed."""
 
 
 class Settles(Protocol):
     """A simulation that can find the frame before."""
 
-    def settled(self, contact: int, force: np.ndarray) -> np.ndarray:
+    def settled(self, load: Load) -> np.ndarray:
         """Return converged displacements (n_nodes, 3) [m]."""
 
 
@@ -43,10 +44,10 @@ class Rest:
     def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
         """Take what all starts take: the case, the simulation, and the numbers that name its mesh and elements."""
 
-    def at(self, contact: int, force: np.ndarray) -> None:
+    def at(self, load: Load) -> None:
         """Return None."""
 
-    def precede(self, contact: int, force: np.ndarray) -> None:
+    def precede(self, load: Load) -> None:
         """Do nothing."""
 
 
@@ -64,11 +65,19 @@ class LinearStart:
             kept[elements] = self._columns, perf_counter() - begin
         self._contacts = case.prepared_contacts
 
-    def at(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the linear response; InputError for a contact that is not prepared."""
-        return np.tensordot(force, self._columns[row_of(self._contacts, contact)], 1)
+    def at(self, load: Load) -> np.ndarray | None:
+        """Return the linear response; InputError for a contact that is not prepared.
 
-    def precede(self, contact: int, force: np.ndarray) -> None:
+        To a depth, whose force is not known, a search begins at its own linear response.
+        """
+        given, pushed = load.parted()
+        rows = [row_of(self._contacts, contact) for contact, _ in given + pushed]
+        if pushed:
+            return None
+        parts = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, given, strict=True)]
+        return np.sum(parts, axis=0)
+
+    def precede(self, load: Load) -> None:
         """Do nothing."""
 
 
@@ -80,25 +89,25 @@ class FrameBefore:
 
     def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
         self._simulation, self._database, self._elements = simulation, ref(case.database), elements
-        self._asked: tuple[int, bytes] | None = None
+        self._asked: tuple[bytes | int, ...] | None = None
         self._frame: np.ndarray | None = None
 
-    def precede(self, contact: int, force: np.ndarray) -> None:
+    def precede(self, load: Load) -> None:
         """Find the frame before; not timed."""
-        self._asked = contact, force.tobytes()
+        self._asked = load.key
         database = self._database()
         kept = {} if database is None else _kept.setdefault(database, {})
         frames = kept.setdefault(("frames", *self._elements), {})
         if self._asked not in frames:
             try:
-                frames[self._asked] = self._simulation.settled(contact, BEFORE * force)
+                frames[self._asked] = self._simulation.settled(load.times(BEFORE))
             except NotConverged:
                 frames[self._asked] = None
         self._frame = frames[self._asked]
 
-    def at(self, contact: int, force: np.ndarray) -> np.ndarray | None:
+    def at(self, load: Load) -> np.ndarray | None:
         """Return the frame that ``precede`` has found for this load, or None for rest."""
-        return self._frame if self._asked == (contact, force.tobytes()) else None
+        return self._frame if self._asked == load.key else None
 
 
 STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Start]] = {

@@ -1,5 +1,9 @@
-"""Answer one press after another with finite elements on one level of a body, to convergence or stopped early."""
+"""Answer loads with finite elements on one level of a body, to convergence or stopped early.
 
+Presses may be anywhere on the fine surface, several at once, by forces or to a depth.
+"""
+
+from collections.abc import Iterator, Sequence
 from copy import copy
 from typing import Self
 from weakref import WeakKeyDictionary
@@ -8,28 +12,40 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import contacts_of, row_of
+from palpate.bodies.contacts import row_of, surface_contacts
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.models.load import Load
 from palpate.models.model import Case
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.pushed_discs import push
 
 _integrated: WeakKeyDictionary = WeakKeyDictionary()
-"""Shares of patches, by body, and there by level, order, radius and contact."""
+"""Shares of patches, by body, and there by level, order, radius and node."""
 
 
 class Simulation:
-    """Static equilibrium of ``level`` under a force at a contact, with linear or, of ``order`` 2, quadratic elements.
+    """Static equilibrium of ``level`` under presses, with linear or, of ``order`` 2, quadratic elements.
 
     tolerance : relative residual to stop at
-    iterations : cap on Newton's iterations, or None for as many as it takes, with smaller loads in between. With a
+    solver : of its equilibrium, with Newton's method or L-BFGS
+    iterations : cap on their iterations, or None for as many as it takes, with smaller loads in between. With a
         cap, the answer is what the last iteration reached: its error is measured, and its residual is not checked.
     """
 
-    def __init__(self, case: Case, level: int, tolerance: float, iterations: int | None = None, order: int = 1):
-        self._equilibrium = Equilibrium(with_unknowns(case.body, level, order), level, order)
-        self._rest = self._equilibrium.mesh.nodes
+    def __init__(
+        self,
+        case: Case,
+        level: int,
+        tolerance: float,
+        iterations: int | None = None,
+        order: int = 1,
+        solver: type[Equilibrium] = Equilibrium,
+    ):
+        whole = with_unknowns(case.body, level, order)
+        self._equilibrium = solver(whole, level, order)
+        self._rest, self._held = self._equilibrium.mesh.nodes, whole.anchors[level % len(case.body.levels) + order - 1]
         self._tolerance, self._iterations, self._converged = tolerance, iterations, case.tolerance
         self._shares = ContactShares(case, level, order)
 
@@ -39,31 +55,80 @@ class Simulation:
         other._tolerance, other._iterations = tolerance, iterations
         return other
 
-    def displacement(self, contact: int, force: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] of all nodes; NotConverged, or InputError for a bad contact.
+    def displacement(self, load: Load, start: np.ndarray | None = None) -> np.ndarray:
+        """Return displacements (n_nodes, 3) [m] of all nodes; errors and ``start`` as in ``answer``."""
+        return self.answer(load, start)[0]
+
+    def answer(self, load: Load, start: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return displacements (n_nodes, 3) [m] of all nodes, and the forces (presses, 3) [N] if a depth is asked for.
 
         start : displacements (n_nodes, 3) [m] that Newton's method begins at, in place of rest
+        Raises NotConverged, or InputError for a node that cannot be pressed.
         """
-        load, x = self.load(contact, force), None if start is None else self._rest + start
-        if self._iterations is None:
-            return self._equilibrium.solve(load, self._tolerance, x).x - self._rest
-        return self._equilibrium.approach(load, self._tolerance, self._iterations, x).x - self._rest
+        return self._solve(load, self._tolerance, self._iterations, start)
 
-    def settled(self, contact: int, force: np.ndarray) -> np.ndarray:
+    def settled(self, load: Load) -> np.ndarray:
         """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever those of queries are."""
-        return self._equilibrium.solve(self.load(contact, force), self._converged).x - self._rest
+        return self._solve(load, self._converged)[0]
 
-    def load(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return nodal forces (n_nodes, 3) [N]; InputError for a bad contact."""
-        load = np.zeros_like(self._rest)
-        nodes, shares = self._shares.of(contact)
-        load[nodes] = np.outer(shares, force)
-        return load
+    def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
+        """Return the mean displacement (presses, 3) [m] of each disc under displacements (n_nodes, 3) [m]."""
+        found = [self._shares.of(press.node) for press in load.presses]
+        return np.array([shares @ displacement[nodes] for nodes, shares in found])
+
+    def least_det(self, displacement: np.ndarray) -> float:
+        """Return the smallest det F of the elements under displacements (n_nodes, 3) [m]."""
+        return self._equilibrium.least_det(self._rest + displacement)
+
+    def _solve(
+        self, load: Load, tolerance: float, iterations: int | None = None, start: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Choose the search that the load and the cap on iterations ask for."""
+        given, pushed = load.parted()
+        nodal, x = self._spread(given), None if start is None else self._rest + start
+        if pushed:
+            ways = np.array([way for _, way in pushed])
+            weights = self._weights([node for node, _ in pushed])
+            solution, found = push(self._equilibrium, nodal, weights, ways, tolerance, iterations, x)
+            return solution.x - self._rest, load.with_found(found)
+        if iterations is None:
+            return self._equilibrium.solve(nodal, tolerance, x).x - self._rest, None
+        return self._equilibrium.approach(nodal, tolerance, iterations, x).x - self._rest, None
+
+    def nodal(self, load: Load) -> np.ndarray:
+        """Return nodal forces (n_nodes, 3) [N]; InputError for a node that cannot be pressed, Refused for a depth."""
+        return self._spread(load.forces())
+
+    def _spread(self, forces: list[tuple[int, np.ndarray]]) -> np.ndarray:
+        """Spread forces (3,) [N] on discs around nodes of the fine surface over nodes (n_nodes, 3) [N]."""
+        nodal = np.zeros_like(self._rest)
+        for contact, force in forces:
+            nodes, shares = self._shares.of(contact)
+            nodal[nodes] += np.outer(shares, force)
+        return nodal
+
+    def _weights(self, contacts: list[int]) -> sparse.csr_array:
+        """Return the weights (k, n_nodes) of the mean displacement of discs, without those of nodes that are held."""
+        weights = sparse.lil_array((len(contacts), len(self._rest)))
+        for row, contact in enumerate(contacts):
+            nodes, shares = self._shares.of(contact)
+            free = ~np.isin(nodes, self._held)
+            weights[row, nodes[free]] = shares[free]
+        return weights.tocsr()
+
+    def correction(self, load: Load, moved: np.ndarray) -> np.ndarray:
+        """Return what one multigrid cycle on the residual of ``moved`` (n_nodes, 3) [m] would add to it, the same."""
+        return self._equilibrium.correction(self._rest + moved, self.nodal(load))
+
+    def linear_responses(self, loads: Sequence[Load], tolerance: float) -> Iterator[np.ndarray]:
+        """Yield the linear response (n_nodes, 3) [m] to each of ``loads``, to a relative residual of ``tolerance``."""
+        respond = self._equilibrium.linear_solver(tolerance)
+        return (respond(self.nodal(load)) for load in loads)
 
     def linear_columns(self, contacts: np.ndarray) -> np.ndarray:
         """Return linear responses to unit forces at ``contacts``, (n_contacts, 3, n_nodes, 3) [m/N]."""
         respond = self._equilibrium.linear_solver()
-        return np.array([[respond(self.load(int(c), unit)) for unit in np.eye(3)] for c in contacts])
+        return np.array([[respond(self.nodal(Load.at(c, unit))) for unit in np.eye(3)] for c in contacts])
 
 
 class LinearCoarse:
@@ -73,13 +138,18 @@ class LinearCoarse:
         compliance = case.use_compliance()
         self._contacts, self._columns = compliance.contacts, compliance.coarse
 
-    def displacement(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] of all coarse nodes under ``force`` (3,) [N]; InputError as above."""
-        return np.tensordot(force, self._columns[row_of(self._contacts, contact)], 1)
+    def displacement(self, load: Load) -> np.ndarray:
+        """Return displacements (n_nodes, 3) [m] of all coarse nodes under ``load``; InputError as above."""
+        parts = [np.tensordot(f, self._columns[row_of(self._contacts, c)], 1) for c, f in load.forces()]
+        return np.sum(parts, axis=0)
+
+    def answer(self, load: Load) -> tuple[np.ndarray, None]:
+        """Return the same, and no forces, as a depth is refused."""
+        return self.displacement(load), None
 
 
 class ContactShares:
-    """For each contact: the nodes that carry its force, and the share of it that each carries.
+    """For each free node of the fine surface: the nodes that carry a press there, and the share that each carries.
 
     The nodes are those of elements of ``order`` on ``level``. Patches of the prepared contacts are integrated in
     advance, and once for all models of a body; those of others at their first use.
@@ -87,19 +157,26 @@ class ContactShares:
 
     def __init__(self, case: Case, level: int, order: int = 1):
         body, key = case.body, (level % len(case.body.levels), order, case.radius_m)
-        self._mesh, self._order = body.levels[level], order
-        self._patches = {int(c): patch_at(body, int(c), case.radius_m) for c in contacts_of(body)}
-        self._contacts = np.array(sorted(self._patches))
+        self._body, self._level, self._order, self._radius_m = body, key[0], order, case.radius_m
+        self._able = surface_contacts(body)
         self._shares = _integrated.setdefault(body, {}).setdefault(key, {})
         for contact in case.prepared_contacts:
             self.of(int(contact))
 
     def of(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return node numbers and shares of one contact; InputError if it cannot be pressed."""
+        """Return node numbers and shares of a press at one node; InputError if it cannot be pressed."""
         if contact not in self._shares:
-            row_of(self._contacts, contact)
-            self._shares[contact] = patch_shares(self._mesh, self._patches[contact], self._order)
+            row_of(self._able, contact)
+            self._shares[contact] = self._integrate(contact)
         return self._shares[contact]
+
+    def _integrate(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
+        mesh = self._body.levels[self._level]
+        if self._radius_m == 0.0 and contact >= len(mesh.nodes):  # a point between nodes: as its displacement follows
+            surface = self._body.fine.surface
+            row = to_surface(self._body, self._level, self._order)[[np.searchsorted(surface, contact)]]
+            return row.indices.astype(np.int64), row.data
+        return patch_shares(mesh, patch_at(self._body, contact, self._radius_m), self._order)
 
 
 def with_unknowns(body: Body, level: int, order: int) -> Body:
@@ -113,14 +190,21 @@ def to_surface(body: Body, level: int, order: int = 1) -> sparse.csr_array:
     Linear elements on ``level`` interpolate linearly, those of ``order`` 2 quadratically; these have the nodes of the
     next level, which on the finest level are more than the fine ones.
     """
-    surface = body.fine.surface
     if order == 2 and level == len(body.levels) - 1:
         columns = len(body.fine.nodes) + len(body.fine.edges)
-        return sparse.eye_array(columns, format="csr")[surface].tocsr()
+        return sparse.eye_array(columns, format="csr")[body.fine.surface].tocsr()
+    return to_fine(body, level, order)[body.fine.surface].tocsr()
+
+
+def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
+    """Return the interpolation from the nodes of elements to all fine nodes, (n_fine, n_nodes), as ``to_surface``.
+
+    Quadratic elements on the finest level have more nodes than that, and none is left out: level is below it.
+    """
     up = sparse.eye_array(len(body.fine.nodes), format="csr")
     for start in range(len(body.levels) - order - 1, level - 1, -1):
         up = up @ (body.prolongations[start] if order == 1 else _quadratic(body, start))
-    return up[surface].tocsr()
+    return up.tocsr()
 
 
 def _quadratic(body: Body, level: int) -> sparse.csr_array:

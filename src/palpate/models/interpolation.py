@@ -1,8 +1,12 @@
 """Interpolate the coarse answer linearly: what any user has before learning anything."""
 
-from palpate.enrichment.interpolation import Interpolation
+import numpy as np
+from scipy import sparse
+
 from palpate.models.coarse_answers import coarse_settings, coarse_solver
-from palpate.models.coarse_enriched import Enriched
+from palpate.models.fem_statics import LinearCoarse, Simulation
+from palpate.models.load import Answer, Load
+from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 
 SEES, LAW = "deformation", "the body's"
@@ -13,6 +17,24 @@ def settings(case: Case) -> list[Setting]:
     return coarse_settings(case, {})
 
 
-def prepare(case: Case, setting: Setting) -> Enriched:
+def prepare(case: Case, setting: Setting) -> "Interpolated":
     """Take the meshes; nothing is learnt."""
-    return Enriched(Interpolation(case.meshes), coarse_solver(case, setting))
+    return Interpolated(coarse_solver(case, setting), case.meshes.prolongation)
+
+
+class Interpolated:
+    """The coarse answer to whatever load it has one for, brought to the fine surface by one sparse product."""
+
+    def __init__(self, coarse: Simulation | LinearCoarse, prolongation: sparse.csr_array):
+        self._coarse, self._prolongation = coarse, prolongation
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB]."""
+        return held_mb(self)
+
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
+        moved, forces = self._coarse.answer(load)
+        found = self._prolongation @ moved
+        return found if forces is None else Answer(found, forces)

@@ -6,6 +6,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from palpate.models.fit_spring_moduli import Moduli, fit
+from palpate.models.load import Load
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 from palpate.models.spring_statics import Network
@@ -59,8 +60,8 @@ class SpringsAtRest:
         self._network, self._iterations = network, iterations
         self.memory_mb = held_mb(self)
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         network = self._network
-        network.press(contact, force)
+        network.press(*load.single())
         return network.up @ (network.approach(self._iterations) - network.rest)

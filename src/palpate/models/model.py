@@ -9,6 +9,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import InputError, NotConverged
+from palpate.models.load import Answer, Load, displacement_of
 from palpate.samples.database import Database
 from palpate.solvers.compliance import Compliance
 
@@ -87,17 +88,18 @@ class Case:
 class Solver(Protocol):
     """A prepared model; ``memory_mb`` is what it holds [MB], read after the queries: ``memory.held_mb`` counts.
 
-    It may have ``precede(contact, force)`` too, which is called before each query, with its load, and not timed: it
+    It may have ``precede(load)`` too, which is called before each query, with its load, and not timed: it
     finds the frame before, under 97 % of the force, for a model that starts from there.
     """
 
     memory_mb: float
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] of the fine surface under ``force`` (3,) [N] at a coarse node.
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m] of the fine surface under ``load``, or an ``Answer`` with more.
 
-        This is timed; ``checked`` looks at the answer afterwards. Raises NotConverged where there is no answer, and
-        InputError for a contact that cannot be pressed.
+        This is timed; ``checked`` looks at the answer afterwards. Raises NotConverged where there is no answer, its
+        kind Refused for a load of a sort that the model cannot answer, and InputError for a contact that cannot be
+        pressed, or that is not prepared.
         """
 
 
@@ -108,7 +110,7 @@ class Model(NamedTuple):
     prepare(case, setting) : offline work, timed; InputError or NotConverged if it cannot be done
     place : the module or file that it comes from, for messages
     sees : "load", if it is given the force, or "deformation", if it sees what a force does to the coarse mesh only
-    prepared : whether it answers contacts only whose linear responses were stored before; see ``needs_contacts``
+    prepared : whether it uses what was computed for each contact before, responses or meshes; see ``needs_contacts``
     reduces : "p2", if its answers come from responses of the fine quadratic elements, stored or learnt from; else ""
     law : of the material, as a table has it; BODYS where it is the body's own, "" if it is not known
     """
@@ -180,11 +182,12 @@ def setting_text(setting: Setting) -> str:
     return ", ".join(f"{name}={_short(value)}" for name, value in setting.items()) or "default"
 
 
-def checked(displacement: np.ndarray, n_surface: int, place: str = "a model") -> np.ndarray:
-    """Return ``displacement``; InputError if it is not (n_surface, 3), NotConverged if a number in it is not finite.
+def checked(answer: np.ndarray | Answer, n_surface: int, place: str = "a model") -> np.ndarray:
+    """Return the displacement; InputError if it is not (n_surface, 3), NotConverged if a number in it is not finite.
 
     place : what the InputError names
     """
+    displacement = displacement_of(answer)
     try:
         numbers = np.asarray(displacement, dtype=float)
     except (TypeError, ValueError):

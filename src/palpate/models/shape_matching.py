@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from palpate.models.load import Load
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting, distinct
 from palpate.models.shape_statics import Shapes, cubes, fit
@@ -34,6 +35,6 @@ class ShapesAtRest:
         self._shapes, self._steps = shapes, steps
         self.memory_mb = held_mb(self)
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; InputError for a bad contact."""
-        return self._shapes.up @ self._shapes.settle(contact, force, self._steps)
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under ``load``; InputError for a bad contact."""
+        return self._shapes.up @ self._shapes.settle(*load.single(), self._steps)

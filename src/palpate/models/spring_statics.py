@@ -70,7 +70,7 @@ class Network:
         Raises NotConverged if not even the first lowers the energy.
         """
         enough, start = TOLERANCE * float(np.linalg.norm(self._load)), self.rest if start is None else start
-        x = descend(self, self._factor.solve, start, enough, iterations)
+        x = descend(self, self._factor.solve, start, enough, iterations).x
         if x is start and not np.linalg.norm(self.force(x)) <= enough:
             raise NotConverged(f"{self.particles.name}: springs find no way to give in; check the force", [])
         return x

@@ -4,6 +4,8 @@ import numpy as np
 
 from palpate.enrichment.load_residual import Base, LoadResidual
 from palpate.enrichment.training_samples import gather
+from palpate.models.depths import Discs
+from palpate.models.load import Answer, Load
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting, training_counts
 
@@ -12,7 +14,7 @@ class Stored:
     """The answer of ``base``, and what was learnt beyond it if ``samples`` are learnt from."""
 
     def __init__(self, case: Case, base: Base, samples: int):
-        self._base, self._residual = base, None
+        self._base, self._residual, self._discs = base, None, Discs(case)
         if samples:
             db = case.first(samples).use_training()
             residual = LoadResidual(case.meshes, case.use_compliance(), base)
@@ -21,13 +23,18 @@ class Stored:
     @property
     def memory_mb(self) -> float:
         """The memory that is held between queries [MB]."""
-        return held_mb(self)
+        return held_mb([self._base, self._residual])
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; InputError for a bad contact."""
-        if self._residual is None:
-            return self._base.answer(contact, force)[0]
-        return self._residual.respond(contact, force)
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m] under ``load``; InputError for a bad contact.
+
+        Without a residual, which samples of one press each have taught, responses to several presses add up, and
+        discs may be pushed to a depth.
+        """
+        if self._residual is not None:
+            return self._residual.respond(*load.single())
+        given, pushed = load.parted()
+        return self._discs.answer(load, self._base.superpose) if pushed else self._base.superpose(given)
 
 
 def shares(case: Case, family: str) -> list[Setting]:

@@ -11,7 +11,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, row_of
 from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import nodal_load
+from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -29,6 +29,8 @@ class Compliance:
     restricted : (n_contacts, 3, n_coarse, 3) the same fine response at all coarse nodes
     coarse : (n_contacts, 3, n_coarse, 3) response of the coarse mesh itself
     seconds : time of its computation [s]
+    means : (n_contacts, n_contacts, 3, 3) mean displacement of the first contact's disc by a unit force at the second,
+        by force direction, with the shape functions of quadratic elements; None of linear ones
     """
 
     contacts: np.ndarray
@@ -36,6 +38,7 @@ class Compliance:
     restricted: np.ndarray
     coarse: np.ndarray
     seconds: float = 0.0
+    means: np.ndarray | None = None
 
     def row(self, contact: int) -> int:
         """Return the row of coarse node ``contact``; InputError if it is not prepared."""
@@ -63,13 +66,18 @@ def compute_compliance(
     coarse = np.empty((len(chosen), 3, n_coarse, 3))
     whole = finer(body) if order == 2 else body
     solve_fine = Equilibrium(whole, last, order).linear_solver(TOLERANCE)
+    pushed = [patch_at(whole, contact, radius_m) for contact in chosen] if order == 2 else []
+    discs = [patch_shares(whole.levels[last], patch, order) for patch in pushed]
+    means = np.empty((len(discs), len(chosen), 3, 3))
     solve_coarse = Equilibrium(body, 0).linear_solver(TOLERANCE) if last or order == 2 else solve_fine
     for row, contact in enumerate(progress(chosen)):
         for axis, unit in enumerate(np.eye(3)):
             response = solve_fine(nodal_load(whole, last, contact, unit, radius_m, order))
             fine[row, axis], restricted[row, axis] = response[surface], response[:n_coarse]
+            for disc, (nodes, shares) in enumerate(discs):
+                means[disc, row, axis] = shares @ response[nodes]
             coarse[row, axis] = solve_coarse(nodal_load(body, 0, contact, unit, radius_m))
-    return Compliance(chosen, fine, restricted, coarse, perf_counter() - start)
+    return Compliance(chosen, fine, restricted, coarse, perf_counter() - start, means if discs else None)
 
 
 def save_compliance(compliance: Compliance, path: Path) -> None:
@@ -77,6 +85,8 @@ def save_compliance(compliance: Compliance, path: Path) -> None:
     with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
         for name in ARRAYS:
             file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
+        if compliance.means is not None:
+            file.create_dataset("means", data=compliance.means, fletcher32=True)
         file.attrs["unit"] = "m/N"
         file.attrs["seconds"] = compliance.seconds
 
@@ -84,5 +94,5 @@ def save_compliance(compliance: Compliance, path: Path) -> None:
 def load_compliance(path: Path) -> Compliance:
     """Read a file of ``save_compliance``."""
     with read_hdf5(path) as file:
-        arrays = {name: file[name][:] for name in ARRAYS}
+        arrays = {name: file[name][:] for name in (*ARRAYS, "means") if name in ARRAYS or name in file}
         return Compliance(**arrays, seconds=float(file.attrs["seconds"]))

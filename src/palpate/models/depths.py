@@ -1,0 +1,107 @@
+"""Find the forces of discs that are pushed to a depth, for models that answer forces at prepared contacts."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import NoConvergence, broyden1
+
+from palpate.errors import NotConverged
+from palpate.models.fem_statics import ContactShares
+from palpate.models.load import Answer, Load, Refused
+from palpate.models.model import Case
+
+Presses = list[tuple[int, np.ndarray]]
+"""Nodes and forces (3,) [N]."""
+CLOSE, MOST = 1e-6, 30
+"""Distance from the depths, as a share of them, at which a search ends; and after how many iterations it gives up."""
+
+
+class Discs:
+    """The mean displacements of the discs of prepared contacts: of linear responses, and of what is beyond them."""
+
+    def __init__(self, case: Case):
+        self._compliance = case.use_compliance()
+        self._shares, self._surface = ContactShares(case, len(case.body.levels) - 1), case.body.fine.surface
+
+    def means(self, disc: int, contact: int) -> np.ndarray:
+        """Return the linear mean displacement (3, 3) [m/N] of the disc at one contact by unit forces at another.
+
+        InputError for a contact that is not prepared.
+        """
+        found = self._compliance.means
+        if found is None:
+            return self._between(disc, contact)
+        return found[self._compliance.row(disc), self._compliance.row(contact)]
+
+    def linear_forces(self, load: Load) -> np.ndarray:
+        """Return the force (presses, 3) [N] of every press of ``load``, if responses are linear.
+
+        Refused for two discs that are pushed at the same place.
+        """
+        given, pushed = load.parted()
+        missing = [way - sum(force @ self.means(disc, contact) for contact, force in given) for disc, way in pushed]
+        return load.with_found(np.linalg.solve(self._gives(load), np.concatenate(missing)).reshape(-1, 3))
+
+    def answer(self, load: Load, respond: Callable[[Presses], np.ndarray]) -> Answer:
+        """Return the answer of a model to a ``load`` with depths; ``respond`` is its displacement under forces.
+
+        What a displacement (n_surface, 3) [m] has beyond the linear one is interpolated linearly in discs.
+        """
+        pushed = [(row, p.node) for row, p in enumerate(load.presses) if p.force is None]
+        nodes = [press.node for press in load.presses]
+        beyond = {
+            (disc, contact): self.means(disc, contact) - self._between(disc, contact)
+            for _, disc in pushed
+            for contact in nodes
+        }
+
+        def reached(found: np.ndarray) -> np.ndarray:
+            presses = list(zip(nodes, load.with_found(found), strict=True))
+            moved = respond(presses)
+            parts = [self._mean(disc, moved) for _, disc in pushed]
+            return parts + np.array([sum(f @ beyond[disc, c] for c, f in presses) for _, disc in pushed])
+
+        ways = np.array([way for _, way in load.parted()[1]])
+        forces = load.with_found(find_forces(reached, ways, self._gives(load)))
+        return Answer(respond(list(zip(nodes, forces, strict=True))), forces)
+
+    def _gives(self, load: Load) -> np.ndarray:
+        """Return the matrix (3k, 3k) [m/N] from the forces of k pushed discs to their means."""
+        discs = [disc for disc, _ in load.parted()[1]]
+        gives = np.block([[self.means(disc, contact).T for contact in discs] for disc in discs])
+        if not np.linalg.cond(gives) < 1e12:
+            raise Refused("two discs are pushed to a depth at the same place; push one of them")
+        return gives
+
+    def _between(self, disc: int, contact: int) -> np.ndarray:
+        columns = self._compliance.fine[self._compliance.row(contact)]
+        return np.array([self._mean(disc, column) for column in columns])
+
+    def _mean(self, disc: int, displacement: np.ndarray) -> np.ndarray:
+        """Return the mean (3,) [m] of a displacement (n_surface, 3) [m] that is linear between nodes."""
+        nodes, shares = self._shares.of(disc)
+        return shares @ displacement[np.searchsorted(self._surface, nodes)]
+
+
+def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, gives: np.ndarray) -> np.ndarray:
+    """Return the forces (k, 3) [N] under which k discs have moved by ``ways`` (k, 3) [m] on average.
+
+    means : from forces (k, 3) [N] to the mean displacements (k, 3) [m] of the discs, by one answer of the model
+    gives : (3k, 3k) [m/N], what these do in the first order; Broyden's method (1965, Math. Comp. 19, 577) begins there
+    Raises NotConverged after MOST iterations.
+    """
+    inverse, wanted = np.linalg.inv(gives), ways.ravel()
+    size = float(np.linalg.norm(wanted))
+    if size == 0.0:
+        return np.zeros_like(ways)
+
+    def missing(reached: np.ndarray) -> np.ndarray:
+        """Return what is missing of the way, as a share of it, where a linear body would have moved by ``reached``."""
+        return (wanted - means((inverse @ reached).reshape(ways.shape)).ravel()) / size
+
+    try:
+        with np.errstate(all="ignore"):  # of answers that do not change
+            reached = broyden1(lambda y: missing(size * y), wanted / size, alpha=1.0, maxiter=MOST, f_tol=CLOSE)
+    except (NoConvergence, ValueError) as failure:  # the latter where an answer is not finite
+        raise NotConverged(f"no force was found that pushes so far in {MOST} iterations", [float("nan")]) from failure
+    return (inverse @ (size * reached)).reshape(ways.shape)

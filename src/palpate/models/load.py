@@ -1,0 +1,108 @@
+"""Describe what a model is asked: presses on the surface, one or several at once, each by a force or to a place."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.errors import NotConverged
+
+
+class Refused(NotConverged):
+    """A load that a model cannot answer, whatever its numbers; the message names the model's limit."""
+
+    def __init__(self, message: str):
+        super().__init__(message, [float("nan")])
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """A disc of the case's radius around a node of the fine surface, which a force pushes, or which is pushed so far.
+
+    node : its number on the finest level; those that are coarse nodes too are the contacts
+    force : (3,) [N], or None where ``moved`` is given and the force is to be found
+    moved : (3,) [m], the displacement of the disc, averaged with the weights of its pressure; or None
+    """
+
+    node: int
+    force: np.ndarray | None = None
+    moved: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """All presses that act at once."""
+
+    presses: tuple[Press, ...]
+
+    @staticmethod
+    def at(node: int, force: np.ndarray) -> "Load":
+        """Return the load of one ``force`` (3,) [N] at a node."""
+        return Load((Press(int(node), force),))
+
+    def alone(self) -> Press:
+        """Return the press of a load that is one, by force or to a depth; Refused for several."""
+        if len(self.presses) != 1:
+            raise Refused("one press at a time is answered, and not several")
+        return self.presses[0]
+
+    def single(self) -> tuple[int, np.ndarray]:
+        """Return node and force (3,) [N] of a load that is one force; Refused for any other."""
+        press = self.alone()
+        if press.force is None:
+            raise Refused("forces are answered, and not a depth that a disc is pushed to")
+        return press.node, press.force
+
+    def forces(self) -> list[tuple[int, np.ndarray]]:
+        """Return node and force (3,) [N] of each press; Refused if one is pushed to a depth."""
+        return [Load((press,)).single() for press in self.presses]
+
+    def parted(self) -> tuple[list[tuple[int, np.ndarray]], list[tuple[int, np.ndarray]]]:
+        """Return node and force (3,) [N] of the presses by force, and node and way (3,) [m] of those to a depth."""
+        given = [(press.node, press.force) for press in self.presses if press.force is not None]
+        return given, [(p.node, p.moved) for p in self.presses if p.force is None and p.moved is not None]
+
+    def with_found(self, found: np.ndarray) -> np.ndarray:
+        """Return the force (presses, 3) [N] of every press: the given ones, and those ``found`` for the others."""
+        rest = iter(found)
+        return np.array([next(rest) if press.force is None else press.force for press in self.presses])
+
+    def times(self, factor: float) -> "Load":
+        """Return the same load with every force or displacement times ``factor``."""
+        return Load(tuple(Press(p.node, _times(factor, p.force), _times(factor, p.moved)) for p in self.presses))
+
+    @property
+    def key(self) -> tuple[bytes | int, ...]:
+        """Return what tells loads apart."""
+        parts: list[bytes | int] = []
+        for press in self.presses:
+            parts += [press.node, *(b"" if given is None else given.tobytes() for given in (press.force, press.moved))]
+        return tuple(parts)
+
+
+class Answer(NamedTuple):
+    """More than displacements, from a model that knows more.
+
+    displacement : (n_surface, 3) [m] of the fine surface
+    forces : (presses, 3) [N], those found where a disc was pushed to a depth, else those given; or None
+    error : the model's own estimate of its error, as RMSE over peak; or None
+    """
+
+    displacement: np.ndarray
+    forces: np.ndarray | None = None
+    error: float | None = None
+
+
+def displacement_of(answer: np.ndarray | Answer) -> np.ndarray:
+    """Return the displacement (n_surface, 3) [m] of what a model has returned."""
+    return answer.displacement if isinstance(answer, Answer) else answer
+
+
+def loads_of(nodes: Sequence[int] | np.ndarray, forces: np.ndarray) -> list[Load]:
+    """Return one load of one force for each of the k ``nodes``; ``forces`` (k, 3) [N]."""
+    return [Load.at(int(node), force) for node, force in zip(nodes, forces, strict=True)]
+
+
+def _times(factor: float, given: np.ndarray | None) -> np.ndarray | None:
+    return None if given is None else factor * given

@@ -7,9 +7,11 @@ import pytest
 
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import InputError, NotConverged
-from palpate.samples import presses as module
+from palpate.samples import press_search as module
+from palpate.samples import presses
 from palpate.samples.loads import force_of, nodal_forces
-from palpate.samples.presses import PRESS_COLUMNS, SOUND, choose_presses, oblique
+from palpate.samples.press_search import SOUND
+from palpate.samples.presses import PRESS_COLUMNS, choose_presses, oblique
 from palpate.samples.static_responses import press
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -124,20 +126,20 @@ class Snapping:
 
     def __init__(self, monkeypatch, beyond):
         self.tried = []
-        monkeypatch.setattr(module._Search, "_press", lambda _, load, newtons, low: self(newtons, beyond))
+        monkeypatch.setattr(module.PressSearch, "_press", lambda _, load, newtons, low: self(newtons, beyond))
 
     def __call__(self, newtons, beyond):
         self.tried.append(newtons)
         still = np.zeros((1, 3))
         if newtons >= 1.0 and not beyond:
-            return module._Press(newtons, still, np.inf, -np.inf, "unstable")
-        return module._Press(newtons, still, newtons * (beyond if newtons >= 1.0 else 1.0), 0.9)
+            return module.Tried(newtons, still, np.inf, -np.inf, "unstable")
+        return module.Tried(newtons, still, newtons * (beyond if newtons >= 1.0 else 1.0), 0.9)
 
 
 @pytest.mark.parametrize("beyond", [1.5, None])
 def test_a_press_ends_below_a_limit_of_stability(beam, monkeypatch, beyond):
     law = Snapping(monkeypatch, beyond)
-    search = module._Search(beam, {"peak_of_size": 1.2 / beam.fine.size, "pressure_of_young": 1e6}, RADIUS)
+    search = module.PressSearch(beam, {"peak_of_size": 1.2 / beam.fine.size, "pressure_of_young": 1e6}, RADIUS)
     search._linear = lambda unit: np.array([[1.0, 0.0, 0.0]])
     contact = int(kept_contacts(beam, 1)[0])
     found, why = search.find(contact, -beam.fine.normals[contact], 1.0)
@@ -145,9 +147,38 @@ def test_a_press_ends_below_a_limit_of_stability(beam, monkeypatch, beyond):
     assert len(law.tried) <= module.TRIES
 
 
+class Fragile:
+    """A search on a body that breaks at 0.4 N, where gentler presses in other directions would find 0.9 N."""
+
+    def find(self, contact, direction, magnitude, bound=np.inf, why=""):
+        newtons, cause = (0.4, "squeezed") if magnitude == 1.0 else (0.9, "peak")
+        newtons, cause = min((newtons, cause), (bound, why))
+        return module.Tried(newtons, direction, newtons, 0.7), cause
+
+
+def test_a_gentler_press_has_no_more_than_its_share_of_one_that_had_to_be_lowered():
+    magnitudes = [0.6, 1.0, 0.8, 1.0]
+    found = presses._in_order(Fragile(), 3, [np.zeros(3)] * 4, magnitudes)
+    assert [press.newtons for press, _ in found] == pytest.approx([0.24, 0.4, 0.32, 0.4])
+    assert [why for _, why in found] == ["squeezed"] * 4
+    sound = presses._in_order(Fragile(), 3, [np.zeros(3)] * 2, [0.8, 0.6])  # "peak" lowers that press alone
+    assert [press.newtons for press, _ in sound] == [0.9, 0.9]
+
+
+@pytest.mark.parametrize("regime", [{"peak_of_size": 0.5}, {}])
+def test_a_bound_ends_a_press_with_its_reason(beam, monkeypatch, regime):
+    law = Snapping(monkeypatch, None)
+    search = module.PressSearch(beam, regime | {"pressure_of_young": 1e6}, RADIUS)
+    search._linear = lambda unit: np.array([[1.0, 0.0, 0.0]])
+    contact = int(kept_contacts(beam, 1)[0])
+    wanted = 0.8 * search._peak
+    found, why = search.find(contact, -beam.fine.normals[contact], 0.8, 0.5 * wanted, "squeezed")
+    assert (found.newtons, why) == (0.5 * wanted, "squeezed") and max(law.tried) <= 0.5 * wanted
+
+
 def test_where_every_press_fails_it_is_said(beam, monkeypatch):
     monkeypatch.setattr(
-        module._Search, "_press", lambda _, load, newtons, low: module._Press(newtons, load, 1, -1, "inverted")
+        module.PressSearch, "_press", lambda _, load, newtons, low: module.Tried(newtons, load, 1, -1, "inverted")
     )
     with pytest.raises(NotConverged, match=r"^beam, contact \d+: no press was found .* radius_m\.$"):
         choose(beam, {"peak_of_size": 0.02}, count=1)
@@ -156,6 +187,9 @@ def test_where_every_press_fails_it_is_said(beam, monkeypatch):
 def test_what_cannot_be_is_refused(beam):
     with pytest.raises(InputError, match=r"^bodies\.beam: radius_m is 0, and a press needs a disc; .*\.$"):
         choose(beam, {"peak_of_size": 0.02}, radius=0.0)
+    inch = r"^bodies\.beam: radius_m is 12, and the body's longest side is 0\.. m; .* half .* 0\.012 for millimetres "
+    with pytest.raises(InputError, match=inch):
+        choose(beam, {"peak_of_size": 0.02}, radius=12)
     with pytest.raises(InputError, match=r"^bodies\.beam: 500 contacts are asked for and \d+ can be pressed; .*\.$"):
         choose(beam, {"peak_of_size": 0.02}, count=500)
 

@@ -80,10 +80,16 @@ class TetMesh(Mesh):
     def triangles(self) -> np.ndarray:
         """Boundary triangles, (n_triangles, 3) node indices, wound outward."""
         faces = self.tetrahedra[:, FACES].reshape(-1, 3)
-        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-        return faces[np.sort(first[count == 1])]
+        a, b, c = np.sort(faces, axis=1).T
+        keys = a * len(self.nodes) + b  # numbers sort many times as fast as rows
+        order = np.lexsort((c, keys))
+        same = (np.diff(keys[order]) == 0) & (np.diff(c[order]) == 0)
+        twice = np.append(same, False) | np.insert(same, 0, False)
+        return faces[np.sort(order[~twice])]
 
     @cached_property
     def edges(self) -> np.ndarray:
         """Element edges, (n_edges, 2), each once, smaller node first, in lexicographic order."""
-        return np.unique(np.sort(self.tetrahedra[:, EDGES].reshape(-1, 2), axis=1), axis=0)
+        ends, n = self.tetrahedra[:, EDGES].reshape(-1, 2), len(self.nodes)
+        keys = np.unique(ends.min(axis=1) * n + ends.max(axis=1))  # numbers sort many times as fast as rows
+        return np.column_stack([keys // n, keys % n])

@@ -3,55 +3,22 @@
 import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts
-from palpate.bodies.refinement import finer
-from palpate.effects.enclosed_volume import enclosed_volume
-from palpate.effects.patch_load import nodal_load
-from palpate.errors import InputError, NotConverged
+from palpate.errors import InputError
 from palpate.samples.loads import COLUMNS
-from palpate.solvers.equilibrium import Equilibrium
+from palpate.samples.press_search import DEEPEST, FAILED, PRESSURE, SOUND, PressSearch, Tried
 
-NEAR = 0.05
-"""Relative difference from the wanted peak up to which a force counts as found."""
-PRESSURE = 0.25
-"""Peak pressure as a share of Young's modulus that no press exceeds, unless the regime says otherwise."""
-DEEPEST = 0.15
-"""Share of the body's size by which a press of a regime without peak_of_size moves it at most: slender bodies bend."""
-TOLERANCE = 1e-4
-"""Relative residual of the solves that the search takes: far below NEAR."""
-SOUND = 0.5
-"""The smallest det F that a press may reach: finer meshes reach less, and below there is no truth to compare with."""
-FIRST = 0.7
-"""Share of a hard press that the search tries first."""
-TRIES, CLOSE = 12, 0.02
-"""Solves that a press may take, and how near two forces on either side of a jump are when the search ends."""
-LOWER, CLEAR = 0.85, 0.6
-"""Factors by which a press that fails is lowered, then the one that holds: finer meshes are softer and fail earlier.
-
-The thin lobe of the liver snaps at 0.19 of Young's modulus on level 1, and below 0.154 on level 2.
-"""
-UNCAPPED = "no"
+MOST_OF_SIZE = 0.5
+"""Share of the body's size that the radius of a press may have."""
 REACHED = ["peak_of_size", "pressure_of_young", "least_det", "volume_change"]
 """Columns of what a press reaches: smallest det F, change of the body's volume over that at rest, and the like."""
 PRESS_COLUMNS = [*COLUMNS, "magnitude", "tilt_degrees", *REACHED, "capped"]
 """Columns of the table."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Press:
-    """A press tried: its force [N], the displacements (n, 3) [m], their peak [m], the smallest det F, what is wrong."""
-
-    newtons: float
-    moved: np.ndarray
-    peak: float
-    least_det: float
-    wrong: str = ""
 
 
 def choose_presses(
@@ -62,9 +29,11 @@ def choose_presses(
     radius_m: float,
     seed: int,
     progress: Callable = iter,
+    also: Sequence[int] = (),
 ) -> pd.DataFrame:
     """Choose every one of ``presses`` at each of ``contacts_count`` contacts, as ``kept_contacts`` spreads them.
 
+    also : coarse nodes that are pressed beside these
     presses : each with ``magnitude``, and ``tilt_degrees`` from the inward normal, towards a seeded random side
     regime : ``peak_of_size``, by whose share of the body's size a press of magnitude 1 moves it at most;
         ``pressure_of_young``, the peak pressure 2 F / (π radius²) as a share of Young's modulus that no press exceeds,
@@ -72,28 +41,26 @@ def choose_presses(
 
     Forces are found to within NEAR with quadratic elements on the last level but one, whose nodes are those of the
     finest. A press at which an element is inverted, or squeezed below SOUND, or beyond which the body collapses, is
-    lowered. The column ``capped`` is "no", or where a press is lower than asked "pressure", "peak", "inverted",
-    "squeezed" or "unstable"; a warning says how many are.
+    lowered, and at the same contact no press of a smaller magnitude has more than its share of that force. The column
+    ``capped`` is "no", or where a press is lower than asked "pressure", "peak", "inverted", "squeezed" or "unstable";
+    a warning says how many are.
 
-    Raises InputError for a radius of 0, and where fewer contacts can be pressed; NotConverged if a force is not found.
+    Raises InputError for a radius that ``check_radius`` refuses, and where fewer contacts can be pressed; NotConverged
+    if a force is not found.
     """
-    if not radius_m > 0.0:
-        raise InputError(
-            f"bodies.{body.name}: radius_m is {radius_m:g}, and a press needs a disc; give its radius in m."
-        )
-    contacts = kept_contacts(body, contacts_count)
-    if contacts_count is not None and len(contacts) < contacts_count:
-        raise InputError(
-            f"bodies.{body.name}: {contacts_count} contacts are asked for and {len(contacts)} can be pressed; "
-            "lower contacts, or hold less of the body."
-        )
-    search = _Search(body, regime, radius_m)
+    check_radius(body, radius_m)
+    contacts = _contacts(body, contacts_count, also)
+    search = PressSearch(body, regime, radius_m)
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (len(contacts), len(presses)))
     rows: list[list] = []
     for contact, angles in progress(list(zip(contacts, sides, strict=True))):
-        for press, side in zip(presses, angles, strict=True):
-            direction = oblique(body.fine.normals[contact], press["tilt_degrees"], side)
-            found, capped = search.find(int(contact), direction, press["magnitude"])
+        directions = [
+            oblique(body.fine.normals[contact], press["tilt_degrees"], side)
+            for press, side in zip(presses, angles, strict=True)
+        ]
+        magnitudes = [press["magnitude"] for press in presses]
+        pressed = _in_order(search, int(contact), directions, magnitudes)
+        for press, direction, (found, capped) in zip(presses, directions, pressed, strict=True):
             load = [len(rows), int(contact), *(found.newtons * direction), radius_m]
             told: list = [found.peak / body.fine.size, search.pressure(found.newtons), found.least_det]
             told += [search.volume_change(found.moved), capped]
@@ -103,6 +70,48 @@ def choose_presses(
     return table
 
 
+def _contacts(body: Body, count: int | None, also: Sequence[int]) -> np.ndarray:
+    """Return ``count`` contacts and those of ``also``; InputError if there are fewer."""
+    contacts = kept_contacts(body, count) if count != 0 else np.empty(0, dtype=np.int64)
+    if count is not None and len(contacts) < count:
+        raise InputError(
+            f"bodies.{body.name}: {count} contacts are asked for and {len(contacts)} can be pressed; "
+            "lower contacts, or hold less of the body."
+        )
+    return np.append(contacts, np.setdiff1d(also, contacts)).astype(np.int64)
+
+
+def check_radius(body: Body, radius_m: float) -> None:
+    """Raise InputError for a disc of no size, or of more than half the body's, which may be given in another unit."""
+    size = body.fine.size
+    if not 0.0 < radius_m <= MOST_OF_SIZE * size:
+        remedy = "a press needs a disc" if radius_m <= 0.0 else f"the body's longest side is {size:.3g} m"
+        millimetres = f", such as {1e-3 * radius_m:g} for millimetres" if 1e-3 * radius_m <= MOST_OF_SIZE * size else ""
+        raise InputError(
+            f"bodies.{body.name}: radius_m is {radius_m:g}, and {remedy}; give a radius in m of at most half of the "
+            f"longest side{millimetres if radius_m > 0.0 else ''} (radius_m or radius_of_body_m of a regime, "
+            "finger_radii_m, or limit_points.radius_m)."
+        )
+
+
+def _in_order(
+    search: PressSearch, contact: int, directions: Sequence[np.ndarray], magnitudes: Sequence[float]
+) -> list[tuple[Tried, str]]:
+    """Find the presses of one contact, the hardest first, so that one that has to be lowered lowers gentler ones.
+
+    Beyond a snap the peak that is asked for may be found again, at a force at which a harder press has failed.
+    """
+    found: dict[int, tuple[Tried, str]] = {}
+    for i in sorted(range(len(magnitudes)), key=lambda i: -magnitudes[i]):
+        failed = [
+            (press.newtons * magnitudes[i] / magnitudes[j], why)
+            for j, (press, why) in found.items()
+            if why in FAILED and magnitudes[j] > magnitudes[i]
+        ]
+        found[i] = search.find(contact, directions[i], magnitudes[i], *min(failed, default=()))
+    return [found[i] for i in range(len(magnitudes))]
+
+
 def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:
     """Return the unit vector (3,) against the outward ``normal`` (3,), tilted towards the angle ``side`` [rad]."""
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
@@ -110,96 +119,6 @@ def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:
     tangent = np.cos(side) * first + np.sin(side) * np.cross(normal, first)
     tilt = np.radians(tilt_degrees)
     return np.sin(tilt) * tangent - np.cos(tilt) * normal
-
-
-class _Search:
-    """Find forces on one body."""
-
-    def __init__(self, body: Body, regime: Mapping, radius_m: float):
-        self._level = max(len(body.levels) - 2, 0)
-        self._body = body if len(body.levels) > 1 else finer(body)
-        self._solver = Equilibrium(self._body, self._level, order=2)
-        self._linear = self._solver.linear_solver(1e-6)
-        self._radius = radius_m
-        self._free = "peak_of_size" not in regime
-        self._peak = regime.get("peak_of_size", DEEPEST) * body.fine.size
-        self._most = regime.get("pressure_of_young", PRESSURE) / self.pressure(1.0)
-
-    def pressure(self, newtons: float) -> float:
-        """Return the peak pressure of a force [N] as a share of Young's modulus."""
-        return 2.0 * newtons / (np.pi * self._radius**2) / self._body.material.young_pa
-
-    def volume_change(self, moved: np.ndarray) -> float:
-        """Return the change of the body's volume under displacements (n, 3) [m], over its volume at rest."""
-        mesh, rest = self._body.levels[self._level], self._solver.mesh.nodes
-        return enclosed_volume(mesh, rest + moved) / enclosed_volume(mesh, rest) - 1.0
-
-    def find(self, contact: int, direction: np.ndarray, magnitude: float) -> tuple[_Press, str]:
-        """Find the press along ``direction`` (3,) that is as deep as asked, or the deepest one below and why."""
-        unit = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
-        wanted, most = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
-        stiffness = 1.0 / _peak(self._linear(unit))
-        low, high = _Press(0.0, np.zeros_like(unit), 0.0, 1.0), None
-        newtons = min(wanted * stiffness, most)
-        if newtons > self._most / 2.0:  # not at once to where the body may collapse, which takes long to find out
-            newtons *= FIRST
-        for _ in range(TRIES):
-            tried = self._press(newtons * unit, newtons, low)
-            if not tried.wrong and abs(tried.peak / wanted - 1.0) <= NEAR:
-                return tried, "peak" if self._free and newtons < most else UNCAPPED
-            if not tried.wrong and tried.peak < wanted:
-                low = tried
-                if newtons >= most:
-                    return low, UNCAPPED if self._free else "pressure"
-            else:
-                high = tried
-            if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - CLOSE) * high.newtons:
-                break
-            newtons = _next(low, high, wanted, stiffness, most)
-        if not low.newtons:
-            raise NotConverged(
-                f"{self._body.name}, contact {contact}: no press was found at which all elements keep their shape; "
-                "lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m.",
-                [],
-            )
-        lower = self._press(CLEAR * low.newtons * unit, CLEAR * low.newtons, low)
-        low = low if lower.wrong else lower
-        return low, (high.wrong if high is not None else "") or "unstable"
-
-    def _press(self, load: np.ndarray, newtons: float, below: _Press) -> _Press:
-        """Solve, starting from the press ``below`` as if displacements grew with the force."""
-        rest = self._solver.mesh.nodes
-        start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
-        try:
-            x = self._solver.solve(load, TOLERANCE, start=start).x
-        except NotConverged:
-            return _Press(newtons, below.moved, np.inf, -np.inf, "unstable")
-        least = self._solver.least_det(x)
-        wrong = "" if least >= SOUND else "squeezed" if least > 0.0 else "inverted"
-        return _Press(newtons, x - rest, _peak(x - rest), least, wrong)
-
-
-def _next(low: _Press, high: _Press | None, wanted: float, stiffness: float, most: float) -> float:
-    """Return the next force to try [N], between ``low`` and ``high``.
-
-    Force over peak changes nearly in proportion to the peak, from ``stiffness`` [N/m] at rest.
-    """
-    sound = [press for press in (low, high) if press is not None and press.peak > 0.0 and not press.wrong]
-    known = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
-    if len(known) == 1:
-        return 0.5 * most if high is None else 0.5 * high.newtons
-    (p, q), (r, s) = known[-2:]
-    newtons = wanted * (q + (s - q) * (wanted - p) / (r - p))
-    least = (1.0 + CLOSE / 2.0) * low.newtons
-    largest = most
-    if high is not None:
-        largest = LOWER * high.newtons if high.wrong else high.newtons - (high.newtons - low.newtons) / 8.0
-    # a step beyond twice the force of a known press is a guess
-    return float(np.clip(newtons, least, min(largest, 2.0 * low.newtons) if low.newtons else largest))
-
-
-def _peak(displacement: np.ndarray) -> float:
-    return float(np.linalg.norm(displacement, axis=1).max())
 
 
 def _warn(name: str, capped: pd.Series, pressure: float) -> None:

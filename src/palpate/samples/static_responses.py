@@ -19,6 +19,7 @@ from palpate.errors import NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.samples.loads import nodal_forces
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.fast_equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution
 
 NESTED = 1e-4
@@ -31,7 +32,8 @@ class Responses:
 
     sample : (k,) numbers from the load table
     displacement : (k, n_nodes, 3) [m], of quadratic elements at the nodes of their level only
-    newton_iterations, linear_solves, residual, seconds : (k,) what each solution took and reached
+    newton_iterations, linear_solves, residual, seconds : (k,) what each solution took and reached; the first counts
+        iterations of L-BFGS, too, which solve nothing
     least_det, inverted : (k,) the smallest det F, and how many elements have one that is not positive
     """
 
@@ -98,9 +100,10 @@ class _Solver:
     def __init__(self, body: Body, level: int, order: int):
         self._body, self._order = body, order
         self._levels = [level - 1, level] if order == 2 and level > 0 else [level]
-        self._problems = [Equilibrium(body, each, order) for each in self._levels]
+        kind = FastEquilibrium if order == 2 else Equilibrium
+        self._problems = [kind(body, each, order) for each in self._levels]
         for problem in self._problems:  # compiled before the clock runs
-            problem.energy(problem.mesh.nodes), problem.linearise(problem.mesh.nodes)
+            _warm_up(problem, order)
         if len(self._levels) == 2:
             self._up = prolongation(body.levels[level - 1], body.levels[level])
 
@@ -118,6 +121,14 @@ class _Solver:
         solution.seconds[-1] += seconds
         least = problem.least_det(solution.x)
         return solution, (least, 0 if least > 0.0 else inverted(self._body.levels[each], solution.x, self._order))
+
+
+def _warm_up(problem: Equilibrium, order: int) -> None:
+    rest = problem.mesh.nodes
+    if order == 2:
+        problem.approach(np.full_like(rest, 1e-9), 0.0, 1)
+    else:
+        problem.energy(rest), problem.linearise(rest)
 
 
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:

@@ -88,6 +88,23 @@ class Equilibrium:
         force[self._held] = 0.0
         return force
 
+    @property
+    def load(self) -> np.ndarray:
+        """The nodal forces (n_nodes, 3) [N] that energy and force count."""
+        return self._load
+
+    def carry(self, load: np.ndarray) -> None:
+        """Take ``load`` (n_nodes, 3) [N] as what energy and force count."""
+        self._load = np.where(self._held[:, None], 0.0, load)
+
+    def correction(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
+        """Return what one multigrid cycle on the residual at ``x`` would add to it, (n_nodes, 3) [m]; linear at rest.
+
+        Of linear elements the preconditioner is that of the last state that was linearised.
+        """
+        self.carry(load)
+        return self._precondition(self.force(x))
+
     def least_det(self, x: np.ndarray) -> float:
         """Return the smallest det F of the elements at ``x`` (n_nodes, 3) [m]; an inverted one's is negative."""
         return self._elasticity.least_det(x)

@@ -2,9 +2,12 @@
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg.blas import daxpy
 
 MEMORY = 8
 """Steps that the inverse Hessian is improved by (Liu, Bouaziz and Kavan 2017 keep 5)."""
@@ -23,33 +26,66 @@ class Smooth(Protocol):
         """Return minus the energy's gradient (n, 3) [N], zero at held nodes."""
 
 
+@dataclass
+class Descent:
+    """The way that a search has gone.
+
+    x : (n, 3) [m], where it ended
+    forces : ‖force‖ [N] before each iteration and at the end; seconds : when each was known [s]
+    convex : whether each step has bent the force back, as it does where the energy is convex
+    """
+
+    x: np.ndarray
+    forces: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    convex: bool = True
+
+
+def always(way: Descent) -> bool:
+    """Return True: every iteration is worth the while."""
+    return True
+
+
 def descend(
-    problem: Smooth, solve: Callable[[np.ndarray], np.ndarray], x: np.ndarray, enough: float, iterations: int
-) -> np.ndarray:
-    """Return positions after so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``enough`` [N].
+    problem: Smooth,
+    solve: Callable[[np.ndarray], np.ndarray],
+    x: np.ndarray,
+    enough: float,
+    iterations: int,
+    goes_on: Callable[[Descent], bool] = always,
+    kept: int = MEMORY,
+) -> Descent:
+    """Do so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``enough`` [N].
 
     solve : applies the inverse of the constant Hessian it starts from
+    goes_on : is asked before each iteration whether it is worth the while
+    kept : how many steps the inverse Hessian is improved by
     After Liu, Bouaziz and Kavan (2017), but with the true Hessian at rest, so that one iteration answers small loads.
-    No step raises the energy; where none lowers it the memory is forgotten, and if that does not help it is the end.
+    No step raises the energy beyond rounding; where none lowers it the memory is forgotten, and if that does not help
+    it is the end.
     """
+    way, began = Descent(x), perf_counter()
     energy, force = problem.energy(x), problem.force(x)
-    memory: Memory = deque(maxlen=MEMORY)
-    for _ in range(iterations):
-        if np.linalg.norm(force) <= enough:
-            break
-        found = _search(problem, x, energy, force, _direction(solve, force, memory))
+    memory: Memory = deque(maxlen=kept)
+    while True:
+        way.forces.append(float(np.linalg.norm(force)))
+        way.seconds.append(perf_counter() - began)
+        if way.forces[-1] <= enough or len(way.forces) > iterations or not goes_on(way):
+            return way
+        found = _search(problem, way.x, energy, force, _direction(solve, force, memory))
         if found is None and memory:
             memory.clear()
-            found = _search(problem, x, energy, force, solve(force))
+            found = _search(problem, way.x, energy, force, solve(force))
         if found is None:
-            break
+            return way
         step, energy = found
-        x = x + step
-        before, force = force, problem.force(x)
+        way.x = way.x + step
+        before, force = force, problem.force(way.x)
         bend = before - force
-        if (product := float(np.vdot(step, bend))) > 0.0:  # elsewhere the energy is not convex
+        if (product := float(np.vdot(step, bend))) > 0.0:
             memory.append((step, bend, 1.0 / product))
-    return x
+        else:
+            way.convex = False
 
 
 def _direction(solve: Callable[[np.ndarray], np.ndarray], force: np.ndarray, memory: Memory) -> np.ndarray:
@@ -57,11 +93,16 @@ def _direction(solve: Callable[[np.ndarray], np.ndarray], force: np.ndarray, mem
     ahead, parts = force.copy(), []
     for step, bend, inverse in reversed(memory):
         parts.append(inverse * float(np.vdot(step, ahead)))
-        ahead -= parts[-1] * bend
+        _add(-parts[-1], bend, ahead)
     ahead = solve(ahead)
     for (step, bend, inverse), part in zip(memory, reversed(parts), strict=True):
-        ahead += (part - inverse * float(np.vdot(bend, ahead))) * step
+        _add(part - inverse * float(np.vdot(bend, ahead)), step, ahead)
     return ahead
+
+
+def _add(factor: float, part: np.ndarray, total: np.ndarray) -> None:
+    """Add ``factor`` ``part`` to ``total`` in place, both (n, 3) and contiguous, without an array in between."""
+    daxpy(part.ravel(), total.ravel(), a=factor)
 
 
 def _search(
@@ -71,10 +112,11 @@ def _search(
     slope = float(np.vdot(force, ahead))
     if not 0.0 < slope < np.inf:
         return None
+    noise = 1e-12 * (abs(energy) + slope)  # rounding, of a sum over all elements, must not reject the last steps
     length = 1.0
     while length > 1e-6:
         reached = problem.energy(x + length * ahead)
-        if reached <= energy - 1e-4 * length * slope:
+        if reached <= energy - 1e-4 * length * slope + noise:
             return length * ahead, reached
         length *= 0.5
     return None

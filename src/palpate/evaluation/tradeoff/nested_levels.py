@@ -14,7 +14,7 @@ from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import NotConverged
 from palpate.samples.loads import force_of
-from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.fast_equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise
 
 FIRST = 1e-4
@@ -22,6 +22,9 @@ FIRST = 1e-4
 MOST = 8
 """Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge, and where the body
 snaps to another shape, 20 are too few."""
+
+CLOSER = 0.1
+"""L-BFGS goes on to this share of a tolerance: it stops where it is asked to, and Newton's last step far below."""
 
 
 @dataclass(eq=False)
@@ -32,7 +35,7 @@ class Ascent:
     surface : for each level answered so far the displacements (n_surface, 3) [m] of the body's fine surface
     least_det : the least determinant of the deformation gradient at any point of integration of any of them
     volume_change : of the whole body, over its volume at rest, on the last level answered
-    iterations, products : Newton's iterations and those of conjugate gradients, of all levels together
+    iterations, products : iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
     clamped : whether a level that started from the one before still met an indefinite Hessian
     failure : why a level has no answer, or ""; then there are no answers of finer ones either
     start : displacements (n, 3) [m] that the next level starts from
@@ -86,7 +89,7 @@ def ascend(
     return ascents, whole
 
 
-class _Problem(Equilibrium):
+class _Problem(FastEquilibrium):
     """The static problem of quadratic elements, which notes whether the clamped Hessian was needed."""
 
     clamped = False
@@ -102,8 +105,12 @@ class _Problem(Equilibrium):
         NotConverged if it is not near: on this level the body has another shape. To search for that, in steps of the
         load from rest, would take minutes and show no limit.
         """
-        self._load = load
-        return minimise(self, start, float(np.linalg.norm(load[~self._held])), tolerance, MOST)
+
+        def newton(begin: np.ndarray | None) -> Solution:
+            assert begin is not None
+            return minimise(self, begin, self._scale(load), tolerance, MOST)
+
+        return self.descend_or(newton, load, CLOSER * tolerance, start)
 
 
 class _Level:
@@ -121,7 +128,9 @@ class _Level:
         start = None if each.start is None else rest + each.start
         try:
             forces = self._forces(each.load)
-            solution = problem.solve(forces, FIRST) if start is None else problem.follow(forces, tolerance, start)
+            solution = (
+                problem.solve(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
+            )
         except NotConverged as failure:
             each.failure, each.start = f"no answer on level {self.level}: {failure}", None
             return

@@ -1,0 +1,28 @@
+"""Answer with quadratic finite elements by L-BFGS: no matrix of the deformed body, one multigrid cycle an iteration."""
+
+from palpate.models.fem import Fem
+from palpate.models.model import Case, Setting, distinct
+from palpate.solvers.fast_equilibrium import FastEquilibrium
+
+LAW, REDUCES = "the body's", "p2"
+
+
+def settings(case: Case) -> list[Setting]:
+    """List for each of the finest levels, coarse first, each start with its caps on iterations, and tolerances."""
+    grid, last = case.grid["fast_fem"], len(case.body.levels) - 1
+    found: list[Setting] = []
+    for level in range(max(0, last + 1 - grid["levels"]), last + 1):
+        caps = {
+            "linear": grid["linear_iterations"] if len(case.prepared_contacts) else [],
+            "frame": grid["finest_frame_iterations" if level == last else "frame_iterations"],
+            "rest": grid["iterations"],
+        }
+        for start, counts in caps.items():
+            found += [{"level": level, "start": start, "iterations": n} for n in counts]
+        found += [{"level": level, "start": "rest", "tolerance": tolerance} for tolerance in grid["tolerances"]]
+    return distinct(found)
+
+
+def prepare(case: Case, setting: Setting) -> Fem:
+    """Make the multigrid of the rest state; with the start ``linear`` store linear columns at all nodes."""
+    return Fem(case, setting, 2, FastEquilibrium)

@@ -1,0 +1,107 @@
+"""Prepare the contacts of a load for answers: a reduced model, and how it is brought to the surface of its target."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.contacts import refuse
+from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.models.contact_targets import target_columns, target_share
+from palpate.models.contact_workshop import Workshop
+from palpate.models.model import Case, Setting
+from palpate.reduction.contact_snapshots import ContactSnapshots, basis_of, thinned_model
+from palpate.reduction.nested_targets import fitted, to_surface
+from palpate.reduction.reduced_contact import ReducedContact
+
+RESIDUAL = 1e-3
+"""Residual of an answer over its load."""
+
+
+class Prepared(NamedTuple):
+    """All that answers presses of k contacts at once, on n surface nodes, in r coordinates.
+
+    reach : the largest energy norm that snapshots have, of all contacts together
+    columns : (3 n, 3 k) [m/N], the linear part; rest : (3 n, r) of what is beyond it, in single precision
+    discs : (3 k, 3 k) [m/N] and (3 k, r), the same parts of the displacements of the discs
+    """
+
+    reduced: ReducedContact
+    reach: float
+    columns: np.ndarray
+    rest: np.ndarray
+    discs: tuple[np.ndarray, np.ndarray]
+
+    def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
+        return q - self.reduced.loads @ force
+
+
+def prepare_contacts(shop: Workshop, case: Case, setting: Setting, nodes: tuple[int, ...]) -> Prepared:
+    """Return what answers presses at fine surface ``nodes``; InputError for one that cannot be pressed."""
+    for node in nodes:
+        if node not in shop.pressable:
+            refuse(node)
+    kind = tuple(setting[name] for name in ("modes", "rings", "thinned"))
+    modes, reduced = shop.make(("reduced", nodes, kind), lambda: _reduced(shop, case, setting, nodes))
+    made = ("target", nodes, kind, setting["target"])
+    return shop.make(made, lambda: _brought(shop, case, setting["target"], nodes, modes, reduced))
+
+
+def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
+    """Return the time [s] that these contacts have taken, whichever setting has made them."""
+    kind = tuple(setting[name] for name in ("modes", "rings", "thinned"))
+    names = [("reduced", nodes, kind), ("target", nodes, kind, setting["target"])]
+    names += [(name, node) for name in ("snapshots", "before") for node in nodes]
+    return sum(shop.seconds.get(name, 0.0) for name in names)
+
+
+def _reduced(shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedContact]:
+    shown = [shop.snapshots(node) for node in nodes]
+    modes = basis_of(shown, setting["modes"] == "snapshots")
+    return modes, thinned_model(shown, modes, setting["rings"], setting["thinned"], case.options.seed)
+
+
+def _brought(
+    shop: Workshop, case: Case, target: str, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedContact
+) -> Prepared:
+    """Take a reduced model to the surface, as ``target`` has it."""
+    shown, surface = [shop.snapshots(node) for node in nodes], shop.up(shop.level)
+    rest, linear, bent = to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
+    shares, weights = [target_share(shop, case, target, node) for node in nodes], _disc_weights(case, nodes)
+    if any(shares):
+        seen = np.hstack([_beyond(each, modes, reduced.loads[:, 3 * k : 3 * k + 3]) for k, each in enumerate(shown)])
+        changes = [share * shop.before(node).bent for share, node in zip(shares, nodes, strict=True)]
+        more = fitted(seen, np.dstack(changes))
+        rest, bent = rest + more, bent + _at_discs(weights, more)
+    columns = np.dstack([target_columns(shop, case, target, node) for node in nodes])
+    linear = linear + _at_discs(weights, columns - np.dstack([shop.reduced_columns(node) for node in nodes]))
+    reach = sum(float(np.linalg.norm(_settled(reduced, k, each), axis=1).max()) for k, each in enumerate(shown))
+    flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
+    return Prepared(reduced, reach, np.ascontiguousarray(columns.reshape(len(flat), -1)), flat, (linear, bent))
+
+
+def _settled(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.ndarray:
+    """Return the coordinates (s, r) of the snapshots of the k-th contact, by the reduced model."""
+    forces = np.zeros((len(shown.forces), reduced.loads.shape[1]))
+    forces[:, 3 * k : 3 * k + 3] = shown.forces
+    return np.array([reduced.settle(force, RESIDUAL).q for force in forces])
+
+
+def _beyond(shown: ContactSnapshots, modes: np.ndarray, loads: np.ndarray) -> np.ndarray:
+    """Return the coordinates (r, s) of a contact's snapshots, less those of their linear answers."""
+    each = np.moveaxis(shown.answers, 2, 0)
+    stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(answer)) for answer in each], axis=2)
+    return np.tensordot(modes, stiff, ((0, 1), (0, 1))) - loads @ shown.forces.T
+
+
+def _disc_weights(case: Case, nodes: Sequence[int]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return, for each disc, rows of the fine surface nodes and their weights in its mean displacement."""
+    fine = case.body.fine
+    found = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
+    return [(np.searchsorted(fine.surface, at), weights) for at, weights in found]
+
+
+def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
+    """Return the mean displacement of each disc, (3 k, j), of ``moved`` (n_surface, 3, j)."""
+    return np.concatenate([np.tensordot(share, moved[rows], 1) for rows, share in weights])

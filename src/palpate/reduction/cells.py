@@ -1,0 +1,71 @@
+"""Cells over which a reduced energy is taken: points of elements near a contact, averages of elements elsewhere."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.reduction.elements_at_rest import ElementsAtRest
+
+
+class Cells(NamedTuple):
+    """k cells, whose deformation gradients are I + slopes q for r coordinates q.
+
+    slopes : (9, k, r), the entries of F row by row; volumes : (k,) [m³], or weights times volumes; mu, lam : (k,) [Pa]
+    """
+
+    slopes: np.ndarray
+    volumes: np.ndarray
+    mu: np.ndarray
+    lam: np.ndarray
+
+    def take(self, chosen: np.ndarray, weights: np.ndarray) -> "Cells":
+        """Return those numbered ``chosen`` (j,), with volumes times ``weights`` (j,)."""
+        slopes = np.ascontiguousarray(self.slopes[:, chosen])
+        return Cells(slopes, self.volumes[chosen] * weights, self.mu[chosen], self.lam[chosen])
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """The Hessian (r, r) of their energy at rest, Σ V (2μ e : e + λ tr e tr e)."""
+        _, count, modes = self.slopes.shape
+        f = self.slopes.reshape(3, 3, count, modes)
+        strain = 0.5 * (f + f.transpose(1, 0, 2, 3)).reshape(9, count, modes)
+        trace = strain[0] + strain[4] + strain[8]
+        found = trace.T @ ((self.volumes * self.lam)[:, None] * trace)
+        for part in strain:
+            found += part.T @ ((2.0 * self.volumes * self.mu)[:, None] * part)
+        return found
+
+
+def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.ndarray:
+    """Mark the elements (m,) that touch ``nodes`` (k,), and so many ``rings`` of elements around them."""
+    marked = np.zeros(len(elements.rest), dtype=bool)
+    marked[nodes] = True
+    near = marked[elements.couples].any(axis=1)
+    for _ in range(rings):
+        marked[elements.couples[near]] = True
+        near = marked[elements.couples].any(axis=1)
+    return near
+
+
+def cells_of(elements: ElementsAtRest, modes: np.ndarray, exact: np.ndarray) -> Cells:
+    """Return the cells of ``modes`` (n, 3, r): each point of ``exact`` elements (m,), bool, and the others' means."""
+    near, far = np.flatnonzero(exact), np.flatnonzero(~exact)
+    gradients = elements.point_gradients(near)
+    points = gradients.shape[1]
+    owner = np.repeat(near, points)
+    source = np.concatenate([owner, far])
+    gradients = np.concatenate(
+        [gradients.reshape(len(owner), elements.couples.shape[1], 3), elements.point_gradients(far).mean(axis=1)]
+    )
+    slopes = _slopes(modes, elements.couples[source], gradients)
+    volumes = np.concatenate([elements.volumes[owner] / points, elements.volumes[far]])
+    moduli = [modulus[source] for modulus in elements.moduli]
+    flat = slopes.reshape(len(source), 9, modes.shape[2]).transpose(1, 0, 2)
+    return Cells(np.ascontiguousarray(flat), volumes, *moduli)
+
+
+def _slopes(modes: np.ndarray, couples: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+    """Return ∂F/∂q (k, 3, 3, r) of k points; couples : (k, a), gradients : (k, a, 3) [1/m]."""
+    (count, corners), wide = couples.shape, modes.shape[2]
+    moved = modes[couples].transpose(0, 2, 3, 1).reshape(count, 3 * wide, corners)
+    return np.matmul(moved, gradients).reshape(count, 3, wide, 3).transpose(0, 1, 3, 2)

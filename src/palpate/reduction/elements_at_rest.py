@@ -1,0 +1,100 @@
+"""The finite elements that a model is reduced from: one level of a body, linearised at rest, and loaded."""
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.material import LAWS
+from palpate.bodies.quadratic import POINTS, shape_slopes, ten_nodes
+from palpate.effects.law import PLAIN, Law, law_of
+from palpate.effects.linear_elements import shape_gradients
+from palpate.effects.locking import PLAIN_POISSON, largest_poisson
+from palpate.errors import NotConverged
+from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.lbfgs import descend
+
+MOST = 3000
+"""Products after which conjugate gradients give up."""
+
+
+class ElementsAtRest:
+    """Linear elements, or of ``order`` 2 quadratic ones, on a level of ``body``: m elements between n nodes.
+
+    size : of the body [m]; rest : (n, 3) [m]; couples : (m, a) the nodes of each element, 4 or 10; volumes : (m,) [m³]
+    moduli : μ and λ of each element, two (m,) [Pa]; law : functions of the law, as kernels take them
+    multiply, precondition : the stiffness at rest and a multigrid cycle, functions of (n, 3)
+    Raises NotConverged for a body whose elements resist volume on average, so that a point has no energy of its own.
+    """
+
+    def __init__(self, body: Body, level: int, order: int):
+        mesh, tissue = body.levels[level], body.tissue(level)
+        if order == 2 and largest_poisson(tissue) > PLAIN_POISSON:
+            said = f"Poisson's ratio of {body.name} is above {PLAIN_POISSON}: contact modes have no mean dilatation"
+            raise NotConverged(said, [float("nan")])
+        self.size, self.level, self.order = body.fine.size, level, order
+        self._equilibrium = Equilibrium(body, level, order)
+        self._held = body.anchors[level + order - 1]
+        self.rest = self._equilibrium.mesh.nodes
+        self.couples = ten_nodes(mesh) if order == 2 else mesh.tetrahedra
+        self._gradients, self.volumes = shape_gradients(mesh)
+        slopes = shape_slopes(POINTS)
+        self._slopes = slopes[:, :, 1:] - slopes[:, :, :1]
+        self.moduli = tissue.shear_pa, tissue.lame_pa
+        self.law: Law = PLAIN if tissue.law == LAWS[0] else law_of(tissue.law)
+        self.multiply, self.precondition = self._equilibrium.linearise(self.rest)
+
+    def point_gradients(self, elements: np.ndarray) -> np.ndarray:
+        """Return gradients of the shape functions of k ``elements`` at their p points, (k, p, a, 3) [1/m]."""
+        if self.order == 1:
+            return self._gradients[elements][:, None]
+        return np.einsum("qac,ecj->eqaj", self._slopes, self._gradients[elements, 1:], optimize=True)
+
+    def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...); held nodes carry none."""
+        load = np.zeros((len(self.rest), *forces.shape))
+        load[nodes] = np.multiply.outer(shares, forces)
+        load[self._held] = 0.0
+        return load
+
+    def solve(self, loads: np.ndarray, tolerance: float) -> np.ndarray:
+        """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N], to the relative residual ``tolerance``."""
+        found = np.zeros_like(loads)
+        for k in range(loads.shape[2]):
+            right = np.ascontiguousarray(loads[:, :, k])
+            right[self._held] = 0.0
+            found[:, :, k], products, _ = conjugate_gradients(self.multiply, self.precondition, right, tolerance, MOST)
+            left = np.linalg.norm(right - self.multiply(found[:, :, k].copy()))
+            if not left <= 10 * tolerance * np.linalg.norm(right):
+                raise NotConverged(f"the linear response of a contact stopped after {products} products", [float(left)])
+        return found
+
+    def force(self, moved: np.ndarray) -> np.ndarray:
+        """Return the elastic force (n, 3) [N] under displacements (n, 3) [m], zero at held nodes."""
+        return self._equilibrium.force(self.rest + moved)
+
+    def least_det(self, moved: np.ndarray) -> float:
+        """Return the smallest det F of all points under displacements (n, 3) [m]."""
+        return self._equilibrium.least_det(self.rest + moved)
+
+    def settle(self, load: np.ndarray, moved: np.ndarray, iterations: int, tolerance: float = 0.0) -> np.ndarray:
+        """Return displacements (n, 3) [m] under ``load`` (n, 3) [N] after steps of L-BFGS from ``moved`` (n, 3) [m].
+
+        They are ``iterations``, or fewer once the residual is below ``tolerance`` times the load.
+        """
+        enough = tolerance * float(np.linalg.norm(load))
+        loaded = _Loaded(self._equilibrium, load)
+        return descend(loaded, self.precondition, self.rest + moved, enough, iterations).x - self.rest
+
+
+class _Loaded:
+    """The energy of elements minus the work of ``load`` (n, 3) [N]."""
+
+    def __init__(self, equilibrium: Equilibrium, load: np.ndarray):
+        self._equilibrium, self._load = equilibrium, load
+
+    def energy(self, x: np.ndarray) -> float:
+        moved = x - self._equilibrium.mesh.nodes
+        return self._equilibrium.energy(x) - float(np.vdot(self._load, moved))
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        return self._equilibrium.force(x) + self._load

@@ -1,0 +1,65 @@
+"""A reduced model of one contact: a basis, cells, and what their energy lacks at rest."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.effects.law import Law
+from palpate.reduction.cells import Cells
+from palpate.reduction.settle import cell_stresses, settle
+from palpate.reduction.thinning import few_of
+
+ITERATIONS = 200
+
+
+class Coordinates(NamedTuple):
+    """Coordinates at which a reduced model has come to rest.
+
+    q : (r,); residual : what is left, over the load; least_det : the smallest det F of its cells
+    """
+
+    q: np.ndarray
+    residual: float
+    least_det: float
+
+
+class ReducedContact:
+    """The energy Σ Ψ(F) V + ½ qᵀ (I − K) q over cells, K being their stiffness at rest: exact to first order.
+
+    The coordinates q (r,) are those of a basis in which the stiffness at rest is the identity.
+    loads : (r, f), the unit forces in these coordinates, three of each contact
+    """
+
+    def __init__(self, cells: Cells, loads: np.ndarray, law: Law, rest: np.ndarray | None = None):
+        self.cells, self.loads, self.law = cells, np.ascontiguousarray(loads), law
+        self._slopes = cells.slopes.reshape(-1, cells.slopes.shape[2])
+        self._rest = np.eye(len(loads)) - cells.stiffness if rest is None else rest
+
+    def settle(self, force: np.ndarray, tolerance: float) -> Coordinates:
+        """Return the coordinates under ``force`` (f,) [N], whose residual is above ``tolerance`` if none were found."""
+        q, load = np.zeros(len(self.loads)), self.loads @ force
+        cells = (self._slopes, self.cells.volumes, self.cells.mu, self.cells.lam, self._rest)
+        left, least, _ = settle(load, *cells, *self.law, tolerance, ITERATIONS, q)
+        return Coordinates(q, left, least)
+
+    def thinned(self, answers: list[np.ndarray], tolerance: float) -> "ReducedContact":
+        """Return a model of few cells, which pull as all do at the ``answers`` [(r,)], to the relative ``tolerance``.
+
+        Only what is not linear is fitted, each answer by itself over its size; the linear part is exact in any case.
+        """
+        pulls = np.concatenate([self._pulls(q) for q in answers])
+        chosen, weights = few_of(pulls, pulls.sum(axis=1), tolerance)
+        return ReducedContact(self.cells.take(chosen, weights), self.loads, self.law)
+
+    def _pulls(self, q: np.ndarray) -> np.ndarray:
+        """Return what each cell adds to the gradient beyond its linear part, (r, k), over the size of their sum."""
+        slopes, volumes, mu, lam = self.cells
+        count = len(volumes)
+        f, p, energies, sure = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
+        cell_stresses(q, self._slopes, volumes, mu, lam, *self.law, f, p, energies, sure)
+        moved = (self._slopes @ q).reshape(3, 3, count)
+        strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
+        linear = 2.0 * mu * strain
+        linear[[0, 4, 8]] += lam * (strain[0] + strain[4] + strain[8])
+        pulls = np.einsum("ck,ckr->rk", p - linear * volumes, slopes, optimize=True)
+        return pulls / np.linalg.norm(pulls.sum(axis=1))

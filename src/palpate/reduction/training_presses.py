@@ -1,0 +1,49 @@
+"""Presses of one contact that its model is made from: in nine directions as hard as tissue bears, and random ones."""
+
+import numpy as np
+
+from palpate.reduction.reduced_contact import ReducedContact
+
+TILTS = [(0.0, 1, 0.0), (25.0, 4, 45.0), (45.0, 4, 0.0)]
+"""Angle to the inward normal, number of directions, and where the first of them points [degrees]."""
+SHARES = (1.0, 0.5)
+"""Parts of the hardest press in a direction of which snapshots are taken."""
+PRESSURE, PEAK, SQUEEZED = 0.25, 0.2, 0.5
+"""The hardest press: peak pressure over Young's modulus and peak displacement over the body's size, neither of which
+it exceeds, and the smallest det F, which no cell falls below. Presses of the trade-off are limited alike."""
+RANDOM = 24
+FALL, FALLS = 0.8, 20
+"""Factor by which a press that is too hard is lowered, and how often."""
+
+
+def directions(normal: np.ndarray) -> np.ndarray:
+    """Return the unit vectors (9, 3) of the presses on a surface of outward ``normal`` (3,)."""
+    return np.array([_tilted(-normal, tilt, turn + 360.0 * k / n) for tilt, n, turn in TILTS for k in range(n)])
+
+
+def random_directions(normal: np.ndarray, seed: int) -> np.ndarray:
+    """Return RANDOM unit vectors (·, 3), evenly spread over the cone of the steepest tilt."""
+    rng, widest = np.random.default_rng(seed), np.deg2rad(TILTS[-1][0])
+    cosines = 1.0 - rng.random(RANDOM) * (1.0 - np.cos(widest))
+    return np.array([_tilted(-normal, np.rad2deg(np.arccos(c)), 360.0 * rng.random()) for c in cosines])
+
+
+def hardest(model: ReducedContact, moved: np.ndarray, direction: np.ndarray, newtons: float, size: float) -> np.ndarray:
+    """Return the force (3,) [N] along ``direction`` (3,), of at most ``newtons``, that PEAK and SQUEEZED allow.
+
+    moved : (k, 3, r) [m], displacements of the surface by coordinate; size : of the body [m]
+    """
+    for _ in range(FALLS):
+        found = model.settle(newtons * direction, 1e-3)
+        peak = np.linalg.norm(moved @ found.q, axis=1).max()
+        if found.residual <= 1e-3 and found.least_det >= SQUEEZED and peak <= PEAK * size:
+            break
+        newtons *= FALL
+    return newtons * direction
+
+
+def _tilted(axis: np.ndarray, tilt: float, turn: float) -> np.ndarray:
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    across /= np.linalg.norm(across)
+    a, b = np.deg2rad(tilt), np.deg2rad(turn)
+    return np.cos(a) * axis + np.sin(a) * (np.cos(b) * across + np.sin(b) * np.cross(axis, across))

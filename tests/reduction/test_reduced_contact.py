@@ -1,0 +1,133 @@
+"""Few coordinates against all of them: full Galerkin, small loads, chosen cells, the minimum itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, nnls
+
+from palpate.bodies.material import LAWS
+from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.errors import NotConverged
+from palpate.reduction.cells import cells_of, rings_around
+from palpate.reduction.columns import orthonormal
+from palpate.reduction.contact_snapshots import basis_of, press_contact, thinned_model, whole_model
+from palpate.reduction.elements_at_rest import ElementsAtRest
+from palpate.reduction.reduced_contact import ReducedContact
+from palpate.reduction.thinning import few_of
+
+RADIUS, NEWTONS = 0.03, 1.0
+ROUNDING = 1e-5
+"""Columns that are nearly dependent, to 1e-9 of their energy, leave as much of it."""
+
+
+@pytest.fixture(scope="module")
+def pressed(slab):
+    """Return what makes the elements of an order and law, and the snapshots of one contact."""
+
+    def make(order, law=LAWS[0]):
+        body = replace(slab, material=replace(slab.material, law=law))
+        level = 2 - order
+        elements = ElementsAtRest(body, level, order)
+        disc = patch_shares(body.levels[level], patch_at(body, contact(body), RADIUS), order)
+        return press_contact(elements, *disc, body.fine.normals[contact(body)], NEWTONS)
+
+    return make
+
+
+def contact(body):
+    """The coarse surface node that is farthest from what is held."""
+    return int(body.coarse.surface[np.argmax(body.coarse.nodes[body.coarse.surface, 0])])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("law", LAWS)
+def test_all_points_as_cells_are_full_galerkin(pressed, order, law):
+    shown = pressed(order, law)
+    elements, modes = shown.elements, basis_of([shown], True)
+    everything = np.ones(len(elements.couples), dtype=bool)
+    cells = cells_of(elements, modes, everything)
+    assert cells.stiffness == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
+    model = ReducedContact(cells, np.tensordot(modes[shown.nodes], shown.shares, (0, 0)).T, elements.law)
+    found = model.settle(shown.forces[0], 1e-9)
+    pull = elements.force(modes @ found.q) + elements.nodal(shown.nodes, shown.shares, shown.forces[0])
+    assert found.residual <= 1e-9
+    left = np.tensordot(modes, pull, ((0, 1), (0, 1)))
+    assert np.linalg.norm(left) < ROUNDING * np.linalg.norm(model.loads @ shown.forces[0])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed, order):
+    shown = pressed(order)
+    modes = basis_of([shown], True)
+    model, thin = whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-3, 0)
+    assert len(thin.cells.volumes) < 0.5 * len(model.cells.volumes) and (thin.cells.volumes > 0.0).all()
+    for each in (model, thin):
+        small = each.settle(1e-9 * shown.forces[0], 1e-3).q
+        assert np.abs(small - 1e-9 * each.loads @ shown.forces[0]).max() < 1e-8 * np.abs(small).max()
+        for k, force in enumerate(shown.forces):
+            moved = modes @ each.settle(force, 1e-3).q
+            assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
+
+
+def test_the_modes_are_orthonormal_in_the_stiffness(pressed):
+    shown = pressed(2)
+    modes = basis_of([shown], True)
+    stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(m)) for m in np.moveaxis(modes, 2, 0)], axis=2)
+    assert np.tensordot(modes, stiff, ((0, 1), (0, 1))) == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
+    twice = orthonormal(shown.elements, np.dstack([shown.columns, shown.columns]))
+    assert twice.shape[2] == 9
+
+
+def test_second_columns_are_what_a_small_press_adds(pressed):
+    """What a press moves beyond its linear response, at the rate of its square, lies in them."""
+    shown = pressed(2)
+    elements, force = shown.elements, 1e-2 * shown.forces[0]
+    load = elements.nodal(shown.nodes, shown.shares, force)
+    linear = shown.linear @ force
+    moved = elements.settle(load, linear, 60, 1e-10)
+    beyond = (moved - linear).ravel()
+    columns = shown.second.reshape(len(beyond), -1)
+    left = beyond - columns @ np.linalg.lstsq(columns, beyond, rcond=None)[0]
+    assert np.linalg.norm(left) < 0.05 * np.linalg.norm(beyond)
+
+
+def test_the_minimum_is_that_of_another_search(pressed):
+    shown = pressed(2)
+    modes = basis_of([shown], False)
+    model, force = whole_model([shown], modes, 1), shown.forces[0]
+    load = model.loads @ force
+
+    def energy(q):
+        f = (model.cells.slopes @ q).T.reshape(-1, 3, 3) + np.eye(3)
+        s = np.linalg.svd(f, compute_uv=False)
+        assert (np.linalg.det(f) > 0.0).all()
+        strain = s - 1.0
+        density = model.cells.mu * (strain**2).sum(axis=1) + 0.5 * model.cells.lam * strain.sum(axis=1) ** 2
+        rest = np.eye(len(q)) - model.cells.stiffness
+        return density @ model.cells.volumes + 0.5 * q @ rest @ q - load @ q
+
+    found = minimize(energy, load, method="BFGS", options={"gtol": 1e-7 * np.linalg.norm(load)})
+    assert model.settle(force, 1e-7).q == pytest.approx(found.x, abs=1e-4 * np.abs(found.x).max())
+
+
+def test_few_columns_replace_all_with_positive_weights():
+    pulls = np.random.default_rng(0).random((12, 60))
+    target = pulls.sum(axis=1)
+    chosen, weights = few_of(pulls, target, 1e-8)
+    assert (weights > 0.0).all() and len(chosen) <= 12
+    whole = nnls(pulls, target)[1] / np.linalg.norm(target)
+    assert np.linalg.norm(pulls[:, chosen] @ weights - target) <= max(whole, 1e-8) * np.linalg.norm(target) * 1.01
+    fewer, _ = few_of(pulls, target, 0.05)
+    assert len(fewer) < len(chosen)
+
+
+def test_rings_grow_by_neighbours(pressed):
+    elements, node = pressed(1).elements, np.array([0])
+    counts = [int(rings_around(elements, node, rings).sum()) for rings in (0, 1, 50)]
+    assert counts[0] == (elements.couples == 0).any(axis=1).sum() < counts[1] < counts[2] == len(elements.couples)
+
+
+def test_a_body_that_keeps_its_volume_is_refused(slab):
+    with pytest.raises(NotConverged, match="mean dilatation"):
+        ElementsAtRest(replace(slab, material=replace(slab.material, poisson=0.49)), 0, 2)

@@ -59,7 +59,7 @@ class Last:
 
 def composed(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     system = compose(scene, particles)
-    integrator = effect_registry.integrator(scene.integrator).make(system, {"tolerance": scene.tolerance})
+    integrator = effect_registry.integrator(scene.integrator).make(system, scene.integration)
 
     def steps():
         record = Last(particles.nodes)

@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.errors import InputError
-from palpate.scenes.dynamic_check import check_trial, fits, taught, trials, unfit
+from palpate.scenes.dynamic_check import check_trial, fits, taught, trials, unable, unfit
 
 LOAD = {
     "at_m": [0, 0, 0],
@@ -38,6 +38,7 @@ PRESSED = {
         ({"start": "random"}, "does not start at rest"),
         ({"plasticity": {"yield_strain": 0.1}}, "has plasticity, which not all models have"),
         ({"prony": {"shares": [0.5], "times_s": [1.0]}}, "has prony, which not all models have"),
+        ({"maxwell": {"stiffness_ratio": 1.0}}, "has maxwell, which not all models have"),
         ({"plasticity": {}, "effects": ["corotational", "held", "push"]}, ""),  # described, and not named
         ({"own": {"wind": "wind.py"}}, "has wind, which not all models have"),
         ({"own": {"wind": "wind.py"}, "effects": ["corotational", "held", "push"]}, ""),
@@ -45,6 +46,15 @@ PRESSED = {
 )
 def test_a_scene_is_left_out_for_a_reason(change, reason):
     assert unfit(PRESSED | change) == reason
+
+
+def test_a_model_that_cannot_do_a_scene_is_named_before_anything_runs():
+    clay = PRESSED | {"plasticity": {"yield_strain": 0.1}}
+    assert unable("springs", clay) == unable("springs_volume", clay) == "has plasticity"
+    assert unable("springs", PRESSED, "sheet") == "" and unable("springs_volume", PRESSED, "sheet") == "moves a sheet"
+    assert unable("detail_correction", PRESSED | {"contact": {"self_contact": True}}) == "has contact"
+    for model in ("fem_coarse", "shape_matching"):
+        assert unable(model, clay, "sheet") == ""
 
 
 def test_without_loads_or_on_a_sheet_there_is_nothing_to_compare():

@@ -34,6 +34,7 @@ BODIES = {
 }
 SCENE = {"body": "bar", "integrator": "backward_euler", "step_s": 0.01, "duration_s": 0.1}
 GRAVITY = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
+PUSH = {"push": {"loads": [{"at_m": [3, 1, 1], "force_n": [0, 0, 1]}]}}
 STRETCH = {"structural_n_m": 1, "shear_n_m": 1, "bending_n_m": 0}
 SHAPES = {"shape_matching": {}, "integrator": "goal_position"}
 YIELD = {"plasticity": {"yield_strain": 0.1, "max_strain": 0.5}}
@@ -63,6 +64,8 @@ def check(**scene):
         {"effects": ["shape_matching", "rayleigh"], "rayleigh": {"stiffness_s": 0}} | SHAPES,
         {"effects": ["corotational", "prony"], "integrator": "symplectic_euler"} | SERIES,
         {"effects": "auto"} | SERIES,
+        {"effects": ["corotational", "held", "push"], "integrator": "reduced", "reduced": {}} | PUSH,
+        {"effects": ["springs", "held"], "integrator": "bdf2"},
         {"effects": "auto", "kelvin": {}},  # nothing moves it, so nothing damps it
         {"others": [{"body": "bar", "shift_m": [0, 0, 2]}]},
         {"others": [{"body": "hard", "shift_m": [0, 0, 2]}, {"body": "spotted", "shift_m": [0, 0, 4]}]},
@@ -137,6 +140,11 @@ def test_the_shipped_scenes_pass():
         ({"prony": {"shares": [0.5], "times_s": [1, 2]}}, ".prony.shares has 1 numbers and times_s 2; give one time"),
         ({"prony": {"shares": [0.5, 0.5], "times_s": [1, 2]}}, ".prony.shares has the sum 1, of which 0.99 is the m"),
         ({"effects": ["corotational"], "integrator": "goal_position"}, ".integrator is goal_position, which needs sha"),
+        ({"reduced": {}}, ".reduced describes modes, and the integrator is backward_euler; choose reduced, or leave"),
+        (
+            {"integrator": "reduced", "reduced": {"coarsened": 1}},
+            ".reduced.coarsened is 1, and the scene is on level 0; give 0 at most, or a finer level",
+        ),
         ({"effects": "auto", "shape_matching": {}}, ".integrator is backward_euler, and shape_matching needs goal_pos"),
         (
             {"effects": "auto", "shape_matching": {}, "integrator": "symplectic_euler"},

@@ -91,6 +91,15 @@ class Damping(Couples, Protocol):
         """Add C [N s/m] to ``values`` in place, as ``add_stiffness`` does; ``add_force`` then adds −C v."""
 
 
+class Proportional(Damping, Protocol):
+    """A damping matrix α M + β K, K being the Hessian of the elastic energy. A reduced motion needs the two rates.
+
+    damping_rates : α [1/s] and β [s]
+    """
+
+    damping_rates: tuple[float, float]
+
+
 class Time(Protocol):
     """A dependence on time."""
 
@@ -264,6 +273,7 @@ HOOKS: tuple[type, ...] = (
     Couples,
     Stiffness,
     Damping,
+    Proportional,
     Time,
     FixedNodes,
     HeldNodes,

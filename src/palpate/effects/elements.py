@@ -7,7 +7,7 @@ from scipy import sparse
 
 from palpate.bodies.material import LAWS, Material, Tissue, uniform
 from palpate.effects.effect import Energy, Stiffness
-from palpate.effects.law import INVERTED, PLAIN, evaluate, law_of
+from palpate.effects.law import INVERTED, PLAIN, Law, evaluate, law_of
 from palpate.effects.one_pass import OnePass
 from palpate.linalg.block_pattern import BlockPattern, pattern_of
 
@@ -25,6 +25,11 @@ class Elements(OnePass, Energy, Stiffness):
         self.moduli = (self.tissue.shear_pa, self.tissue.lame_pa)
         self._law = PLAIN if self.tissue.law == LAWS[0] else law_of(self.tissue.law)
         self.forbids = self._law.shape is not None and evaluate(self._law, INVERTED, 1.0, 1.0)[0] == np.inf
+
+    @property
+    def law(self) -> Law:
+        """The compiled functions of the elements' law."""
+        return self._law
 
     @cached_property
     def pattern(self) -> BlockPattern:

@@ -1,10 +1,12 @@
 """Rayleigh damping: proportional to mass and to stiffness."""
 
+from functools import cached_property
+
 import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.effect import Damping, Effect, Force, Stiffness, offers
+from palpate.effects.effect import Effect, Force, Proportional, Stiffness, offers
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import scatter
 
@@ -21,7 +23,7 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Rayle
     return Rayleigh(particles.masses, settings["mass_1_s"], stiffness, stiff)
 
 
-class Rayleigh(Force, Damping):
+class Rayleigh(Force, Proportional):
     """C(x) = mass_1_s M + stiffness_s K(x), where K is the elastic effect's Hessian, clamped to positive semidefinite.
 
     ``couples`` are those of the elastic effect, and each node's mass is divided equally among its elements. The mass
@@ -31,13 +33,19 @@ class Rayleigh(Force, Damping):
     """
 
     def __init__(self, masses: np.ndarray, mass_rate: float, stiffness_time: float, elastic: Stiffness | None):
+        self.damping_rates = mass_rate, stiffness_time
         self._time, self._elastic = stiffness_time, elastic if stiffness_time > 0.0 else None
         self.couples = np.arange(len(masses))[:, None] if self._elastic is None else self._elastic.couples
         count = np.bincount(self.couples.ravel(), minlength=len(masses))
         self._shares = (mass_rate * masses / np.maximum(count, 1))[self.couples]
         m, k = self.couples.shape
         self._slots = np.arange(m * k * k, dtype=np.int32).reshape(m, k, k)
-        self._blocks = np.zeros((m * k * k, 3, 3))
+        self._masses = np.multiply.outer(self._shares.ravel(), np.eye(3))
+
+    @cached_property
+    def _blocks(self) -> np.ndarray:
+        """Scratch for the blocks of all elements, which implicit steps do without."""
+        return np.zeros((self._slots.size, 3, 3))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
         """Add −C(x) v to ``force`` (n, 3) [N]; ``x`` (n, 3) [m], ``v`` (n, 3) [m/s]."""
@@ -46,8 +54,11 @@ class Rayleigh(Force, Damping):
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
         """Add C's blocks [N s/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (k, k)."""
-        self._assemble(x)
-        scatter(slots.ravel(), self._blocks, values)
+        if self._elastic is not None:
+            stiffness = np.zeros_like(values)
+            self._elastic.add_stiffness(x, True, slots, stiffness)
+            values += self._time * stiffness
+        scatter(np.diagonal(slots, axis1=1, axis2=2).ravel(), self._masses, values)
 
     def _assemble(self, x: np.ndarray) -> None:
         """Compute C at ``x``, element by element: one block for each of ``_slots``."""

@@ -9,10 +9,12 @@ LOADS = ("gravity", "push")
 """Effects that a trial takes over from its scene, and that can be made larger or smaller."""
 TAKEN_OVER = (*LOADS, "contact", "plasticity")
 """All effects that a trial takes over from its scene."""
-UNKNOWN_TO_MODELS = ("prony", "body_springs")
+UNKNOWN_TO_MODELS = ("prony", "body_springs", "maxwell")
 """Effects that not all models have, and that no motion to fit them to makes up for."""
 FITTED = ("springs", "springs_volume", "shape_matching")
 """Models that are fitted to another motion."""
+CORRECTED = ("detail_correction", "moving_modes")
+"""Models that need a linear response for all that acts, of one held solid."""
 LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
 
@@ -61,6 +63,23 @@ def check_trial(place: str, name: str, entry: dict, kind: str = "", taught: bool
             "" if taught or unfit(entry, kind, True) else "describe a motion to fit models to as its training, or "
         )
         raise InputError(f"{place} names {name}, which {reason}; {curable}choose another scene.")
+
+
+def unable(model: str, entry: dict, kind: str = "") -> str:
+    """Return why a model cannot do a scene that is a trial, such as "has plasticity"; empty if it can.
+
+    entry : the scene's, complete; kind : of its body
+    """
+    acting = {name for name in TAKEN_OVER if name in entry and acts(name, entry)}
+    corrected, further = model in CORRECTED, sorted(acting - set(LOADS))
+    reasons = [
+        ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in acting),
+        ("moves a sheet", (corrected or model == "springs_volume") and kind == "sheet"),
+        (f"has {' and '.join(further)}", corrected and bool(further)),
+        ("has several bodies", corrected and bool(entry.get("others"))),
+        ("is not held", corrected and not entry.get("held", True)),
+    ]
+    return next((reason for reason, holds in reasons if holds), "")
 
 
 def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]]:

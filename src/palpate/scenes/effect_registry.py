@@ -69,6 +69,8 @@ DAMPINGS = tuple(name for name, entry in EFFECTS.items() if entry.role == "dampi
 INTEGRATORS = {
     "symplectic_euler": "palpate.solvers.symplectic_euler",
     "backward_euler": "palpate.solvers.backward_euler",
+    "bdf2": "palpate.solvers.bdf2",
+    "reduced": "palpate.reduction.reduced_motion",
     "goal_position": "palpate.solvers.goal_position",
 }
 

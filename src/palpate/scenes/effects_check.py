@@ -104,6 +104,7 @@ def _instead(name: str, form: str) -> str:
 
 
 def _check_integrator(place: str, scene: dict, elastic: str) -> None:
+    _check_reduced(place, scene)
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":
         raise InputError(
@@ -114,6 +115,21 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
         raise InputError(
             f"{place}.integrator is {scene['integrator']}, and shape_matching needs goal_position; choose that, "
             "or another elastic effect."
+        )
+
+
+def _check_reduced(place: str, scene: dict) -> None:
+    """Raise InputError for modes without their integrator, and for cells that are coarser than the coarse mesh."""
+    modes, level = scene.get("reduced"), scene.get("level", 0)
+    if modes is not None and scene["integrator"] != "reduced":
+        raise InputError(
+            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
+            "choose reduced, or leave the block out."
+        )
+    if modes is not None and modes["coarsened"] > level:
+        raise InputError(
+            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
+            "most, or a finer level."
         )
 
 

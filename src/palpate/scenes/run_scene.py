@@ -180,7 +180,7 @@ def _up(system: System, obstacles: Sequence[hooks.Rigid]) -> int:
 
 def _integrator(scene: Scene, system: System) -> Integrator:
     try:
-        return effect_registry.integrator(scene.integrator).make(system, {"tolerance": scene.tolerance})
+        return effect_registry.integrator(scene.integrator).make(system, scene.integration)
     except InputError as error:
         raise InputError(f"{scene.place}.integrator is {scene.integrator}: {error}") from error
 

@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+REDUCED = {"vibrations": 10, "bent": 3, "coarsened": 0}
+"""What a reduced motion has if the scene does not say."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -37,6 +40,17 @@ class Scene:
     def steps(self) -> int:
         """The number of steps that cover the duration."""
         return max(1, math.ceil(self.duration_s / self.step_s - 1e-9))
+
+    @property
+    def integration(self) -> dict:
+        """The settings of the integrator: its tolerance and, of a reduced motion, the modes.
+
+        A reduced motion that names no places has modes for those of the scene's pushes.
+        """
+        reduced = dict(self.settings.get("reduced", {}))
+        pushed = self.settings.get("push", {}).get("loads", [])
+        reduced.setdefault("places", [{key: load[key] for key in ("at_m", "radius_m")} for load in pushed])
+        return {"tolerance": self.tolerance, "reduced": REDUCED | reduced}
 
     @property
     def place(self) -> str:

@@ -23,6 +23,12 @@ MAX_PRODUCTS = 30
 
 def make(system: System, settings: dict) -> "BackwardEuler":
     """Make the integrator; InputError for an effect whose force it could not include in the minimisation."""
+    check(system)
+    return BackwardEuler(system, settings["tolerance"])
+
+
+def check(system: System) -> None:
+    """Raise InputError for an effect whose force is in no minimisation."""
     if not offers(system.elastic, Stiffness):
         raise InputError("it needs an elastic effect with a stiffness; with shape_matching choose goal_position.")
     for name, effect in system.offering(Force):
@@ -31,7 +37,6 @@ def make(system: System, settings: dict) -> "BackwardEuler":
                 f"{name} has a force, but no energy, no add_damping and not outer = True, so it would be ignored; "
                 "give it one of them."
             )
-    return BackwardEuler(system, settings["tolerance"])
 
 
 class BackwardEuler:
@@ -64,17 +69,28 @@ class BackwardEuler:
             # an obstacle that moves into the body does work: it displaces nodes, at a speed and against their forces
             carried = self._system.begin(x, h)
             before = self._kinetic(v) + self._kinetic((carried - x) / h) + self._system.energy(carried)
-            step = (_BoundedStep if self._system.bounded else _Step)(self, x, v, h, carried)
-            reached = minimise(step, step.start(), step.scale(self._crushing), self._tolerance).x
+            reached, load = self.least(x, v, h, carried, x)
         except NotConverged as failure:
             if not halvings:
                 raise NotConverged(f"a step of {h:.1e} s: {failure}", failure.history) from failure
             return self._two_halves(x, v, h / 2, halvings - 1)
         velocity = (reached - x) / h
-        self._system.add_work(step.load, reached - x)
+        self._system.add_work(load, reached - x)
         self._system.end(reached)
-        allowed = before + float(np.vdot(step.load, reached - x)) - self._system.energy(reached)
+        allowed = before + float(np.vdot(load, reached - x)) - self._system.energy(reached)
         return reached, self._scaled_down(velocity, allowed)
+
+    def least(
+        self, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray, seen: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Find the minimum of one step; return the positions (n, 3) [m] there and the loads (n, 3) [N].
+
+        x, v, h : from where, how fast and for how long nodes move
+        carried : where the search may begin besides the inertial prediction; the system has begun the step there
+        seen : positions (n, 3) [m] whose damping matrix and loads act throughout the step
+        """
+        step = (_BoundedStep if self._system.bounded else _Step)(self, x, v, h, carried, seen)
+        return minimise(step, step.start(), step.scale(self._crushing), self._tolerance).x, step.load
 
     def _two_halves(self, x: np.ndarray, v: np.ndarray, half: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
         end = self._system.time
@@ -119,13 +135,21 @@ class BackwardEuler:
 class _Step:
     """The minimisation of one step, as a ``newton.Problem``."""
 
-    def __init__(self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray):
+    def __init__(
+        self,
+        integrator: BackwardEuler,
+        x: np.ndarray,
+        v: np.ndarray,
+        h: float,
+        carried: np.ndarray,
+        seen: np.ndarray,
+    ):
         self._integrator, self._system = integrator, integrator._system
         self._x, self._carried, self._h, self._inertia = x, carried, h, integrator._masses / h**2
         self._free = self._system.free[:, None]
         self._predicted = x + h * np.where(self._free, v, 0.0)
-        self._damping = self._system.damping(x)
-        self.load = self._system.outer_force(x, v)
+        self._damping = self._system.damping(seen)
+        self.load = self._system.outer_force(seen, v)
 
     def start(self) -> np.ndarray:
         """Return the beginning of the step or its inertial prediction, whichever has less energy."""

@@ -1,10 +1,14 @@
 """What counts as work, and when a scene's energy balance holds."""
 
+import warnings
+from dataclasses import replace
+
 import pandas as pd
 import pytest
 
-from palpate.evaluation.scenes.energy_balance import FAILS, HOLDS, UNKNOWN, energy_balance
+from palpate.evaluation.scenes.energy_balance import FAILS, HOLDS, UNKNOWN, energy_balance, warn_of_gain
 from palpate.evaluation.scenes.tables import TABLES
+from palpate.scenes.scene import Scene
 
 ROWS = {"scene": "a", "time_s": [0.0, 1.0, 2.0], "kinetic_j": 0.0, "springs_j": [0.0, 1.0, 0.5]}
 ROWS |= {"outer_work_j": [0.0, 2.0, 1.0], "total_j": [0.0, 1.0, 0.5], "gain_j": 0.0}
@@ -36,3 +40,14 @@ def test_a_scene_without_work_is_measured_by_the_range_of_its_energy():
 def test_nothing_is_known_without_the_elastic_energy():
     row = energy_balance(pd.DataFrame(ROWS | {"gain_j": 1.0}).drop(columns="springs_j"), {"a": "goal_position"}).iloc[0]
     assert row["verdict"] == UNKNOWN and row[["gain_j", "gain_of_work"]].isna().all()
+
+
+def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
+    scene = Scene("a", ["springs"], "bdf2", 0.1, 1.0)
+    energies = pd.DataFrame(ROWS | {"gain_j": 0.1}).drop(columns="scene")
+    with pytest.warns(UserWarning, match=r"^scenes\.a: nothing proves that steps of bdf2 make no energy, and one made"):
+        warn_of_gain(scene, energies)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_gain(replace(scene, integrator="backward_euler"), energies)
+        warn_of_gain(scene, energies.assign(gain_j=1e-9))

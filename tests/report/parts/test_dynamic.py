@@ -15,6 +15,25 @@ def test_the_headline_is_about_models_in_real_time(dynamic_table):
     assert numbers("dynamic", {"dynamic_accuracy": slow})["headline"].endswith("liver press: none; bar sag: none.")
 
 
+def test_the_error_of_the_standards_mesh_is_said_where_presses_show_it(dynamic_table):
+    table = dynamic_table.assign(body="liver")
+    assert numbers("dynamic", {"dynamic_accuracy": table})["mesh_errors"] == "not known of liver press, bar sag"
+    rows = [
+        ("liver_small", "level=0, start=rest, tolerance=1e-08", 0.16, 0.33),
+        ("liver_small", "level=1, start=rest, iterations=1", 0.30, 0.40),
+        ("liver_small", "level=1, start=rest, tolerance=0.001", 0.20, 0.30),
+        ("liver_small", "level=1, start=rest, tolerance=1e-08", 0.08, 0.17),
+        ("liver_large", "level=1, start=rest, tolerance=1e-08", 0.10, 0.14),
+    ]
+    pressed = pd.DataFrame(rows, columns=["scene", "setting", "rmse_of_peak", "patch_rms_of_peak"])
+    table.loc[table["scene"] == "bar_sag", "body"] = "bar"
+    tables = {"dynamic_accuracy": table, "accuracy_vs_time": pressed.assign(model="fem_p1", body="liver")}
+    assert numbers("dynamic", tables)["mesh_errors"] == (
+        "of liver press (liver, level 1) 8 % to 10 % of the peak, at the patch 14 % to 17 %, in presses whose truth is "
+        "known; not known of bar sag"
+    )
+
+
 def test_scenes_that_are_not_resolved_are_named(dynamic_table):
     said = numbers("dynamic", {"dynamic_accuracy": dynamic_table})
     assert said["unresolved"] == "Every scene is resolved to its end."

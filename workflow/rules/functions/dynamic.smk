@@ -27,4 +27,9 @@ def settings_of_trial(wildcards):
 def by_name(wildcards):
     """The packages from which effects and integrators are imported by the names that a scene gives them."""
     touching = has_contact(config["scenes"][wildcards.scene])
-    return ["palpate.effects", "palpate.solvers", *(["palpate.collision.contact"] if touching else [])]
+    return [
+        "palpate.effects",
+        "palpate.solvers",
+        "palpate.reduction",
+        *(["palpate.collision.contact"] if touching else []),
+    ]

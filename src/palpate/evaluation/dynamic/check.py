@@ -4,7 +4,7 @@ from pathlib import Path
 
 from palpate.errors import InputError
 from palpate.scenes.contact_settings import check_instruments
-from palpate.scenes.dynamic_check import check_trial, taught, trials
+from palpate.scenes.dynamic_check import check_trial, taught, trials, unable
 
 
 def check(config: dict, file: Path) -> None:
@@ -20,6 +20,11 @@ def check(config: dict, file: Path) -> None:
             raise InputError(f"{place} names {name}, which is not a scene; choose from scenes: {known}.")
         entry, body = scenes[name], bodies.get(scenes[name]["body"], {})
         check_trial(place, name, entry, body.get("kind", ""), taught(own))
+        for model in own.get("models") or []:
+            if reason := unable(model, entry, body.get("kind", "")):
+                raise InputError(
+                    f"{place}.{name}.models names {model}, which cannot do it, as {name} {reason}; leave it out."
+                )
         _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
 
 

@@ -15,6 +15,7 @@ from palpate.evaluation.dynamic.corrected_motion import corrects, fit_correction
 from palpate.evaluation.dynamic.dynamic_fit import Fitted, fit_shapes, fit_springs
 from palpate.evaluation.dynamic.dynamic_reference import Reference
 from palpate.evaluation.dynamic.dynamic_trial import Trial
+from palpate.evaluation.dynamic.moving_modes import moving_modes
 from palpate.scenes.scene import Scene
 
 Grid = Mapping[str, Any]
@@ -39,7 +40,7 @@ def measure(
     names : the models to try, all that can do the scene if there is none
     Columns: failures is 1 for a motion that ended in NotConverged, or to which nothing could be fitted; its errors are
     then empty. ms_per_step, step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without
-    preparation. varied is what a setting changes: STEP, tolerance, or gap, at the same step.
+    preparation. varied is what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
     ``progress`` wraps the models, as ``tqdm`` does.
     """
     whole_s = trial.duration_s
@@ -74,8 +75,11 @@ def _models(
 ) -> dict[str, Callable[[], Tried]]:
     """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume."""
     found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, trial, grid["fem_coarse"])}
+    if len(trial.body.levels) > 1:
+        found["fem_fine"] = partial(_fine, trial, grid["fem_fine"])
     if corrects(trial):
         found["detail_correction"] = partial(_corrected, trial, grid["fem_coarse"])
+        found["moving_modes"] = partial(moving_modes, trial, lesson, grid["moving_modes"])
     if not lesson:
         return found
     learnt = lesson, truth.training
@@ -93,10 +97,26 @@ def _coarse(trial: Trial, grid: Grid) -> Tried:
         for count in counts:
             yield count * trial.frames, Fitted(Trial.fem, young, 0.0), ""
     middle = counts[len(counts) // 2] * trial.frames
+    if trial.order > 1:
+        yield middle, Fitted(_first_order, young, 0.0), "order=1"
     for loose in grid["tolerances"]:
         yield middle, Fitted(partial(_looser, loose), young, 0.0), f"tolerance={loose:g}"
     for factor in grid["gaps"] if "contact" in trial.loads else []:
         yield middle, Fitted(partial(_wider, factor), young, 0.0), f"gap={factor:g}×"
+
+
+def _fine(trial: Trial, grid: Grid) -> Tried:
+    """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
+    young = trial.body.material.young_pa
+    for count in grid["steps_per_frame"]:
+        for loose in grid["tolerances"]:
+            yield count * trial.frames, Fitted(partial(_looser, loose), young, 0.0, level=-1), f"tolerance={loose:g}"
+    if trial.order > 1:
+        yield min(grid["steps_per_frame"]) * trial.frames, Fitted(_first_order, young, 0.0, level=-1), "order=1"
+
+
+def _first_order(trial: Trial, steps: int) -> Scene:
+    return trial.fem(steps, 1)
 
 
 def _corrected(trial: Trial, grid: Grid) -> Tried:
@@ -129,11 +149,12 @@ def _shapes(trial: Trial, lesson: Trial, wanted: np.ndarray, grid: Grid) -> Trie
 
 def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
     scene = fitted.scene(trial, steps)
-    row = {"setting": " ".join(filter(None, [f"step_s={scene.step_s:.3g}", varied])), "level": 0}
+    level = fitted.level % len(trial.body.levels)
+    row = {"setting": " ".join(filter(None, [f"step_s={scene.step_s:.3g}", varied])), "level": level}
     row["varied"] = varied.partition("=")[0] or STEP
-    row |= {"nodes": trial.nodes(0), "step_s": scene.step_s, "steps": steps, "failures": 0}
+    row |= {"nodes": trial.nodes(level), "step_s": scene.step_s, "steps": steps, "failures": 0}
     try:
-        moved, run = trial.move(scene, 0, fitted.young_pa)
+        moved, run = trial.move(scene, level, fitted.young_pa)
     except NotConverged:
         return row | {"failures": 1, "offline_s": fitted.offline_s}
     seconds = run.seconds

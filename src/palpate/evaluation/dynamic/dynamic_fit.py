@@ -23,12 +23,14 @@ class Fitted:
     """A model with its parameters found: ``scene(trial, steps)``, the modulus for its particles, what the fit took.
 
     finish : what makes displacements (f, n_surface, 3) [m] of its motion, if interpolation does not
+    level : which it moves, 0 is the coarse one, −1 the reference's
     """
 
     scene: Callable[[Trial, int], Scene]
     young_pa: float
     offline_s: float
     finish: Callable[[Motion], np.ndarray] | None = None
+    level: int = 0
 
 
 def fit_springs(lesson: Trial, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int) -> Fitted:

@@ -68,7 +68,8 @@ def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: i
     change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
     max_halvings : of the step, from one a frame. Where they are not enough, the frames count that come before, with a
         warning; NotConverged if these are less than LEAST_SHARE of all
-    Backward Euler's error is of first order in the step, so 2 u(h/2) − u(h) is of second, until contact makes it less.
+    The error is of order k in the step, 2 for BDF2 and 1 for backward Euler, so u(h/2) + (u(h/2) − u(h)) / (2ᵏ − 1) is
+    of the next, until contact makes it less.
     """
     found = converge(trial, change, max_halvings)
     taught = converge(lesson, LOOSER * change, max_halvings) if lesson else None
@@ -94,7 +95,7 @@ def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
         tried.append(displacement)
         costs.append((run.seconds, run.step_p95_s))
         if halving > 1:
-            before, truth = 2.0 * tried[-2] - tried[-3], 2.0 * tried[-1] - tried[-2]
+            before, truth = (_extrapolate(tried[k - 1], tried[k], trial.order) for k in (-2, -1))
             off, peaks = _differences(truth, before), np.linalg.norm(truth, axis=2).max(axis=1)
             changes.append(off / peaks.max())
             resolved = resolved_frames(off, peaks, change)
@@ -112,6 +113,11 @@ def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
     length = trial.duration_s * resolved / trial.frames
     times = np.array(steps), seconds, p95
     return Converged(truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes), trial.frames, length)
+
+
+def _extrapolate(longer: np.ndarray, shorter: np.ndarray, order: int) -> np.ndarray:
+    """Return the motion at steps of no length, from those at a step and at half of it."""
+    return shorter + (shorter - longer) / (2.0**order - 1.0)
 
 
 def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:

@@ -42,6 +42,11 @@ class Trial:
         """The thickness of a sheet, 0 of other bodies."""
         return self.body.coarse.thickness_m if isinstance(self.body.coarse, Sheet) else 0.0
 
+    @property
+    def order(self) -> int:
+        """The order of the steps of finite elements: 2, but 1 where something is touched or yields."""
+        return 1 if {"contact", "plasticity"} & set(self.loads) else 2
+
     def scale_loads(self, factor: float) -> "Trial":
         """Multiply gravity and pushes by ``factor``."""
         return replace(self, loads=_times(self.loads, factor))
@@ -52,10 +57,18 @@ class Trial:
         gap = factor * vars(composed.effects["contact"])["gap_m"]
         return replace(self, loads=self.loads | {"contact": self.loads["contact"] | {"gap_m": gap}})
 
-    def fem(self, steps: int) -> Scene:
-        """Compose finite elements, stepped implicitly."""
+    def fem(self, steps: int, order: int | None = None) -> Scene:
+        """Compose finite elements, stepped implicitly, by an integrator of ``order``, the trial's own if not given."""
+        integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"
+        return self._scene(self._elements(), integrator, steps, {"rayleigh": self.rayleigh})
+
+    def reduced(self, steps: int, modes: dict) -> Scene:
+        """Compose finite elements that move in ``modes``, the block ``reduced`` of a scene."""
+        return self._scene(self._elements(), "reduced", steps, {"rayleigh": self.rayleigh, "reduced": modes})
+
+    def _elements(self) -> list[str]:
         elastic = ["triangles", "bending"] if self.thickness_m else [effect_registry.of_law(self.body.material.law)]
-        return self._scene([*elastic, "rayleigh"], "backward_euler", steps, {"rayleigh": self.rayleigh})
+        return [*elastic, "rayleigh"]
 
     def springs(self, steps: int, stiffness: dict, ratio: float, volume_n_m: float = 0.0) -> Scene:
         """Compose springs with dampers of ``ratio`` times critical damping, stepped explicitly.

@@ -12,6 +12,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.effect import Force
 from palpate.effects.shape_matching import goal_shapes
+from palpate.evaluation.hard_cases import modes_cases
 from palpate.evaluation.hard_cases.drift import STEPS, returns, travel_s
 from palpate.evaluation.hard_cases.fem_cases import keeps_momentum
 from palpate.evaluation.hard_cases.hard_case import Answer, Case
@@ -19,6 +20,7 @@ from palpate.evaluation.hard_cases.stage import (
     EXPLICIT,
     FEM,
     FIRM,
+    SECOND,
     SHAPES,
     SOFT,
     SPRINGS,
@@ -35,7 +37,7 @@ from palpate.scenes.run_scene import run
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 
-IMPLICIT = (*FEM, *SPRINGS)
+IMPLICIT = (*FEM, *SECOND, *SPRINGS)
 GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
 SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
 RESIDUAL = "residual force / the weight at the end"
@@ -93,6 +95,7 @@ def cases() -> list[Case]:
         ),
         case("one_particle", "shape matching of a single moving particle", "uniform motion",
              "position error / distance travelled", 1e-12, _alone, SHAPES, source="Müller et al. 2005"),
+        *modes_cases.cases(),
     ]  # fmt: skip
 
 

@@ -1,16 +1,20 @@
 """Judge the energy balance of scenes: no step may gain more than the work that is done on the bodies."""
 
+import warnings
 from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 
 from palpate.scenes.effect_registry import ELASTIC
+from palpate.scenes.scene import Scene
 
 ALLOWED = 1e-6
 """Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""
 GUARANTEED = ("backward_euler",)
 """Integrators that cannot gain energy where it is convex; of the others only the run is known."""
+UNPROVEN, MUCH = ("bdf2", "reduced"), 1e-3
+"""Integrators of second order, which may make energy; and the share of the work from which a run warns of it."""
 HOLDS, FAILS, UNKNOWN = "holds", "does not hold", "not known"
 
 
@@ -36,6 +40,19 @@ def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd
         row = {"scene": scene, "integrator": integrator, "work_j": work, "gain_j": gain, "gain_of_work": share}
         rows.append(row | {"verdict": verdict, "guaranteed": integrator in GUARANTEED})
     return pd.DataFrame(rows)
+
+
+def warn_of_gain(scene: Scene, energies: pd.DataFrame) -> None:
+    """Warn if a step of an integrator without a proof gained more than MUCH of the work; energies : the motion's."""
+    if scene.integrator not in UNPROVEN:
+        return
+    gained = energy_balance(energies.assign(scene=scene.name), {scene.name: scene.integrator})["gain_of_work"].iloc[0]
+    if gained > MUCH:
+        warnings.warn(
+            f"{scene.place}: nothing proves that steps of {scene.integrator} make no energy, and one made "
+            f"{gained:.1%} of the work; take shorter ones, or choose backward_euler.",
+            stacklevel=2,
+        )
 
 
 def whole(rows: pd.DataFrame) -> bool:

@@ -8,9 +8,10 @@ from palpate.figures.dynamic.panels import panels
 from palpate.figures.model_looks import look
 
 TABLES = ("dynamic_accuracy",)
-VARIED = {"tolerance": "x", "gap": "+"}
+VARIED = {"tolerance": "x", "gap": "+", "order": "1", "place": "2"}
 """Markers of settings that differ from the others of their model in more than the step."""
 MEANINGS = {"tolerance": "looser residual", "gap": "another gap of contact"}
+MEANINGS |= {"order": "steps of first order", "place": "modes for another place"}
 
 
 @style.styled
@@ -31,6 +32,8 @@ def draw(dynamic_accuracy) -> Figure:
         failed = int(rows["failures"].sum())
         axis.set(xscale="log", yscale="log", xlabel="seconds for a second of motion")
         axis.set_title(scene.replace("_", " ") + (f", {failed} did not converge" if failed else ""))
+        level = f"standard on level {rows['reference_level'].iloc[0]:g}"
+        axis.annotate(level, (0.0, 0.0), (3, 3), "axes fraction", "offset points", color=style.INK)
     for axis in axes.values():
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)

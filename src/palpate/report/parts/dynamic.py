@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pandas as pd
 
+from palpate.evaluation.dynamic.mesh_error import MeshError, mesh_error
 from palpate.evaluation.dynamic.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.model_looks import label, look
@@ -25,6 +26,7 @@ def numbers(report: Report) -> dict[str, str]:
     return {
         "headline": f"The most accurate models that run in real time: {'; '.join(best)}.",
         "reference_levels": _levels(table),
+        "mesh_errors": _meshes(report),
         "unresolved": _unresolved(table),
     }
 
@@ -42,6 +44,28 @@ def _levels(table: pd.DataFrame) -> str:
     """Name the level of the reference of each scene."""
     first = table.drop_duplicates("scene")
     return ", ".join(f"{spaced(row.scene)} {row.reference_level:g}" for row in first.itertuples())
+
+
+def _meshes(report: Report) -> str:
+    """Return how wrong the mesh of each standard is itself, where presses of its body have a truth."""
+    first = report.tables["dynamic_accuracy"].drop_duplicates("scene")
+    pressed = report.tables.get("accuracy_vs_time")
+    known: dict[tuple[str, int, MeshError], list[str]] = {}
+    unknown = []
+    for row in first.itertuples():
+        found = mesh_error(pressed, str(row.body), int(row.reference_level))
+        if found is None:
+            unknown.append(spaced(row.scene))
+        else:
+            known.setdefault((str(row.body), int(row.reference_level), found), []).append(spaced(row.scene))
+    parts = [
+        f"of {' and '.join(names)} ({body}, level {level}) {percent(error.low)} to {percent(error.high)} of the peak, "
+        f"at the patch {percent(error.patch_low)} to {percent(error.patch_high)}, in presses whose truth is known"
+        for (body, level, error), names in known.items()
+    ]
+    if unknown:
+        parts.append(f"not known of {', '.join(unknown)}")
+    return "; ".join(parts)
 
 
 def _unresolved(table: pd.DataFrame) -> str:
@@ -66,7 +90,7 @@ def sections(report: Report) -> list[Section]:
     words = "".join(
         f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items()
     )
-    taken = overview(moving, names) + markup.fold("The same in words", words)
+    taken = report.note("dynamic_advice") + overview(moving, names) + markup.fold("The same in words", words)
     return [
         ("dynamic_section", "Error over a scene against its cost", shown),
         ("dynamic_resolved", "How far the references are resolved", resolved),

@@ -1,0 +1,56 @@
+"""Relax a body with one constant matrix: projective dynamics to the equilibrium of corotational linear elements.
+
+After Bouaziz and others (2014), seen as Liu, Bouaziz and Kavan (2017) do: projecting each element on its rotation and
+solving with the constant matrix Σ (2μ + λ) V G Gᵀ, which is the same for x, y and z, is a descent along that matrix'
+inverse times the force. With a memory of the last steps it is theirs, L-BFGS; without, it is the original.
+"""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from palpate.effects.linear_elements import LinearElements
+from palpate.solvers.lbfgs import descend
+
+ENOUGH = 1e-10
+"""Residual relative to the load at which nothing is left to do."""
+
+
+class ProjectiveDynamics:
+    """Descent from one projection of ``elements`` to the next; ``held`` (n,) bool."""
+
+    def __init__(self, elements: LinearElements, held: np.ndarray):
+        self._elements, self._held = elements, held
+        mu, lam = elements.moduli
+        weights = (2.0 * mu + lam) * elements.volumes
+        blocks = np.einsum("e,eai,ebi->eab", weights, elements.gradients, elements.gradients)
+        couples, count = elements.tetrahedra, len(held)
+        rows, columns = np.repeat(couples, 4, axis=1).ravel(), np.tile(couples, 4).ravel()
+        matrix = sparse.csc_array((blocks.ravel(), (rows, columns)), shape=(count, count))
+        self._free = np.flatnonzero(~held)
+        self._lu = splu(matrix[self._free][:, self._free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        self._load = np.zeros((count, 3))
+
+    def relax(self, x: np.ndarray, load: np.ndarray, iterations: int, memory: int) -> np.ndarray:
+        """Return positions after so many iterations from ``x`` (n, 3) [m] under ``load`` (n, 3) [N].
+
+        memory : how many steps the matrix is improved by; 0 for the original
+        """
+        self._load, self._rest = np.where(self._held[:, None], 0.0, load), x
+        enough = ENOUGH * float(np.linalg.norm(self._load))
+        return descend(self, self._solve, x, enough, iterations, kept=memory).x
+
+    def energy(self, x: np.ndarray) -> float:
+        """Return the elastic energy minus the work of the load [J]."""
+        return self._elements.energy(x) - float(np.vdot(self._load, x - self._rest))
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Return the elastic force plus the load (n, 3) [N], zero at held nodes."""
+        force = self._elements.force(x) + self._load
+        force[self._held] = 0.0
+        return force
+
+    def _solve(self, right: np.ndarray) -> np.ndarray:
+        step = np.zeros_like(right)
+        step[self._free] = self._lu.solve(right[self._free])
+        return step

@@ -1,0 +1,102 @@
+"""Hard cases of bounds: loads that are harder than those that a bound was found on, or point elsewhere."""
+
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+
+from palpate.bodies.body import nest
+from palpate.bodies.box import box
+from palpate.bodies.contacts import contacts_of
+from palpate.evaluation.hard_cases.hard_case import Answer, finite
+from palpate.evaluation.hard_cases.hard_case import Case as Hard
+from palpate.evaluation.hard_cases.pressed_samples import SETTINGS, database_of
+from palpate.evaluation.hard_cases.stage import SOFT
+from palpate.models import cascade
+from palpate.models.fem_statics import Simulation, to_surface
+from palpate.models.load import Answer as Told
+from palpate.models.load import loads_of
+from palpate.models.model import Case
+from palpate.solvers.compliance import compute_compliance
+
+CONTACTS, ASKED, RADIUS_M, DEPTH = 14, 4, 0.03, 0.04
+"""Contacts, how many of them are asked for and not learnt from, radius of the disc, and largest linear peak / size."""
+_AXIS = np.array([0.6, 0.48, 0.64])
+"""About it forces are turned by 90 degrees; it is along no normal."""
+GRID = {
+    "cascade": {
+        "asked_errors": [0.05],
+        "stages": [
+            {"model": "linear_fem"},
+            {"model": "warped_compliance", "setting": {"samples": 0}},
+            {"model": "detail_correction", "setting": {"coarse": "converged", "samples": 0}},
+        ],
+    }
+}
+
+
+def cases() -> list[Hard]:
+    """Return the declared cases of this family."""
+    found = []
+    for name, times, along, scene in (
+        ("twice_the_load", 2.0, False, "presses twice as hard as what bounds were found on"),
+        ("three_times_the_load", 3.0, False, "presses three times as hard as what bounds were found on"),
+        ("pulled", -1.0, False, "pulls, where bounds were found on presses"),
+        ("tangential", 1.0, True, "forces along the surface, where bounds were found on presses"),
+    ):
+        words = (f"bound_{name}", "enrichment", "palpate", scene, "errors below the bounds that come with the answers")
+        measure = "largest error against fine quadratic elements / its bound"
+        found.append(Hard.of(*words, measure, 1.0, run=partial(_asked, times, along), models=("cascade",)))
+    return found
+
+
+@cache
+def _case() -> tuple[Case, Case]:
+    """Press a bar, held at one end, at CONTACTS contacts: what is learnt from, and what is asked for."""
+    mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
+    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
+    able = np.array([contact for contact in contacts_of(body) if mesh.nodes[contact, 0] > 0.06])
+    chosen = np.sort(np.random.default_rng(1).choice(able, CONTACTS, replace=False))
+    stored = compute_compliance(body, RADIUS_M, contacts=chosen, order=2)
+    unit = -body.fine.normals[stored.contacts]
+    peaks = np.linalg.norm(np.einsum("ci,cink->cnk", unit, stored.fine), axis=2).max(axis=1)
+    force = DEPTH * body.fine.size / peaks.max() * unit
+    none = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
+    empty = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *none)
+    case = Case(body, "pressed", RADIUS_M, empty, stored, SETTINGS, 1e-8, GRID)
+    loads = loads_of(stored.contacts, force)
+    coarse, fine = (
+        np.array([s.displacement(load) for load in loads]) for s in (Simulation(case, 0, 1e-8), _fine(case))
+    )
+    db = database_of(body, stored.contacts, force, coarse, fine)
+    asked = np.arange(CONTACTS) % (CONTACTS // ASKED) == 0
+    sides = np.flatnonzero(~asked), np.flatnonzero(asked)
+    learnt, held = (replace(case, database=db.take(side)) for side in sides)
+    return learnt, held
+
+
+def _fine(case: Case) -> Simulation:
+    return Simulation(case, len(case.body.levels) - 1, 1e-8, order=2)
+
+
+def _asked(times: float, along: bool, model: str) -> Answer:
+    """Find what ``times`` the forces do at contacts not learnt from, judged by the bounds of these answers.
+
+    along : whether the forces are turned about _AXIS, away from the normal
+    """
+    learnt, held = _case()
+    solver, fine = cascade.prepare(learnt, {"asked": 0.05}), _fine(learnt)
+    up, db = to_surface(learnt.body, len(learnt.body.levels) - 1, 2), held.database
+    forces = times * (np.cross(db.force, _AXIS) if along else db.force)
+    loads = loads_of(db.contact, forces)
+    told: list[Told] = [solver.respond(load) for load in loads]
+    found, bounds = np.array([each.displacement for each in told]), np.array([each.error for each in told], float)
+    finite(found, bounds)
+    truth = np.array([up @ fine.displacement(load) for load in loads])
+    peaks = np.linalg.norm(truth, axis=2).max(axis=1)
+
+    def error(answer: np.ndarray) -> float:
+        wrong = np.sqrt(np.mean(np.sum((answer - truth) ** 2, axis=2), axis=1)) / peaks
+        return float((wrong / bounds).max())
+
+    return Answer(found, np.zeros_like(found), error)

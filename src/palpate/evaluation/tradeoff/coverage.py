@@ -1,0 +1,60 @@
+"""Count how often conformal bounds hold at contacts that they were not found on, and how large they are."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.models.conformal import FEWEST, quantiles
+
+DRAWS = 300
+"""Divisions of the contacts into those that a bound is found on and those that it is tried on."""
+SEED = 1
+_ROUNDING = 1e-9
+
+
+class Coverage(NamedTuple):
+    """The trial of bounds on contacts that they were not found on; empty (NaN) where there are too few contacts.
+
+    coverage : share of the held-out answers whose error stays below their bound, over all draws
+    coverage_low : the fifth percentile over the draws of that share
+    coverage_of_contacts : share of the held-out contacts all of whose answers do
+    sharpness : median of bound over error
+    """
+
+    coverage: float = np.nan
+    coverage_low: float = np.nan
+    coverage_of_contacts: float = np.nan
+    sharpness: float = np.nan
+
+
+class Draws:
+    """DRAWS seeded divisions of the contacts (n,) of samples: half of them, or FEWEST, calibrate and the rest try."""
+
+    def __init__(self, contact: np.ndarray):
+        _, self._unit, count = np.unique(contact, return_inverse=True, return_counts=True)
+        total = len(count)
+        calibrate = max(FEWEST, total // 2)
+        draws = DRAWS if total > calibrate else 0
+        ranks = np.random.default_rng(SEED).permuted(np.tile(np.arange(total), (draws, 1)), axis=1)
+        self._held = (ranks >= calibrate)[:, self._unit]
+        self._weights = ~self._held / (count[self._unit] * (calibrate + 1.0))
+
+    def coverage(self, errors: np.ndarray, estimate: np.ndarray) -> Coverage:
+        """Try bounds on ``errors`` (n,) that are a factor times ``estimate`` (n,), positive."""
+        if not len(self._held):
+            return Coverage()
+        factor = quantiles(errors / estimate, self._weights)
+        bound = factor[:, None] * estimate
+        kept, held = errors <= bound * (1 + _ROUNDING), self._held
+        shares = (kept & held).sum(axis=1) / held.sum(axis=1)
+        ratio = (bound / np.maximum(errors, np.finfo(float).tiny))[held]
+        missed = self._contacts(held & ~kept).sum() / self._contacts(held).sum()
+        over_all = (kept & held).sum() / held.sum()
+        return Coverage(*map(float, (over_all, np.quantile(shares, 0.05), 1.0 - missed, np.median(ratio))))
+
+    def _contacts(self, samples: np.ndarray) -> np.ndarray:
+        """Mark the contacts that have any of the marked ``samples`` (draws, n), (draws, contacts)."""
+        found = np.zeros((len(samples), self._unit.max() + 1), dtype=bool)
+        draw, sample = np.nonzero(samples)
+        found[draw, self._unit[sample]] = True
+        return found

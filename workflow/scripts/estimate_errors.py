@@ -1,0 +1,11 @@
+from palpate.enrichment.training_samples import FitOptions
+from palpate.evaluation.tradeoff.estimates import estimates
+from palpate.evaluation.tradeoff.judge import read_judged
+from palpate.job import job, write_table
+
+with job(snakemake.log[0]):
+    params, wild = snakemake.params, snakemake.wildcards
+    options = FitOptions(**params.regression, split="contacts", seed=params.seed)
+    rest = params.radius_m, options, params.tolerance, {}
+    case, judge = read_judged(snakemake.input, wild.regime, int(wild.split), *rest)
+    write_table(estimates(case, judge, tuple(params.models)), snakemake.output[0])

@@ -1,0 +1,86 @@
+"""Answer with methods that games relax bodies with: element by element, vertex by vertex, or by one matrix.
+
+All three end at the equilibrium of corotational linear elements on a level of the body, if they are given the time.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.material import LAWS
+from palpate.bodies.particles import particles_of
+from palpate.effects.linear_elements import LinearElements
+from palpate.models.fem_statics import ContactShares, to_surface
+from palpate.models.load import Load, Refused
+from palpate.models.memory import held_mb
+from palpate.models.model import Case, Setting, refuse_bed
+from palpate.solvers.projective_dynamics import ProjectiveDynamics
+from palpate.solvers.vertex_block_descent import VertexBlockDescent
+from palpate.solvers.xpbd import Xpbd
+
+LAW = LAWS[0]
+
+
+Relax = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""From positions (n, 3) [m] and nodal forces (n, 3) [N] to relaxed positions."""
+
+
+def settings(case: Case, method: str) -> list[Setting]:
+    """List the grid's settings of ``method`` on levels that the body has."""
+    return [dict(each) for each in case.grid["relaxed"][method] if each["level"] < len(case.body.levels)]
+
+
+def prepare(case: Case, setting: Setting, method: str) -> "Relaxed":
+    """Make the elements and what the method stores; NotConverged for a bed or a law that it does not have."""
+    return Relaxed(case, setting, method)
+
+
+class Relaxed:
+    """Linear elements on a level that are relaxed from rest.
+
+    Answers whose nodes are not all finite are refused afterwards, as all models' are.
+    """
+
+    def __init__(self, case: Case, setting: Setting, method: str):
+        refuse_bed(case, f"{method.replace('_', ' ')} models")
+        level, tissue = setting["level"], case.body.tissue(setting["level"])
+        if tissue.law != LAW:
+            raise Refused(f"{method} has the corotational law, and {case.body.name} is {tissue.law}")
+        self._rest = case.body.levels[level].nodes
+        held = np.zeros(len(self._rest), dtype=bool)
+        held[case.body.anchors[level]] = True
+        elements = LinearElements(case.body.levels[level], tissue)
+        masses = particles_of(case.body, level, surface=False).masses
+        self._relax = relaxes(method, elements, masses, held, setting)
+        self._shares, self._up = ContactShares(case, level), to_surface(case.body, level)
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB]."""
+        return held_mb(self)
+
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
+        nodal = np.zeros_like(self._rest)
+        for contact, force in load.forces():
+            nodes, shares = self._shares.of(contact)
+            nodal[nodes] += np.outer(shares, force)
+        return self._up @ (self._relax(self._rest, nodal) - self._rest)
+
+
+def relaxes(
+    method: str, elements: LinearElements, masses: np.ndarray, held: np.ndarray, setting: Mapping[str, Any]
+) -> Relax:
+    """Return ``method`` with its ``setting``; masses (n,) [kg], held (n,) bool."""
+    if method == "xpbd":
+        # a step is measured by the time in which a node would swing if all others stood still
+        step_s = setting["step"] * float(np.median(np.sqrt(masses / elements.resistance())))
+        steps, iterations = setting["steps"], setting["iterations"]
+        return partial(Xpbd(elements, masses, held).relax, steps=steps, iterations=iterations, step_s=step_s)
+    if method == "vertex_block_descent":
+        descent = VertexBlockDescent(elements, held)
+        return partial(descent.relax, sweeps=setting["sweeps"], radius=setting["radius"])
+    projective = ProjectiveDynamics(elements, held)
+    return partial(projective.relax, iterations=setting["iterations"], memory=setting["memory"])

@@ -1,0 +1,97 @@
+"""Relax a body vertex by vertex: vertex block descent for the static equilibrium of corotational linear elements.
+
+After Chen, Liu, Yang and Yuksel (2024): each vertex in turn takes the step of Newton's method that it would take if all
+others stood still, with a block of the Hessian in which the elements' rotations stand still, too: it is definite.
+Without inertia the fixed point is the equilibrium itself.
+"""
+
+import numba
+import numpy as np
+
+from palpate.effects.linear_elements import LinearElements, deformation_gradient
+from palpate.linalg.nearest_rotation import nearest
+
+
+class VertexBlockDescent:
+    """Sweeps over the free nodes of ``elements``, in their order.
+
+    held : (n,) bool
+    """
+
+    def __init__(self, elements: LinearElements, held: np.ndarray):
+        self._elements, self._free = elements, np.flatnonzero(~held)
+        couples = elements.tetrahedra
+        around = np.argsort(couples.ravel(), kind="stable")
+        self._around = around // 4, around % 4
+        self._starts = np.searchsorted(couples.ravel()[around], np.arange(len(held) + 1))
+
+    def relax(self, x: np.ndarray, load: np.ndarray, sweeps: int, radius: float) -> np.ndarray:
+        """Return positions after so many sweeps from ``x`` (n, 3) [m] under ``load`` (n, 3) [N].
+
+        radius : the spectral radius that Chebyshev's semi-iterative method assumes of a sweep (Wang 2015); 0 for none
+        """
+        elements, turns = self._elements, np.zeros((len(self._elements.tetrahedra), 4))
+        x, before, weight = x.copy(), x, 1.0
+        for number in range(sweeps):
+            reached = x.copy()
+            _sweep(
+                reached, load, self._free, self._starts, *self._around, elements.tetrahedra, elements.gradients,
+                elements.volumes, *elements.moduli, turns,
+            )  # fmt: skip
+            weight = chebyshev(number, radius, weight)
+            x, before = before + weight * (reached - before), x
+        return x
+
+
+def chebyshev(number: int, radius: float, weight: float) -> float:
+    """Return the weight of iteration ``number``, from 0 on, after one of ``weight`` (Wang 2015, equation 10).
+
+    The first ten iterations have none, as they depart from what the method assumes.
+    """
+    if radius == 0.0 or number < DELAY:
+        return 1.0
+    return 2.0 / (2.0 - radius**2) if number == DELAY else 4.0 / (4.0 - radius**2 * weight)
+
+
+DELAY = 10
+"""Iterations before Chebyshev's weights begin."""
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns):
+    f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
+    block, slope, along = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for node in free:
+        block[:] = 0.0
+        slope[:] = load[node]
+        for k in range(starts[node], starts[node + 1]):
+            e, g = around[k], gradients[around[k], corners[k]]
+            deformation_gradient(x, tetrahedra[e], gradients[e], f)
+            nearest(f, turns[e], work, r)
+            trace, square = -3.0, 0.0
+            for i in range(3):
+                square += g[i] * g[i]
+                for j in range(3):
+                    trace += r[i, j] * f[i, j]
+            for i in range(3):
+                along[i] = r[i, 0] * g[0] + r[i, 1] * g[1] + r[i, 2] * g[2]
+                moved = f[i, 0] * g[0] + f[i, 1] * g[1] + f[i, 2] * g[2]
+                slope[i] -= volumes[e] * (2.0 * mu[e] * (moved - along[i]) + lam[e] * trace * along[i])
+            for i in range(3):
+                block[i, i] += 2.0 * mu[e] * volumes[e] * square
+                for j in range(3):
+                    block[i, j] += lam[e] * volumes[e] * along[i] * along[j]
+        _step(block, slope, along)
+        for i in range(3):
+            x[node, i] += along[i]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _step(block, slope, step):
+    """Solve the symmetric ``block`` (3, 3) for ``slope`` (3,), into ``step`` (3,), by Cramer's rule."""
+    a, b, c, d, e, g = block[0, 0], block[0, 1], block[0, 2], block[1, 1], block[1, 2], block[2, 2]
+    first, second, third = d * g - e * e, c * e - b * g, b * e - c * d
+    determinant = a * first + b * second + c * third
+    step[0] = (first * slope[0] + second * slope[1] + third * slope[2]) / determinant
+    step[1] = (second * slope[0] + (a * g - c * c) * slope[1] + (b * c - a * e) * slope[2]) / determinant
+    step[2] = (third * slope[0] + (b * c - a * e) * slope[1] + (a * d - b * b) * slope[2]) / determinant

@@ -1,0 +1,93 @@
+"""Learning from place and force alone: no force, the samples themselves, forces between them, and derivatives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.enrichment import pod_of_loads as learning
+from palpate.errors import InputError
+from palpate.evaluation.accuracy import errors
+from palpate.models import pod_of_loads
+from palpate.models.load import Load, Press, Refused
+
+GRID = {"modes": [2, 12], "hidden": [8]}
+SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}
+
+
+@pytest.fixture(scope="module")
+def learnt(slab_case):
+    case = replace(slab_case[0], grid={**slab_case[0].grid, "pod_of_loads": GRID})
+    return case, {name: pod_of_loads.prepare(case, setting, name) for name, setting in SETTINGS.items()}
+
+
+@pytest.mark.parametrize("learner", SETTINGS)
+def test_no_force_moves_nothing_and_others_are_refused(learnt, learner):
+    case, solvers = learnt
+    contact = int(case.database.contact[0])
+    assert np.abs(solvers[learner].respond(Load.at(contact, np.zeros(3)))).max() < 1e-15
+    with pytest.raises(Refused):
+        solvers[learner].respond(Load((Press(contact, moved=np.ones(3)),)))
+    with pytest.raises(InputError, match="not a free surface node"):
+        solvers[learner].respond(Load.at(int(case.body.anchors[0][0]), np.ones(3)))
+
+
+@pytest.mark.parametrize("learner, most", [("gaussian", 0.12), ("network", 0.3)])
+def test_it_has_learnt_its_samples(learnt, learner, most):
+    case, solvers = learnt
+    db = case.database
+    asked = zip(db.contact, db.force, db.fine, strict=True)
+    found = [errors(solvers[learner].respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]
+    zero = [errors(0.0 * u, u).rmse_of_peak for u in db.fine]
+    assert np.mean(found) < most * np.mean(zero) / 0.4
+
+
+def test_modes_are_those_of_the_samples(learnt):
+    """With fewer modes the answer lies in fewer dimensions, those in which the samples vary most."""
+    case, _ = learnt
+    solver = pod_of_loads.prepare(case, {"modes": 2}, "gaussian")
+    db = case.database
+    found = np.array([solver.respond(Load.at(c, f)).ravel() for c, f in zip(db.contact, db.force, strict=True)])
+    assert np.linalg.matrix_rank(found, tol=1e-9 * np.linalg.norm(found)) == 2
+    left = [np.linalg.svd(rows, compute_uv=False)[0] for rows in (found, db.fine.reshape(len(found), -1))]
+    assert 0.3 < left[0] / left[1] < 1.05
+
+
+def test_settings_have_at_most_as_many_modes_as_samples(learnt):
+    case, _ = learnt
+    assert pod_of_loads.settings(case, "gaussian") == [{"modes": 2}, {"modes": 12}]
+    few = replace(case, database=case.database.take(np.arange(5)))
+    assert pod_of_loads.settings(few, "gaussian") == [{"modes": 2}, {"modes": 5}]
+    assert pod_of_loads.settings(case, "network") == [{"modes": 12, "hidden": 8}]
+
+
+def test_slopes_of_the_network_are_its_differences():
+    draw = np.random.default_rng(1)
+    weights = [draw.normal(size=shape) for shape in ((4, 5), (6, 5), (6, 9 * 4))]
+    given = draw.normal(size=(8, 3)), draw.normal(size=(8, 9)), draw.normal(size=(8, 4))
+    _, slopes = learning._slopes(weights, *given)
+    for layer, slope in enumerate(slopes):
+        way, step = draw.normal(size=slope.shape), 1e-6
+        ahead, back = ([*weights] for _ in range(2))
+        ahead[layer], back[layer] = weights[layer] + step * way, weights[layer] - step * way
+        difference = (learning._slopes(ahead, *given)[0] - learning._slopes(back, *given)[0]) / 2 / step
+        assert difference == pytest.approx(float(np.vdot(slope, way)), rel=1e-6)
+
+
+def test_a_process_knows_what_is_linear_in_the_force():
+    """Targets that are linear in the force and vary slowly over the body are found at places that were held out."""
+    draw = np.random.default_rng(2)
+    places, forces = np.repeat(draw.uniform(size=(12, 3)), 3, axis=0), draw.normal(size=(36, 3))
+    turn = draw.normal(size=(3, 3, 4))
+
+    def targets(places, forces):
+        return np.einsum("ki,ijm,kj->km", np.sin(places), turn, forces)
+
+    from types import SimpleNamespace
+
+    predict = learning.gaussian_process(
+        places, forces, targets(places, forces), np.arange(36) // 3 % 4, SimpleNamespace(seed=1)
+    )
+    place, force = np.full(3, 0.5), np.array([0.3, -0.2, 0.5])
+    wanted = targets(place[None], force[None])[0]
+    assert np.linalg.norm(predict(place, force) - wanted) < 0.1 * np.linalg.norm(wanted)

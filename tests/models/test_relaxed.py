@@ -1,0 +1,113 @@
+"""Methods that games relax bodies with: given the time, they end where finite elements do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.effects.linear_elements import LinearElements
+from palpate.errors import InputError, NotConverged
+from palpate.evaluation.accuracy import errors
+from palpate.models import fem, relaxed
+from palpate.models.load import Load, Press, Refused
+from palpate.solvers.projective_dynamics import ProjectiveDynamics
+from palpate.solvers.vertex_block_descent import VertexBlockDescent
+
+LONG = {
+    "xpbd": {"level": 0, "steps": 2000, "iterations": 1, "step": 0.3},
+    "vertex_block_descent": {"level": 0, "sweeps": 1500, "radius": 0.99},
+    "projective_dynamics": {"level": 0, "iterations": 200, "memory": 5},
+}
+WITHIN = {"xpbd": 2e-3, "vertex_block_descent": 1e-6, "projective_dynamics": 1e-6}
+"""RMSE over peak: steps of XPBD end beside the equilibrium, the shorter the nearer."""
+
+
+@pytest.fixture(scope="module")
+def pressed(slab_case):
+    """The slab under a disc, what fits in the settings, and a load that moves it by a tenth of its size."""
+    case, test, _ = slab_case
+    case = replace(case, radius_m=0.03, grid={**case.grid, "relaxed": {name: [each] for name, each in LONG.items()}})
+    return case, Load.at(test.contact[0], 1.5 * test.force[0])
+
+
+def ask(pressed, method, **changed):
+    case, load = pressed
+    return relaxed.prepare(case, LONG[method] | changed, method).respond(load)
+
+
+@pytest.fixture(scope="module")
+def equilibrium(pressed):
+    case, load = pressed
+    return fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-10}, 1).respond(load)
+
+
+@pytest.mark.parametrize("method", LONG)
+def test_each_ends_at_the_equilibrium(pressed, equilibrium, method):
+    assert errors(ask(pressed, method), equilibrium).rmse_of_peak < WITHIN[method]
+
+
+def test_shorter_steps_of_xpbd_end_nearer(pressed, equilibrium):
+    found = [errors(ask(pressed, "xpbd", step=s, steps=n), equilibrium).rmse_of_peak for s, n in ((3, 200), (1, 600))]
+    assert found[1] < 0.5 * found[0] and found[0] > 5 * WITHIN["xpbd"]
+
+
+@pytest.mark.parametrize(
+    "method, few", [("vertex_block_descent", {"sweeps": 100}), ("projective_dynamics", {"iterations": 8})]
+)
+def test_what_accelerates_helps(pressed, equilibrium, method, few):
+    name = {"vertex_block_descent": "radius", "projective_dynamics": "memory"}[method]
+    with_it, without = (ask(pressed, method, **few, **change) for change in ({}, {name: 0}))
+    assert errors(with_it, equilibrium).rmse_of_peak < 0.9 * errors(without, equilibrium).rmse_of_peak
+
+
+@pytest.mark.parametrize("solver", [VertexBlockDescent, ProjectiveDynamics])
+def test_the_equilibrium_is_where_nothing_moves(pressed, solver):
+    """Started at the converged answer, a sweep stays: what it solves is the law's own force, not one like it."""
+    case, load = pressed
+    mesh = case.body.coarse
+    simulation = fem.Simulation(case, 0, 1e-12)
+    there = mesh.nodes + simulation.displacement(load)
+    held = np.zeros(len(mesh.nodes), dtype=bool)
+    held[case.body.anchors[0]] = True
+    step = solver(LinearElements(mesh, case.body.tissue(0)), held).relax(there, simulation.nodal(load), 1, 0)
+    assert np.abs(step - there).max() < 1e-8 * np.abs(there - mesh.nodes).max()
+
+
+@pytest.mark.parametrize("method", LONG)
+def test_what_they_cannot_do_they_refuse(pressed, method):
+    case, load = pressed
+    solver = relaxed.prepare(case, LONG[method], method)
+    with pytest.raises(InputError, match="not a free surface node"):
+        solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
+    with pytest.raises(Refused):
+        solver.respond(Load((Press(load.presses[0].node, moved=np.ones(3)),)))
+    other = replace(case.body.material, law="neo_hookean")
+    with pytest.raises(NotConverged, match="corotational law"):
+        relaxed.prepare(replace(case, body=replace(case.body, material=other)), LONG[method], method)
+
+
+@pytest.mark.parametrize("method", LONG)
+def test_two_presses_are_more_than_one(pressed, method):
+    """Under small forces answers add up, those to both at once as well."""
+    case, load = pressed
+    node, force = load.single()
+    other = int(np.setdiff1d(case.database.contact, [node])[0])
+    loads = [Load((Press(node, 1e-4 * force),)), Load((Press(other, 1e-4 * force),))]
+    solver = relaxed.prepare(case, LONG[method], method)
+    one, two, both = (solver.respond(each) for each in (*loads, Load(loads[0].presses + loads[1].presses)))
+    assert np.abs(one + two - both).max() < 0.05 * np.abs(both).max()
+
+
+def test_settings_are_those_of_levels_that_there_are(pressed):
+    case = replace(pressed[0], grid={"relaxed": {"xpbd": [LONG["xpbd"], LONG["xpbd"] | {"level": 7}]}})
+    assert relaxed.settings(case, "xpbd") == [LONG["xpbd"]]
+
+
+def test_a_soft_material_needs_as_many_sweeps_as_a_stiff_one(pressed, equilibrium):
+    """The moduli scale out, if the load does."""
+    case, load = pressed
+    stiff = replace(case.body.material, young_pa=1e3 * case.body.material.young_pa)
+    body = replace(case.body, material=stiff)
+    for method in LONG:
+        scaled = relaxed.prepare(replace(case, body=body), LONG[method], method).respond(load.times(1e3))
+        assert np.abs(scaled - ask(pressed, method)).max() < 1e-6 * np.abs(scaled).max()

@@ -2,7 +2,7 @@
 
 
 from palpate.bodies.material import LAWS
-from palpate.evaluation.law.check import compared_bodies
+from palpate.evaluation.law.check import changes_of, compared_bodies
 
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file
@@ -25,9 +25,9 @@ rule compare_laws:
     log:
         "results/logs/{body}/compare_laws.log",
     params:
-        laws=list(COMPARED_LAWS.values()),
-        poissons=config["law"]["poissons"],
-        contacts=config["law"]["contacts"],
+        laws=lambda wildcards: [COMPARED_LAWS[name] for name in changes_of(config, wildcards.body)["laws"]],
+        poissons=lambda wildcards: changes_of(config, wildcards.body)["poissons"],
+        contacts=lambda wildcards: changes_of(config, wildcards.body)["contacts"],
         depths=config["law"]["depths"],
         radius_m=lambda wildcards: config["law"]["radius_of_body_m"].get(
             wildcards.body, config["law"]["radius_m"]

@@ -16,8 +16,11 @@ from palpate.errors import InputError
 
 CONTRAST = 1e4
 """Ratio of the moduli of a body up to which solvers are tested."""
-COARSE = 0.2
-"""Relative difference between the volumes of a region and of its elements from which on there is a warning."""
+COARSE, MISPLACED = 0.2, 0.3
+"""Shares of a region's volume from which on there is a warning: of the difference to that of its elements, and of what
+lies in one of the two alone."""
+KINDS = ("tag", "sphere", "label")
+"""The rules of which a region has one."""
 AT_ONCE = 4096
 """Elements whose points are looked at together."""
 
@@ -33,9 +36,9 @@ def read_regions(
     own : material of what is in no region; read_material(place, constants) : checks those of a region
     remeshed : whether the elements are not those of the file
 
-    A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly,
-    and of a contrast above CONTRAST; raises InputError for a region that is not given by exactly one rule, has a wrong
-    constant, or holds no tetrahedron.
+    A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
+    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that is not given by
+    exactly one rule, has a wrong constant, or holds no tetrahedron.
     """
     rules = entry.get("regions")
     if not rules:
@@ -47,28 +50,33 @@ def read_regions(
         place = f"{body}: regions.{name}"
         given = {"poisson": own.poisson, "density_kg_m3": own.density_kg_m3, "law": own.law}
         materials.append(read_material(place, given | rule))
-        shares = _shares(place, rule, entry, mesh, remeshed)
+        inside = _inside(place, rule, entry)
+        shares = share_inside(mesh, inside) if inside else _tagged(place, rule, entry, mesh, remeshed)
         free = (shares >= 0.5) & (region == 0)
-        _check_held(place, rule, mesh, shares, free)
+        _check_held(place, mesh, shares, free)
+        _check_shown(place.partition(".")[2], mesh, shares, inside)
         region[free] = number
     _check_contrast(body, materials)
     return Tissue(tuple(materials), region)
 
 
-def _shares(place: str, rule: dict, entry: dict, mesh: TetMesh, remeshed: bool) -> np.ndarray:
-    """Return what share of each tetrahedron (n_tetrahedra,) lies in the region, 0 to 1."""
-    kinds = [kind for kind in ("tag", "sphere", "label") if kind in rule]
+def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
+    """Return the test of a sphere or a label; None for a tag, which is known by elements."""
+    kinds = [kind for kind in KINDS if kind in rule]
     if len(kinds) != 1:
         found = " and ".join(kinds) or "none of them"
-        raise InputError(f"body {place} has {found}; give exactly one of tag, sphere and label.")
-    if kinds == ["sphere"]:
-        return share_inside(mesh, _in_sphere(rule["sphere"]))
+        raise InputError(f"body {place} has {found}; give exactly one of {', '.join(KINDS[:-1])} and {KINDS[-1]}.")
     if kinds == ["label"]:
         if entry["kind"] != "ct":
             raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
         from palpate.bodies.ct.label_region import label_region
 
-        return share_inside(mesh, label_region(entry, rule["label"]))
+        return label_region(entry, rule["label"])
+    return _in_sphere(rule["sphere"]) if kinds == ["sphere"] else None
+
+
+def _tagged(place: str, rule: dict, entry: dict, mesh: TetMesh, remeshed: bool) -> np.ndarray:
+    """Return 1 for each tetrahedron (n_tetrahedra,) with the tag of a region, else 0."""
     if entry["kind"] != "file":
         raise InputError(f"body {place} has a tag, and a body of kind {entry['kind']} has none; give a sphere.")
     if remeshed:
@@ -107,24 +115,45 @@ def _in_sphere(sphere: dict[str, Any]) -> Inside:
     return lambda points: np.linalg.norm(points - center, axis=1) <= radius
 
 
-def _check_held(place: str, rule: dict, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:
-    """Raise InputError if a region holds nothing, and warn if its elements have another volume than it."""
-    if not free.any():
-        ends = mesh.nodes[mesh.edges]
-        edge = in_words(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()))
-        if (shares >= 0.5).any():
-            raise InputError(f"body {place} holds no tetrahedron that is not in a region before it; put it first.")
-        raise InputError(
-            f"body {place} holds no tetrahedron by half; the edges of the coarse mesh are about {edge}: move or enlarge"
-            " the region, or make that mesh finer."
-        )
-    asked, held = float(shares @ mesh.volumes), float(mesh.volumes[shares >= 0.5].sum())
-    if abs(held / asked - 1.0) > COARSE:
+def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:
+    """Raise InputError if a region holds no tetrahedron that is ``free``."""
+    if free.any():
+        return
+    if (shares >= 0.5).any():
+        raise InputError(f"body {place} holds no tetrahedron that is not in a region before it; put it first.")
+    ends = mesh.nodes[mesh.edges]
+    edge = in_words(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()))
+    raise InputError(
+        f"body {place} holds no tetrahedron by half; the edges of the coarse mesh are about {edge}: move or enlarge"
+        " the region, or make that mesh finer."
+    )
+
+
+def _check_shown(name: str, mesh: TetMesh, shares: np.ndarray, inside: Inside | None) -> None:
+    """Warn if the elements of a region have another volume or place than it, or reach a surface that it does not."""
+    held = shares >= 0.5
+    asked, has, beyond = shares @ mesh.volumes, mesh.volumes[held].sum(), (1.0 - shares[held]) @ mesh.volumes[held]
+    misplaced = np.abs(held - shares) @ mesh.volumes
+    if abs(has / asked - 1.0) > COARSE or misplaced > MISPLACED * asked:
         warnings.warn(
-            f"regions of the body are made of whole coarse tetrahedra: those of {place.partition('.')[2]} have "
-            f"{1e6 * held:.3g} mL, and what is asked {1e6 * asked:.3g} mL; make the coarse mesh finer there.",
+            f"regions of the body are made of whole coarse tetrahedra: those of {name} have {1e6 * has:.3g} mL, and "
+            f"what is asked {1e6 * asked:.3g} mL; {1e6 * beyond:.3g} mL of the first are outside of the second; "
+            "make the coarse mesh finer there.",
             stacklevel=5,
         )
+    count = np.isin(mesh.surface, mesh.tetrahedra[held]).sum()
+    if inside is not None and count and not inside(_on_surface(mesh)).any():
+        warnings.warn(
+            f"tetrahedra of {name} have {count} nodes on the body's surface, which what is asked does not reach, so "
+            "that a press there is on them; make the coarse mesh finer there, or move the region inwards.",
+            stacklevel=5,
+        )
+
+
+def _on_surface(mesh: TetMesh) -> np.ndarray:
+    """Return points (n, 3) [m] on the surface: nodes, and 15 points of each triangle."""
+    grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+    return np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)
 
 
 def _check_contrast(body: str, materials: list[Material]) -> None:

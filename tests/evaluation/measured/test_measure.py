@@ -28,7 +28,7 @@ MARKERS = {
     "tip": [0.2, 0.005, 0.016],
     "side": [0.2, -0.006, 0.005],
     "back": [0.0, 0.0, 0.03],
-    "low": [-0.05, 0.01, 0.0],
+    "low": [-0.03, 0.01, 0.0],
 }
 LOAD = {"weight_n": 0.05, "line_m": [[0.2, 0.0, 0.01], [0.2, 0.01, 0.01]], "radius_m": 0.0}
 
@@ -134,6 +134,24 @@ def test_a_case_without_files_is_a_prediction(bar):
     table = measure(experiment_of("free", entry(down=[0, 0, -1])), bar, models)
     assert table["predicted"].notna().all() and table[["measured", "repeat", "error"]].isna().all(axis=None)
     assert set(table["calibrated"]) == {"no"} and (table["quantity"] == "frequency_hz").sum() == 2
+
+
+def test_what_is_hardly_meant_is_warned_of(bar, files):
+    models = MODELS | {"fem_p1": {"levels": [0]}, "fem_p2": MODELS["fem_p2"] | {"levels": []}}
+    models |= {"springs": {"levels": []}, "releases": MODELS["releases"] | {"steps_s": []}}
+    made = with_files(files)
+    made["markers"]["tip"] = {"at_m": [0.2, 0.005, 0.034], "fixed": False}
+    made["cases"]["load"] = {"loads": [{"weight_n": 5.0, "at_m": [0.2, 0.005, 0.01]}], "files": [], "swings": False}
+    with pytest.warns(UserWarning) as warned:
+        table = measure(experiment_of("made_up", made), bar, models)
+    said = [str(one.message) for one in warned]
+    assert [text.partition(":")[0].partition("cases.")[2] for text in said] == [
+        "weight", "load.loads[0] acts on a point, where no mesh has an answer; give radius_m.", "load",
+    ]  # fmt: skip
+    assert "before the release the markers are 6.1 mm" in said[0] and "see markers and held_s" in said[0]
+    assert "are predicted to sink by" in said[2] and "see weight_n" in said[2]
+    misfit = table.groupby("case")["misfit_m"].max()
+    assert 0.006 < misfit["weight"] < 0.0065 and np.isnan(misfit["load"])
 
 
 def test_the_frame_is_that_of_the_markers(files):

@@ -12,7 +12,7 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.evaluation.palpation.ball_in_slab import ball_in_slab
 from palpate.evaluation.palpation.check import check
-from palpate.evaluation.palpation.palpation import COLUMNS, palpate
+from palpate.evaluation.palpation.palpation import COLUMNS, choose_places, palpate
 from palpate.evaluation.palpation.palpation_limits import COLUMNS as LIMIT_COLUMNS
 from palpate.evaluation.palpation.palpation_limits import least_contrasts, palpation_limits
 from palpate.evaluation.palpation.tables import TABLES
@@ -46,6 +46,15 @@ def test_a_stone_is_felt_above_and_less_beside(felt):
 def test_the_nearest_place_is_above_the_stone(lump, felt):
     nearest = lump.coarse.nodes[felt.sort_values("cover_m")["contact"].iloc[0]]
     assert nearest[2] == pytest.approx(0.06) and np.abs(nearest[:2] - 0.05).max() < 0.02
+
+
+def test_the_cover_is_what_lies_above_the_region(lump):
+    """Elements are 12 mm high and the ball ends 5 mm below the top, so that their nodes end one element below it."""
+    covers = choose_places(lump, 3)[1]
+    stiff = lump.fine.nodes[np.unique(lump.fine.tetrahedra[lump.tissue(-1).region > 0])]
+    assert covers[0] == pytest.approx(0.06 - stiff[:, 2].max()) == pytest.approx(0.012)
+    touching = replace(lump, regions=Tissue(lump.regions.materials, np.ones_like(lump.regions.region)))
+    assert choose_places(touching, 3)[1] == pytest.approx(np.zeros(len(choose_places(touching, 3)[1])))
 
 
 def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):

@@ -23,6 +23,14 @@ def test_changes_and_meshes_stand_side_by_side(law_table):
     assert below[0].lines[0].get_ydata() == pytest.approx([-0.04, -0.12, -0.24, -0.4])
 
 
+def test_a_change_without_a_truth_is_hollow(law_table):
+    doubted = law_table.assign(believed=law_table["believed"] & law_table["poisson"].ne(0.49))
+    figure = law.draw(doubted)
+    lines = [line for line in figure.axes[1].lines if line.get_marker() == "o"]
+    assert [line.get_linestyle() for line in lines] == ["-", "-", ":"] and lines[2].get_markerfacecolor() == "white"
+    assert texts(figure).count("without a truth that is believed") == 1
+
+
 def test_only_the_press_without_an_answer_is_crossed(law_table):
     cylinder, liver = law.draw(law_table).axes[:2]
     found = [[line for line in axis.lines if line.get_marker() == "x"] for axis in (cylinder, liver)]

@@ -10,12 +10,15 @@ from palpate.figures.measured import measured
 def test_a_panel_a_case_and_quantity(measured_table, tmp_path):
     figure = measured.draw(measured_table, scene="beam")
     titles = [axis.get_title("left") for axis in figure.axes]
-    assert titles[0] == "gravity: place at rest" and titles[-1] == "heavier: creep" and len(titles) == 12
+    assert (
+        titles[0] == "gravity: place" and titles[-1] == "load: creep" and len(titles) == 8
+    )  # none of what nobody measured
     place = figure.axes[4]
     drawn = {(line.get_xdata()[0], line.get_mfc()) for line in place.lines if line.get_marker() == "h"}
     assert drawn == {(-4.0, "white"), (-5.0, "#111111")}
     assert np.allclose(place.patches[0].get_extents().transformed(place.transData.inverted()).width, 2.0)
     assert "quadratic elements (P2), 1701 nodes" in texts(figure) and "not measured" in texts(figure)
+    assert "repeats: 2\u00a0%" in texts(figure)
     style.save(figure, tmp_path / "measured_beam")
 
 

@@ -1,5 +1,6 @@
 """Sentences about a measured body follow from their table."""
 
+import pandas as pd
 from fixtures.material import CAPTIONS, material, numbers
 
 from palpate.report import page as report
@@ -9,7 +10,7 @@ from palpate.report.parts import measured
 def test_the_headline_is_about_what_was_not_fitted(measured_table):
     assert numbers("measured", {"measured": measured_table})["headline"] == (
         "Beam: fitted to gravity alone, quadratic elements predict the place of load within 5 % "
-        "and the frequency of load within 4 % (1 % with the modulus before the creep)."
+        "and the frequency of load within 4 %; with the modulus before the creep, frequencies within 1 %."
     )
     given = measured_table[measured_table["calibrated"] == "no"]
     assert numbers("measured", {"measured": given})["headline"].endswith("could be tested on.")
@@ -19,7 +20,25 @@ def test_the_answer_compares_steps_with_what_was_measured(measured_table):
     found = measured.answer(measured_table)
     assert found["given"] == "1\u00a0% more (quadratic elements (P2), 1701 nodes)"
     assert found["stepped"] == "0.047 for 0.053 (gravity, steps of 2 ms)"
+    assert found["alike"] == "other laws were not tried"
     assert found["predicted"] == "5\u00a0% less in load (quadratic elements (P2))"
+
+
+def test_what_laws_share_is_told(measured_table):
+    more = measured_table[measured_table["calibrated"].eq("gravity") & measured_table["setting"].eq("level=0")]
+    more = more.assign(setting="level=0 law=neo_hookean", law="neo_hookean", error=more["error"] - 0.001)
+    found = measured.answer(pd.concat([measured_table, more]))["alike"].replace("\u00a0", " ")
+    assert found == (
+        "quadratic elements of one mesh under 2 laws and 1 Poisson's ratios from 5.1 % less to 5 % less in load"
+    )
+
+
+def test_the_headline_has_the_coarser_mesh_too(measured_table):
+    finer = measured_table[measured_table["setting"].eq("level=0")].assign(setting="level=1", nodes=11849)
+    said = numbers("measured", {"measured": pd.concat([measured_table, finer.assign(error=finer["error"] * 1.1)])})
+    assert "the place of load within 5.5 % (5 % on 1701 nodes) and the frequency" in said["headline"].replace(
+        "\u00a0", " "
+    )
 
 
 def test_a_model_without_an_answer_has_failed(measured_table):

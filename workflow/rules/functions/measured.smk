@@ -17,3 +17,15 @@ def files_of_experiment(wildcards):
 
 def body_of_experiment(wildcards):
     return f"results/data/{config['measured']['experiments'][wildcards.experiment]['body']}/body.h5"
+
+
+def own_laws_of_measured():
+    """The files of the user's own laws, as they can be opened from here."""
+    return [law for law in models_of_measured()["fem_p2"]["laws"] if law not in LAWS]
+
+
+def models_of_measured():
+    """The models that are put beside what was measured, with laws as they can be opened from here."""
+    models = config["measured"]["models"]
+    laws = [law if law in LAWS else normpath(CONFIG_FILE.parent / law) for law in models["fem_p2"]["laws"]]
+    return models | {"fem_p2": models["fem_p2"] | {"laws": laws}}

@@ -30,7 +30,7 @@ MEASURES = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 COLUMNS = [
     "body", "changed", "law", "poisson", "contact", "force_n", "depth_of_size", "peak_of_size",
     *(f"{kind}_{name}" for kind in ("change", *MESHES) for name in MEASURES), "own_rmse_of_peak",
-    "volume_change", "least_det", "newton_iterations", "cg_iterations", "believed", "why",
+    "volume_change", "least_det", "iterations", "cycles", "believed", "why",
 ]  # fmt: skip
 
 
@@ -114,7 +114,7 @@ def _numbers(each: Variant, truth: Truth, own: Truth, linear: np.ndarray | None,
         "own_rmse_of_peak": truth.own[i, ERRORS.index("rmse_of_peak")],
     }
     row |= {"volume_change": truth.volume_change[i], "least_det": truth.least_det[i]}
-    return row | {"newton_iterations": truth.iterations[i], "cg_iterations": truth.products[i]}
+    return row | {"iterations": truth.iterations[i], "cycles": truth.products[i]}
 
 
 def _answered(truth: Truth, i: int) -> list[np.ndarray]:

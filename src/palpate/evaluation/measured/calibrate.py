@@ -28,4 +28,4 @@ def calibrate(sink: Callable[[float], float], wanted: float) -> float:
         # never more than four times softer or stiffer at once: a beam that curls up has no slope left
         softness.append(min(max(following, softness[-1] / 4), 4 * softness[-1]))
         ways.append(sink(softness[-1]))
-    raise NotConverged(f"no modulus lets the markers sink by {wanted:.3g} m; see loads and density", history)
+    raise NotConverged(f"no modulus lets the markers sink by {wanted:.3g} m; see loads, density and down", history)

@@ -1,16 +1,27 @@
 """Check of the settings of measured bodies."""
 
+import warnings
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from palpate.bodies.make_body import make_body
 from palpate.errors import InputError, suggest
-from palpate.evaluation.measured.experiment import experiment_of
-from palpate.evaluation.measured.observed import follow
+from palpate.evaluation.law.check import check_laws
+from palpate.evaluation.measured.experiment import Experiment, experiment_of
+from palpate.evaluation.measured.observed import check_down, follow
+from palpate.evaluation.measured.placed import check_places, off_box
 from palpate.files import check_file
 
 
 def check(config: dict, file: Path) -> None:
-    """Raise InputError, before anything runs, for a body, level or file that does not exist or does not fit."""
+    """Raise InputError, before anything runs, for a body, level, law, place or file that there is not or does not fit.
+
+    Places are looked at here on a box; on other bodies, which take longer to make, when models are put beside them.
+    """
     models = config["measured"]["models"]
+    check_laws(f"{file}: measured.models.fem_p2.laws", models["fem_p2"]["laws"], file.parent)
     for name, entry in config["measured"]["experiments"].items():
         place = f"{file}: measured.experiments.{name}"
         body = config["bodies"].get(entry["body"])
@@ -22,6 +33,7 @@ def check(config: dict, file: Path) -> None:
         _check_levels(f"{file}: measured.models", models, entry["body"], body["refinements"] + 1)
         try:
             experiment = experiment_of(name, entry)
+            _check_places(experiment, entry["body"], body)
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
         for case in experiment.cases:
@@ -29,9 +41,17 @@ def check(config: dict, file: Path) -> None:
                 key = f"{place}.cases.{case.name}.files"
                 check_file(key, path, (file.parent / path).is_file())
                 try:
-                    follow(str(file.parent / path), experiment)
+                    check_down(follow(str(file.parent / path), experiment), case, experiment, path)
                 except InputError as error:
                     raise InputError(f"{key}: {error}") from error
+
+
+def _check_places(experiment: Experiment, name: str, entry: dict) -> None:
+    if entry["kind"] == "box":
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the job that makes the body warns
+            body = make_body(name, entry | {"refinements": 0})
+        check_places(experiment, body, partial(off_box, np.array(entry["sizes_m"], dtype=float)))
 
 
 def _check_levels(place: str, models: dict, body: str, levels: int) -> None:

@@ -74,7 +74,7 @@ def experiment_of(name: str, entry: dict) -> Experiment:
     """Make an experiment of a complete entry, whose files can be opened as they are named.
 
     Raises InputError for what a schema cannot see: no marker that moves, ``down`` without a direction, a case to
-    calibrate on that is unknown or has no files.
+    calibrate on that is unknown or has no files, a load without a size or a place.
     """
     place = f"measured.experiments.{name}"
     markers = tuple(Marker(m, _vector(each["at_m"]), each["fixed"]) for m, each in entry["markers"].items())
@@ -103,6 +103,8 @@ def _weight(place: str, entry: dict) -> Weight:
         raise InputError(f"{place} must have either weight_n, of what hangs there, or force_n; give one of them.")
     if ("line_m" in entry) == ("at_m" in entry):
         raise InputError(f"{place} must have either line_m, the ends of an edge, or at_m, a point; give one of them.")
+    if "line_m" in entry and entry.get("radius_m", 0.0) > 0.0:
+        raise InputError(f"{place} has radius_m, which belongs to at_m and not to line_m; remove one of the two.")
     force = _vector(entry["force_n"]) if "force_n" in entry else None
     line = np.array(entry["line_m"], dtype=float) if "line_m" in entry else None
     at = _vector(entry["at_m"]) if "at_m" in entry else None

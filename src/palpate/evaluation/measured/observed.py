@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import InputError
-from palpate.evaluation.measured.experiment import Experiment
+from palpate.evaluation.measured.experiment import Case, Experiment
 from palpate.evaluation.measured.oscillation import Oscillation, fit_oscillation
 from palpate.evaluation.measured.records import read_record
 from palpate.evaluation.measured.registration import Registration, register
@@ -54,6 +54,11 @@ class Observed:
         """The mean moves (m, 3) [m]; None without repeats."""
         return np.mean([seen.moves for seen in self.repeats], axis=0) if self.repeats else None
 
+    @property
+    def misfit_m(self) -> float | None:
+        """The largest misfit [m] of the repeats' frames; None without repeats."""
+        return max((seen.misfit_m for seen in self.repeats), default=None)
+
 
 def observe_all(experiment: Experiment) -> dict[str, Observed]:
     """Read and evaluate the files of all cases, by name; InputError as ``follow`` and ``fit_oscillation``."""
@@ -90,6 +95,16 @@ def follow(file: str, experiment: Experiment) -> Followed:
             "shorten held_s to the time before the release."
         )
     return Followed(record.times, along, moves, frame)
+
+
+def check_down(found: Followed, case: Case, experiment: Experiment, file: str) -> None:
+    """Raise InputError if the markers rise against ``down`` in a case without a force that might lift them."""
+    way = float(found.moves.mean(axis=0) @ (found.frame.rotation @ _unit(experiment.down)))
+    if way < 0.0 and all(weight.force_n is None for weight in case.weights):
+        raise InputError(
+            f"{file}: the markers rise by {-way:.3g} m against down, {experiment.down.tolist()}, of "
+            f"measured.experiments.{experiment.name}; give the direction of gravity in the frame of the files."
+        )
 
 
 def _see(file: str, experiment: Experiment, swings: bool) -> Seen:

@@ -40,3 +40,8 @@ def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tu
     barycentric, weights, _ = ball_points(corners[touched], center, radius, 4)
     used = weights != 0.0
     return surface_interpolation(mesh, np.repeat(touched, used.sum(axis=1)), barycentric[used], order), weights[used]
+
+
+def off_surface(mesh: Mesh, points: np.ndarray) -> np.ndarray:
+    """Compute how far ``points`` (k, 3) [m] are from the surface of ``mesh`` at rest, (k,) [m]."""
+    return np.linalg.norm(nearest_points(mesh, points, 1) @ mesh.nodes - points, axis=1)

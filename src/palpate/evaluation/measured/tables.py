@@ -5,8 +5,9 @@ from palpate.evaluation.table import Table
 TABLES = {
     "measured": Table(
         "body case model setting calibrated quantity measured repeat predicted error experiment marker fitted "
-        "young_pa poisson law nodes message",
+        "young_pa poisson law nodes misfit_m message",
         "What was measured, how far repeats differ, and what each model predicts, with Young's modulus as given and "
-        "fitted to one case; error is relative to what was measured.",
+        "fitted to one case; error is relative to what was measured. The misfit is how far "
+        "the markers are from their places at rest before the release.",
     ),
 }

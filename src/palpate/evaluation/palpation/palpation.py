@@ -25,7 +25,7 @@ def palpate(
     """Press at ``places`` contacts, from above a region outwards; one row a force, with COLUMNS.
 
     pressures_of_young : peak pressures of a press as shares of the body's own modulus
-    cover_m : distance from the place to the nearest element of a region
+    cover_m : distance from the place to the elements of a region, 0 where they reach it
     depth_without_m : depth of the press on the body of its own material alone
     stiffer : by what share the place resists more than without regions, the ratio of the depths minus 1
     felt : from what ``stiffer`` on a finger feels the difference, ``threshold`` in the table, where ``felt`` is whether
@@ -52,12 +52,14 @@ def choose_places(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:
     Their distances are spread evenly, up to half of the body's size.
     """
     contacts = pressed_contacts(body, contacts_of(body))
-    middles = body.fine.nodes[body.fine.tetrahedra[body.tissue(-1).region > 0]].mean(axis=1)
-    distance = cKDTree(middles).query(body.coarse.nodes[contacts])[0]
+    stiff, at = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
+    # to the middles of elements, of which one is nearest where several places touch or lie as deep
+    distance = cKDTree(body.fine.nodes[stiff].mean(axis=1)).query(at)[0]
+    cover = cKDTree(body.fine.nodes[np.unique(stiff)]).query(at)[0]
     nearest = contacts[np.argmin(distance)]
     side = body.fine.normals[contacts] @ body.fine.normals[nearest] > 0.0
-    contacts, distance = contacts[side], distance[side]
+    contacts, distance, cover = contacts[side], distance[side], cover[side]
     wanted = np.linspace(distance.min(), min(distance.max(), body.coarse.size / 2), places)
     chosen = np.unique(np.abs(distance - wanted[:, None]).argmin(axis=1))
     chosen = chosen[np.argsort(distance[chosen])]
-    return contacts[chosen], distance[chosen]
+    return contacts[chosen], cover[chosen]

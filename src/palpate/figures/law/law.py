@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
 
 from palpate.evaluation.law.names import OWN, POISSON
 from palpate.figures import style, tables
@@ -23,7 +24,8 @@ def draw(law) -> Figure:
     """Draw a column for each body: above, what each change is worth, and the mesh; below, the change of its volume.
 
     law : the table of this name
-    A line is one contact. Crosses at the top are presses without an equilibrium.
+    A line is one contact, dotted and hollow where it has no truth that is believed. Crosses at the top are presses
+    without an equilibrium.
     """
     names = tables.bodies(law)
     figure = Figure(figsize=(max(4.6 * len(names), 6.4), 6.4), layout="constrained")
@@ -44,8 +46,13 @@ def draw(law) -> Figure:
         volume.set(xlabel="depth of the press [% of the body's size]")
         style.plain_log(errors.xaxis)
         style.plain_log(errors.yaxis)
+        errors.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes[0, 0].set_ylabel("RMSE [% of peak]")
     axes[1, 0].set_ylabel("change of volume [%]")
+    if not law.loc[law["change_rmse_of_peak"].notna(), "believed"].astype(bool).all():
+        handles["without a truth that is believed"] = Line2D(
+            [], [], marker="o", ms=3.5, mfc="white", color=style.INK, ls=":"
+        )
     handles |= {"the body as it is described": Line2D([], [], color=style.INK)}
     handles |= {text: Line2D([], [], color=ink, ls=dashes) for text, ink, dashes in MESHES.values()}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2)
@@ -60,8 +67,10 @@ def _curve(errors, volume, curve, changed: str, shade: str) -> None:
             errors.plot(depth, 100 * curve[column], color=ink, ls=dashes, lw=1.2, zorder=1)
         shade = style.INK
     else:
+        known = curve.loc[curve["change_rmse_of_peak"].notna(), "believed"].astype(bool).all()
+        looks = {"mfc": shade, "mec": "white", "mew": 0.4} if known else {"mfc": "white", "mec": shade, "ls": ":"}
         errors.plot(
-            depth, 100 * curve["change_rmse_of_peak"], "o-", ms=3.5, mec="white", mew=0.4, zorder=3, color=shade
+            depth, 100 * curve["change_rmse_of_peak"], **{"marker": "o", "ms": 3.5, "zorder": 3, "color": shade} | looks
         )
     volume.plot(depth, 100 * curve["volume_change"], "-", lw=1.2, zorder=2, color=shade)
 

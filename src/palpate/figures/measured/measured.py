@@ -8,10 +8,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.figures import style, tables
+from palpate.figures.law.law_looks import law_label
 from palpate.figures.model_looks import look
+from palpate.figures.number_format import percent
 
 TABLES = ("measured",)
-QUANTITIES = {"sink_m": "place at rest", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
+QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
 """The quantities that are drawn, and the titles of their panels."""
 GIVEN = "no"
 BAND = "#e3ebf2"
@@ -22,11 +24,12 @@ ROW = 0.19  # [inch]
 def draw(measured, *, scene: str) -> Figure:
     """Draw every model's errors in one experiment; the band is as wide as repeats of the measurement differ.
 
-    measured : the table of this name; scene : the experiment
+    measured : the table of this name; scene : the experiment. Cases that nobody measured have no errors, and no panels.
     """
     rows = tables.where(measured, experiment=scene)
     rows = rows[rows["marker"].isin(["all"]) & rows["quantity"].isin(QUANTITIES)]
-    cases = list(dict.fromkeys(rows["case"]))
+    cases = list(dict.fromkeys(rows.loc[rows["measured"].notna(), "case"])) or list(dict.fromkeys(rows["case"]))[:1]
+    rows = rows[rows["case"].isin(cases)]
     kinds = rows.drop_duplicates(["model", "setting"])
     kinds = kinds.sort_values("model", key=lambda names: names.map(list(dict.fromkeys(names)).index), kind="stable")
     figure = Figure(figsize=(11.0, 0.9 + len(cases) * (0.75 + ROW * len(kinds))), layout="constrained")
@@ -34,9 +37,9 @@ def draw(measured, *, scene: str) -> Figure:
     for line, case in zip(axes, cases, strict=True):
         for axis, (quantity, title) in zip(line, QUANTITIES.items(), strict=True):
             _panel(axis, tables.where(rows, case=case, quantity=quantity), kinds)
-            axis.set_title(f"{case.replace('_', ' ')}: {title}")
+            axis.set_title(f"{case.replace('_', ' ')}: {title}", fontsize="medium")
         line[0].set_yticks(range(len(kinds)), [named(row) for row in kinds.itertuples()])
-        line[0].set_ylim(len(kinds) - 0.4, -0.6)
+        line[0].set_ylim(len(kinds) + 0.4, -0.6)  # with room for a word below
     for axis in axes[-1]:
         axis.set_xlabel("error [%]")
     figure.legend(handles=_handles(rows), loc="outside upper center", ncols=3)
@@ -47,7 +50,7 @@ def named(row) -> str:
     """Return the name of a model with its setting, as on the axis: "quadratic elements (P2), 1701 nodes, ν = 0.45"."""
     words = {
         "poisson": lambda value: f"ν = {value}",
-        "law": lambda value: value.replace("_", " "),
+        "law": law_label,
         "damping": lambda value: f"{value} damping",
         "step_s": lambda value: f"steps of {1e3 * float(value):g} ms",
         "creep": lambda value: "before creep",
@@ -66,6 +69,7 @@ def _panel(axis: Axes, rows: pd.DataFrame, kinds: pd.DataFrame) -> None:
         return
     apart = float(np.nan_to_num(seen["repeat"].iloc[0])) / abs(float(seen["measured"].iloc[0]))
     axis.axvspan(-50 * apart, 50 * apart, color=BAND, lw=0, zorder=0)
+    axis.text(0.98, 0.01, f"repeats: {percent(apart)}", transform=axis.transAxes, ha="right", color=style.FAINT)
     axis.axvline(0.0, color=style.INK, lw=0.8)
     places = {key: y for y, key in enumerate(zip(kinds["model"], kinds["setting"], strict=True))}
     for row in seen.dropna(subset=["error"]).itertuples():

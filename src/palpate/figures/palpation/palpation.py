@@ -13,9 +13,10 @@ TABLES = ("palpation",)
 
 @style.styled
 def draw(palpation) -> Figure:
-    """Draw force over depth of each place, and how much stiffer it is than without regions over its distance from them.
+    """Draw force over depth of three places, and how much stiffer each is than without regions over its distance.
 
-    palpation : the table of this name; a row of panels for each body
+    palpation : the table of this name; a row of panels for each body. The places of curves are the two nearest to a
+    region and the farthest; their colours are those of the distance.
     """
     names = tables.bodies(palpation)
     figure = Figure(figsize=(9.5, 3.6 * len(names)), layout="constrained")
@@ -23,8 +24,10 @@ def draw(palpation) -> Figure:
     for (left, right), body in zip(axes, names, strict=True):
         rows = tables.where(palpation, body=body)
         norm = Normalize(0, max(1e3 * rows["cover_m"].max(), 1.0))
-        for cover, place in rows.groupby("cover_m"):
-            _curve(left, place, colormaps["viridis"](norm(1e3 * cover)))
+        shown = rows.drop_duplicates("contact").sort_values("cover_m", kind="stable")["contact"].tolist()
+        for contact in dict.fromkeys([*shown[:2], shown[-1]]):
+            place = rows[rows["contact"] == contact]
+            _curve(left, place, colormaps["viridis"](norm(1e3 * place["cover_m"].iloc[0])))
         _shares(right, rows, norm)
         title = body.replace("_", " ")
         left.set(title=f"{title}: what the finger feels", xlabel="depth [mm]", ylabel="force [N]")
@@ -33,7 +36,13 @@ def draw(palpation) -> Figure:
         Line2D([], [], color=style.INK, label="with the region"),
         Line2D([], [], color=style.INK, ls="--", label="without it"),
     ]
-    axes[0, 0].legend(handles=handles, loc="lower right")
+    for left in axes[:, 0]:
+        colours = [line.get_color() for line in left.lines if line.get_linestyle() == "-"]
+        places = [
+            Line2D([], [], color=colour, label=f"{name} place")
+            for colour, name in zip(colours, ("nearest", "next", "farthest"), strict=False)
+        ]
+        left.legend(handles=[*places, *handles], loc="lower right")
     return figure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.law.from_depths import VARIANT, from_depths
-from palpate.evaluation.law.names import LAW, OWN, POISSON
+from palpate.evaluation.law.names import LAW, OWN, POISSON, REGIONS
 from palpate.evaluation.law.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.law.law_looks import label, law_label
@@ -37,34 +37,75 @@ def numbers(report: Report) -> dict[str, str]:
         "headline": " ".join(filter(None, said)) or "No press has an answer under two laws.",
         "law_contacts": each(bodies, lambda body: str(tables.where(table, body=body)["contact"].nunique())),
         "law_depths": each(bodies, lambda body: _range(tables.where(table, body=body, changed=OWN)["depth_of_size"])),
-        "law_own": _range(table["own_rmse_of_peak"]),
+        "law_own": _range(tables.where(table, changed=OWN)["own_rmse_of_peak"]),
+        "law_doubted": _doubted(table),
         "law_lost": _lost(table),
         "law_locking": each(bodies, lambda body: _locking(tables.where(table, body=body))),
     }
 
 
 def _sentence(table: pd.DataFrame, depths: pd.DataFrame) -> str:
-    """Describe for one body what another law changes at most, and from which depth on that matters."""
+    """Describe for one body what another law, another Poisson's ratio and leaving out its regions change."""
+    said = " ".join(filter(None, [_laws(table, depths), _poissons(table), _regions(table)]))
+    return f"{capital(spaced(str(table['body'].iloc[0])))}: {said}" if said else ""
+
+
+def _laws(table: pd.DataFrame, depths: pd.DataFrame) -> str:
+    """Describe what another law changes at most, over the surface and at the patch, and from which depth on."""
     laws = tables.where(table, changed=LAW).dropna(subset=["change_rmse_of_peak"])
     if laws.empty:
         return ""
     most = laws.groupby("law", sort=False)["change_rmse_of_peak"].max()
     ends = [f"{percent(most[law])} ({law_label(str(law))})" for law in dict.fromkeys([most.idxmin(), most.idxmax()])]
-    of_laws = tables.where(depths, changed=LAW)
+    of_laws, deepest = tables.where(depths, changed=LAW), percent(laws["depth_of_size"].max())
     matters = [f"{MESHES[mesh]} {_from(tables.where(of_laws, mesh=mesh))}" for mesh in ("own", "finest", "linear")]
-    body, deepest = capital(spaced(str(table["body"].iloc[0]))), percent(laws["depth_of_size"].max())
+    dent = laws.loc[laws["change_patch_rms_of_peak"].idxmax()]
     return (
-        f"{body}: up to a depth of {deepest}, another law changes the answer by up to {' to '.join(ends)} of the peak. "
-        f"That is more than the error of {', and than that of '.join(matters)}.{_poissons(table)}"
+        f"up to a depth of {deepest}, another law changes the answer by up to {' to '.join(ends)} of the peak. "
+        f"That is more than the error of {'; of '.join(matters)}. At the patch it changes up to "
+        f"{percent(dent['change_patch_rms_of_peak'])} ({law_label(str(dent['law']))}), where linear elements are wrong "
+        f"by {percent(dent['linear_patch_rms_of_peak'])}."
     )
 
 
 def _poissons(table: pd.DataFrame) -> str:
-    """Describe what other Poisson's ratios change, at all depths."""
-    means = tables.where(table, changed=POISSON).groupby("poisson")["change_rmse_of_peak"].mean().dropna()
+    """Describe what other Poisson's ratios change, at all contacts and depths, and how well that is known."""
     own = float(tables.where(table, changed=OWN)["poisson"].iloc[0])
-    worth = [f"{percent(value)} if it is {poisson:g}" for poisson, value in means.items()]
-    return f" Poisson's ratio {own:g} changes it by {listed(worth)}, at any depth." if worth else ""
+    worth = [
+        f"ν = {poisson:g} in the place of {own:g} changes it by {_range(part['change_rmse_of_peak'])}{_known(part)}"
+        for poisson, part in tables.where(table, changed=POISSON).groupby("poisson")
+        if part["change_rmse_of_peak"].notna().any()
+    ]
+    return f"{listed(worth)}, at any depth." if worth else ""
+
+
+def _regions(table: pd.DataFrame) -> str:
+    """Describe what leaving out the regions changes, above them and elsewhere, over the surface and at the patch."""
+    left = tables.where(table, changed=REGIONS).dropna(subset=["change_rmse_of_peak"])
+    if left.empty:
+        return ""
+    most = left.loc[left["change_rmse_of_peak"].idxmax()]
+    return (
+        f"leaving its regions out changes the answer by up to {percent(most['change_rmse_of_peak'])} of the peak, "
+        f"and by up to {percent(left['change_patch_rms_of_peak'].max())} at the patch; "
+        f"linear elements on the finest mesh are wrong by {percent(most['linear_rmse_of_peak'])} and "
+        f"{percent(most['linear_patch_rms_of_peak'])}."
+    )
+
+
+def _known(rows: pd.DataFrame) -> str:
+    """Describe how large the truth's own error is where that is not believed."""
+    doubted = rows[~rows["believed"].astype(bool)]["own_rmse_of_peak"].dropna()
+    return f" (known to {percent(doubted.max())})" if len(doubted) else ""
+
+
+def _doubted(table: pd.DataFrame) -> str:
+    """List the changes whose truth is not believed, with its own error."""
+    rows = table[~table["believed"].astype(bool) & table["own_rmse_of_peak"].notna()]
+    found = [
+        f"{label(*names)} ({_range(part['own_rmse_of_peak'])})" for names, part in rows.groupby(VARIANT[1:], sort=False)
+    ]
+    return listed(found) if found else "none"
 
 
 def _from(depths: pd.DataFrame) -> str:
@@ -107,8 +148,13 @@ def _lost(table: pd.DataFrame) -> str:
 def _locking(table: pd.DataFrame) -> str:
     """List what linear elements lack on the finest mesh, by Poisson's ratio."""
     shown = pd.concat([tables.where(table, changed=changed) for changed in (OWN, POISSON)])
-    means = shown.groupby("poisson")["linear_rmse_of_peak"].mean().dropna()
-    return listed([f"{percent(value)} at ν = {poisson:g}" for poisson, value in means.items()])
+    shown = shown.dropna(subset=["linear_rmse_of_peak"])
+    return listed(
+        [
+            f"{percent(part['linear_rmse_of_peak'].mean())} at ν = {poisson:g}{_known(part)}"
+            for poisson, part in shown.groupby("poisson")
+        ]
+    )
 
 
 def sections(report: Report) -> list[Section]:
@@ -135,7 +181,7 @@ def summary(table: pd.DataFrame) -> str:
             "change of volume [%]": 100 * deepest["volume_change"].mean(),
             "least det F": deepest["least_det"].min(),
         }
-        row |= {"Newton": part["newton_iterations"].mean(), "CG": part["cg_iterations"].mean()}
+        row |= {"iterations": part["iterations"].mean(), "cycles": part["cycles"].mean()}
         rows.append(row | {"presses without an answer": int(part["peak_of_size"].isna().sum())})
     return markup.table(pd.DataFrame(rows), "Each change at the deepest press of each contact, mean over the contacts")
 
@@ -145,12 +191,21 @@ def beside(table: pd.DataFrame) -> str:
     lines = []
     for body in tables.bodies(table):
         deepest = _deepest(tables.where(table, body=body)).dropna(subset=["change_rmse_of_peak"])
-        means = deepest[deepest["changed"] != OWN].groupby(VARIANT[1:], sort=False)["change_rmse_of_peak"].mean()
-        if len(means):
-            changes = listed([f"{percent(value)} by {label(*names)}" for names, value in means.items()])
+        parts = deepest[deepest["changed"] != OWN].groupby(VARIANT[1:], sort=False)
+        if len(parts):
+            changes = listed(
+                [
+                    f"{percent(part['change_rmse_of_peak'].mean())} by {_by(*names)}{_known(part)}"
+                    for names, part in parts
+                ]
+            )
             lines.append(f"{spaced(body)}, {percent(deepest['depth_of_size'].mean())} deep: {changes}")
     said = f"What another description of the body changes, beside these errors of models: {'; '.join(lines)}."
     return f"<p>{markup.escaped(said)}</p>" if lines else ""
+
+
+def _by(changed: str, law: str, poisson: float) -> str:
+    return "leaving out its regions" if changed == REGIONS else label(changed, law, poisson)
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

@@ -32,12 +32,13 @@ def _headline(name: str, rows: pd.DataFrame) -> str:
     model = rows[
         rows["model"].eq("fem_p2") & rows["setting"].str.fullmatch(r"level=\d+") & rows["calibrated"].ne(GIVEN)
     ]
+    coarser = model[model["nodes"].lt(model["nodes"].max())]
     model = model[model["nodes"].eq(model["nodes"].max())]
     fitted = model["calibrated"].iloc[0] if len(model) else ""
     found = []
     for case in dict.fromkeys(model.loc[model["case"].ne(fitted), "case"]):
         parts = [
-            f"{words} of {spaced(case)} within {percent(abs(row.error))}"
+            f"{words} of {spaced(case)} within {percent(abs(row.error))}{_also(coarser, case, quantity)}"
             for quantity, words in WORDS.items()
             for row in tables.where(model, case=case, quantity=quantity, marker="all")
             .dropna(subset=["error"])
@@ -48,9 +49,19 @@ def _headline(name: str, rows: pd.DataFrame) -> str:
         return f"{capital(spaced(name))}: nothing was measured that a fitted model could be tested on."
     others = rows[rows["case"].ne(fitted) & rows["marker"].eq("all") & rows["error"].notna()]
     crept = _ending(others, "creep", "frequency_hz")
-    more = f" ({percent(crept['error'].abs().max())} with the modulus before the creep)" if len(crept) else ""
+    within = f"within {percent(crept['error'].abs().max())}" if len(crept) else ""
+    more = f"; with the modulus before the creep, frequencies {within}" if within else ""
     told = "; ".join(found) + more
     return f"{capital(spaced(name))}: fitted to {spaced(fitted)} alone, quadratic elements predict {told}."
+
+
+def _also(rows: pd.DataFrame, case: str, quantity: str) -> str:
+    """Describe the same error on the next coarser mesh, if there is one."""
+    rows = tables.where(rows, case=case, quantity=quantity, marker="all").dropna(subset=["error"])
+    if rows.empty:
+        return ""
+    row = rows.loc[rows["nodes"].idxmax()]
+    return f" ({percent(abs(row['error']))} on {row['nodes']} nodes)"
 
 
 def sections(report: Report) -> list[Section]:
@@ -76,6 +87,7 @@ def answer(rows: pd.DataFrame) -> dict[str, str]:
         "predicted": _list(
             _tested(every), lambda row: f"{_signed(row.error)} in {spaced(row.case)} ({look(row.model).label})"
         ),
+        "alike": _alike(every),
         "crept": _list(
             _ending(every, "creep", "frequency_hz"), lambda row: f"{_signed(row.error)} in {spaced(row.case)}"
         ),
@@ -99,6 +111,20 @@ def _tested(rows: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["quantity"].eq("sink_m") & rows["calibrated"].ne(GIVEN) & rows["case"].ne(rows["calibrated"])]
     rows = rows[rows["setting"].str.fullmatch(r"level=\d+")]
     return rows.sort_values("nodes", kind="stable").drop_duplicates(["case", "model"], keep="last")
+
+
+def _alike(rows: pd.DataFrame) -> str:
+    """Describe how far quadratic elements of one mesh with other laws and Poisson's ratios are wrong in such cases."""
+    rows = rows[rows["quantity"].eq("sink_m") & rows["calibrated"].ne(GIVEN) & rows["case"].ne(rows["calibrated"])]
+    rows = rows[rows["model"].eq("fem_p2") & rows["setting"].str.fullmatch(r"level=0( (law|poisson)=\S+)?")]
+    found = [
+        f"from {_signed(part['error'].min())} to {_signed(part['error'].max())} in {spaced(case)}"
+        for case, part in rows.groupby("case", sort=False)
+        if len(part) > 1
+    ]
+    laws, ratios = rows["law"].nunique(), rows["poisson"].nunique()
+    told = f"quadratic elements of one mesh under {laws} laws and {ratios} Poisson's ratios {'; '.join(found)}"
+    return told if found else "other laws were not tried"
 
 
 def _ending(rows: pd.DataFrame, word: str, quantity: str) -> pd.DataFrame:

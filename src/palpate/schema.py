@@ -20,6 +20,8 @@ RENAMED = {
     "complexity_samples": "move it to enrichment",
 }
 """Keys of versions before 0.2, and what to write instead."""
+NAME = "^[a-z][a-z0-9_]*$"
+"""The pattern of names that files and folders get."""
 KINDS = {
     "object": "a block of keys",
     "array": "a list",
@@ -30,6 +32,8 @@ KINDS = {
     "null": "empty",
 }
 """What a schema calls the kinds of values, in words."""
+EXAMPLES = {r".+\.py": "the path of a Python file, such as law.py", "([2-9]|[1-9][0-9]+) iterations": "4 iterations"}
+"""What parts of patterns mean, in words."""
 
 
 def read_schema(path: Path) -> dict:
@@ -116,10 +120,12 @@ def _explain(error: "ValidationError", root: dict) -> str:
         known = _resolve(error.schema, root, found).get("properties", {})
         meaning = _resolve(known.get(missing, {}), root, None).get("description", "").rstrip(".")
         return f"{key} lacks {missing}; add it" + (f" ({meaning})." if meaning else ".")
-    meaning = error.schema.get("description", "").rstrip(".")
+    meaning = " ".join(error.schema.get("description", "").split()).rstrip(".")
     about = f" ({meaning})." if meaning else "."
-    if "pattern" in error.schema:
+    if error.schema.get("pattern") == NAME:
         return f"{key} has an entry {found!r}; name it in lower-case letters, digits and underscores."
+    if "pattern" in error.schema and found is not None:
+        return f"{key} is {found!r}; give {_allowed(error.schema)}{about}"
     if rule == "type" and isinstance(found, str) and (remedy := _text_for(wanted, found)):
         return f"{key} is the text {found!r}; {remedy}{about}"
     if found is None or (rule in ("minProperties", "minItems") and not found):
@@ -140,6 +146,17 @@ def _explain(error: "ValidationError", root: dict) -> str:
         "uniqueItems": "must not name one thing twice",
     }
     return f"{key} is {found!r}, but {told.get(rule, error.message)}{about}"
+
+
+def _allowed(schema: dict) -> str:
+    """Write what a text, or a whole number or a text, may be: the alternatives of its pattern."""
+    pattern = schema["pattern"]
+    for how, such in EXAMPLES.items():
+        pattern = pattern.replace(how, such)
+    words = pattern.strip("^$").removeprefix("(").removesuffix(")").split("|")
+    if "integer" in schema.get("type", ""):
+        words.insert(0, f"a whole number from {schema.get('minimum', 0)} on")
+    return f"{', '.join(words[:-1])}, or {words[-1]}" if len(words) > 1 else words[0]
 
 
 def _unknown(key: str, found: dict, known: dict) -> str:

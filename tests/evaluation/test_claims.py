@@ -27,7 +27,7 @@ def test_verdicts():
     assert [verdict(True), verdict(True, within=False)] == [CONFIRMED] * 2
     assert [verdict(False), verdict(False, within=False)] == [REFUTED, OUTSIDE]
     assert not_testable("no data") == "not testable: no data"
-    assert percent(0.1234) == "12 %"
+    assert (percent(0.1234), percent(1.04), percent(0.000123)) == ("12 %", "100 %", "0.012 %")
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -55,7 +55,12 @@ def not_testable(why: str) -> str:
 
 def percent(share: float) -> str:
     """Write a share with two digits: "12 %"."""
-    return f"{100 * share:.2g} %"
+    return f"{two_digits(100 * share)} %"
+
+
+def two_digits(value: float) -> str:
+    """Write a number with two digits that count, and without a power of ten where it is large: "130"."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def gather(modules: Iterable[str], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from palpate.collision.trees.build_tree import CHILD
+from palpate.collision.trees.tree import Tree
 from palpate.evaluation.collision import apart_bodies
 from palpate.evaluation.collision.brute_force import crossing
 from palpate.evaluation.collision.separated_surfaces import two_bodies
+from palpate.evaluation.collision.volume_tests import searched_pairs
 
 GAPS = [0.004, 0.05]
 
@@ -42,6 +45,20 @@ def test_no_structure_finds_a_crossing_or_tests_many_triangles(table):
     own = table[~table["rival"]]
     assert (own[["query_ms", "refit_ms", "frame_ms"]] > 0).all(axis=None)
     assert own["roots_overlap"].between(0, 1).all()
+
+
+def test_a_test_of_volumes_is_timed_on_the_pairs_of_a_search(table):
+    plain = ~table["rival"] & (table["structure"] != "composite")
+    assert (table.loc[plain, "test_ns"] > 0).all() and table.loc[~plain, "test_ns"].isna().all()
+    assert table["gap_m"].tolist()[:2] == GAPS
+    (points, cells), _ = two_bodies(0)["two_livers"]
+    for structure in ("sphere", "aabb", "obb", "dop18"):
+        trees = [Tree(at, cells, structure) for at in (points, points + 0.01)]
+        pairs = searched_pairs(*trees)
+        assert len(np.unique(pairs, axis=0)) == len(pairs) and (pairs[0] == 0).all()
+        # all leaves that overlap are reached: as many as the search tests
+        leaves = [tree.nodes[column, CHILD] < 0 for tree, column in zip(trees, pairs.T, strict=True)]
+        assert (leaves[0] & leaves[1]).sum() > 0
 
 
 def test_wider_gaps_take_fewer_tests(table):

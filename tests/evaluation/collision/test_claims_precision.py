@@ -40,8 +40,13 @@ def test_distant_bodies_are_discarded_sooner_only_if_queries_are(tables):
 
 def test_a_trade_needs_time_and_error_to_change_with_the_layer(tables):
     name = "the depths of the layers trade speed for accuracy"
-    assert said(tables)[name].verdict == CONFIRMED
     stopped = tables["collision_precision"]
+    stopped.loc[stopped["response_m"] > 0, "response_m"] = 0.1
+    assert said(tables)[name].verdict == CONFIRMED
+    stopped.loc[stopped["response_m"] > 0, "response_m"] = 1e-6  # no contact would be as good an answer
+    assert said(tables)[name].verdict == REFUTED
+    assert "no less than that of no contact" in said(tables)[name].ours
+    stopped["response_m"] = 0.1
     stopped.loc[stopped["layer"] == 2, "response_error_m"] = 1.0
     assert said(tables)[name].verdict == REFUTED
 

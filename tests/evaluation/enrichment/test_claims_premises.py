@@ -7,7 +7,7 @@ from palpate.evaluation.claims import CONFIRMED, OUTSIDE, REFUTED
 from palpate.evaluation.enrichment import claims_premises, claims_speed
 
 
-def tables(body="cylinder", moved=0.2, ratio=0.5, width=0.1, few=0.05):
+def tables(body="cylinder", moved=0.1, ratio=0.5, width=0.1, few=0.05):
     rows = []
     for train, errors in ((18, {"unordered": 0.1, "ordered": 0.1 * ratio}), (6, {"unordered": 0.3, "ordered": few})):
         for features, error in errors.items():
@@ -37,6 +37,7 @@ def tables(body="cylinder", moved=0.2, ratio=0.5, width=0.1, few=0.05):
         ({"ratio": 0.75, "width": 0.4}, REFUTED),  # clearly, but not certainly
         ({"ratio": 2.0}, REFUTED),
         ({"ratio": 2.0, "moved": 0.9}, OUTSIDE),
+        ({"ratio": 2.0, "moved": 0.35}, OUTSIDE),
         ({"ratio": 0.5, "moved": 0.9}, CONFIRMED),
         ({"ratio": 1.3, "body": "liver"}, CONFIRMED),
         ({"ratio": 2.0, "body": "liver"}, REFUTED),

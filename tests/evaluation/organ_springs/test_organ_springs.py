@@ -26,7 +26,7 @@ SMALL = {
     "fem_frames": [2],
     "shape_steps": [5],
     "shape_evaluations": 20,
-    "searches": {"population": 6, "generations": 8, "cma_es_evaluations": 48, "gradient_evaluations": 12},
+    "searches": {"seeds": 2, "population": 6, "generations": 8, "cma_es_evaluations": 48, "gradient_evaluations": 12},
 }
 
 
@@ -84,7 +84,7 @@ def test_searches_improve_where_they_are_fitted(measured):
     assert ends["gradient"] > ends["van_gelder"]
     assert (ends > history.groupby("model")["fitness"].first())[["genetic", "gradient"]].all()
     assert (errors["rmse_of_peak"] < 0.8).all()
-    for _, run in history.groupby("model"):
+    for _, run in history.groupby(["model", "seed"]):
         assert (run["fitness"].diff().dropna() >= 0.0).all()
 
 
@@ -136,6 +136,7 @@ def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
         ({"bodies": ["livre"]}, "names livre, which is no solid body; did you mean liver"),
         ({"bodies": None}, "no body is of kind ct"),
         ({"young_of_body": [3, 0.3]}, r"young_of_body is \[3, 0\.3\]"),
+        ({"rise_s": 5.0}, "rise_s is 5 s, and motions end after duration_s, 0.4 s"),
         ({"fem_frames": [3]}, "fem_frames has 3, which does not divide frames, 20"),
     ],
 )

@@ -20,7 +20,7 @@ TABLES = {
     ),
     "collision_apart": Table(
         "bodies structure depths rival triangles gap_m refit_ms query_ms frame_ms node_tests triangle_tests "
-        "roots_overlap extra_pairs placements threads",
+        "roots_overlap extra_pairs placements threads test_ns",
         "The times and the tests with which each bounding structure shows that two bodies are apart.",
     ),
 }

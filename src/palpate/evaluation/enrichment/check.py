@@ -26,6 +26,8 @@ def _check_premise(place: str, name: str, case: dict, bodies: dict) -> None:
     if wrong := describe_unknown([case["body"]], list(bodies)):
         raise InputError(f"{place}.body names {wrong}")
     body = bodies[case["body"]]
+    if case.get("direction") is not None and not any(case["direction"]):
+        raise InputError(f"{place}.direction is [0, 0, 0], which points nowhere; give one number that is not 0.")
     if "train" in bodies.get(name, {}):
         raise InputError(f"{place} has the name of a body with samples, which is a premise, too; give it another.")
     if not case.get("refinements", body.get("refinements", 0)):

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.claims import BOUND, Claim, percent, verdict
+from palpate.evaluation.enrichment.premises import LOCAL
 
-TABLES = ("enrichment_accuracy", "sigma_sweep", "complexity", "enrichment_timing", "mesh_sizes")
+TABLES = ("enrichment_accuracy", "sigma_sweep", "complexity", "enrichment_timing", "mesh_sizes", "premise_bodies")
 
 CLEARLY = 0.8
 """One error is clearly below another if under this fraction of it, and comparable if neither is."""
@@ -22,8 +23,10 @@ SIGMA, UNIT_M = 0.2, {"cylinder": 0.2, "liver": 0.0309}
 """The best width in figure 4, in the mesh's own units, and those units (workflow/report/enrichment/published.yaml)."""
 TIMES_AS_FAST = {"cylinder": ("table 5", 0.107 / 0.023), "liver": ("table 4", 0.603 / 0.128)}
 """Unordered over contact-ordered query."""
-HELD = {"cylinder": "held at one end, so that it bends as a whole", "liver": "held in one place, so that it swings"}
-"""Why the two bodies as shipped deform globally, which the paper names as its limit."""
+HELD = {"cylinder": "held at one end", "liver": "held in one place"}
+"""How the two bodies are held as shipped."""
+FASTER = 1.05
+"""Ratio of times from which on one of them is faster: less is lost in the noise."""
 INTERACTIVE_S = 0.033
 """The time of a picture, of 30 in a second."""
 LOADS = {"protocol": "paper", "split": "samples"}
@@ -31,15 +34,15 @@ LOADS = {"protocol": "paper", "split": "samples"}
 
 def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims; other bodies than the paper's are left out."""
-    accuracy = tables["enrichment_accuracy"]
+    accuracy, moved = tables["enrichment_accuracy"], tables["premise_bodies"].set_index("premise")["moved_share"]
     yield from _sizes(tables["mesh_sizes"])
     for (body, regime), rows in _where(accuracy, **LOADS).groupby(["body", "regime"], sort=False):
         if body in FEATURES:
             error = rows.set_index("method")["rmse_of_peak"]
-            yield _features(error, body, regime)
-            yield _weights(error, body, regime)
+            yield _features(error, body, regime, moved.get(body, np.nan))
+            yield _weights(error, body, regime, moved.get(body, np.nan))
             yield _correspond(_where(accuracy, body=body, regime=regime, split="samples"), body, regime)
-    yield from _widths(_where(tables["sigma_sweep"], **LOADS, features="ordered", weights=READINGS[0]))
+    yield from _widths(_where(tables["sigma_sweep"], **LOADS, features="ordered", weights=READINGS[0]), moved)
     yield from _orders(tables["complexity"])
     for body, rows in tables["enrichment_timing"].groupby("body", sort=False):
         if body in TIMES_AS_FAST:
@@ -59,7 +62,7 @@ def _sizes(sizes: pd.DataFrame) -> Iterator[Claim]:
         yield Claim(1, f"4, {table}", claim, premise, theirs, ours, verdict(theirs == ours))
 
 
-def _features(error: pd.Series, body: str, regime: str) -> Claim:
+def _features(error: pd.Series, body: str, regime: str, moved: float) -> Claim:
     """Compare contact-ordered with unordered features, in both readings of the non-negative weights."""
     ratios = [error[f"ordered_{kind}"] / error[f"unordered_{kind}"] for kind in READINGS]
     ours = "; ".join(
@@ -71,15 +74,17 @@ def _features(error: pd.Series, body: str, regime: str) -> Claim:
     else:
         holds = any(CLEARLY <= ratio <= 1 / CLEARLY for ratio in ratios)
     claim = f"contact-ordered features against unordered ones ({body})"
-    return Claim(1, "4, figure 4", claim, _premise(body, regime), FEATURES[body], ours, verdict(holds, False))
+    premise, found = _premise(body, regime, moved), verdict(holds, within=moved <= LOCAL)
+    return Claim(1, "4, figure 4", claim, premise, FEATURES[body], ours, found)
 
 
-def _weights(error: pd.Series, body: str, regime: str) -> Claim:
+def _weights(error: pd.Series, body: str, regime: str, moved: float) -> Claim:
     """Compare non-negative weights with those that may be negative, both with contact-ordered features."""
     signed, best = error["ordered_signed"], min(error[f"ordered_{kind}"] for kind in READINGS)
     ours = f"non-negative {percent(best)} of peak, signed {percent(signed)}"
     claim = f"weights that may be negative harm, the nearest non-negative matrix is the remedy ({body})"
-    return Claim(1, "3.2", claim, _premise(body, regime), "smaller error", ours, verdict(best < signed, False))
+    premise, found = _premise(body, regime, moved), verdict(best < signed, within=moved <= LOCAL)
+    return Claim(1, "3.2", claim, premise, "smaller error", ours, found)
 
 
 def _correspond(rows: pd.DataFrame, body: str, regime: str) -> Claim:
@@ -92,7 +97,7 @@ def _correspond(rows: pd.DataFrame, body: str, regime: str) -> Claim:
     return Claim(1, "3", claim, premise, "so the paper subsamples", f"{ours}from the fine one", verdict(holds))
 
 
-def _widths(sweep: pd.DataFrame) -> Iterator[Claim]:
+def _widths(sweep: pd.DataFrame, moved: pd.Series) -> Iterator[Claim]:
     """Compare the error at the paper's width with the least one."""
     for (body, regime), rows in sweep.groupby(["body", "regime"], sort=False):
         if body not in UNIT_M:
@@ -105,9 +110,9 @@ def _widths(sweep: pd.DataFrame) -> Iterator[Claim]:
             f"the median distance); the σ nearest to {SIGMA} has {excess:.3g} times its error"
         )
         claim = f"the best σ of contact-ordered features ({body})"
-        published = f"{SIGMA} in mesh units"
+        published, premise = f"{SIGMA} in mesh units", _premise(body, regime, moved.get(body, np.nan))
         yield Claim(
-            1, "4, figure 4", claim, _premise(body, regime), published, ours, verdict(excess <= NEAR, within=False)
+            1, "4, figure 4", claim, premise, published, ours, verdict(excess <= NEAR, moved.get(body, np.nan) <= LOCAL)
         )
 
 
@@ -141,9 +146,11 @@ def _times(body: str, seconds: pd.Series) -> Iterator[Claim]:
         f"{ratio:.2g} times as fast: {1e3 * seconds['contact_ordered']:.3g} ms "
         f"against {1e3 * seconds['unordered']:.3g} ms"
     )
-    claim = f"a contact-ordered query is faster than an unordered one ({body})"
     published, premise = f"{theirs:.1f} times as fast", "five presses, one thread, blending included"
-    yield Claim(1, f"4, {table}", claim, premise, published, ours, verdict(abs(ratio / theirs - 1) <= 0.25))
+    claim = f"a contact-ordered query is faster than an unordered one ({body})"
+    yield Claim(1, f"4, {table}", claim, premise, "faster", ours, verdict(bool(ratio > FASTER)))
+    claim = f"a contact-ordered query is {theirs:.1f} times as fast as an unordered one ({body})"
+    yield Claim(1, f"4, {table}", claim, premise, published, ours, verdict(bool(abs(ratio / theirs - 1) <= 0.25)))
     whole = seconds["live_all_in"] - seconds["detail_correction"] + seconds["contact_ordered"]
     claim = f"enrichment is interactive ({body})"
     premise = "coarse simulation and contact-ordered query, one thread; 30 pictures a second"
@@ -151,9 +158,10 @@ def _times(body: str, seconds: pd.Series) -> Iterator[Claim]:
     yield Claim(1, "title", claim, premise, "real time", ours, verdict(whole <= INTERACTIVE_S))
 
 
-def _premise(body: str, regime: str) -> str:
-    """Describe how a body is held and loaded, and what is held out."""
-    return f"{body} {HELD[body]}; {regime} loads; coarse nodes of the fine response; random samples held out"
+def _premise(body: str, regime: str, moved: float) -> str:
+    """Describe how a body is held and loaded, how much of it moves, and what is held out."""
+    held = f"{body} {HELD[body]}" + (f", {percent(moved)} of the surface moves" if moved > 0.0 else "")
+    return f"{held}; {regime} loads; coarse nodes of the fine response; random samples held out"
 
 
 def _where(table: pd.DataFrame, **values: str) -> pd.DataFrame:

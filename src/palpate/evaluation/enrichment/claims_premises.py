@@ -5,15 +5,14 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.evaluation.claims import CONFIRMED, OUTSIDE, REFUTED, Claim
+from palpate.evaluation.claims import CONFIRMED, REFUTED, Claim, verdict
+from palpate.evaluation.enrichment.premises import LOCAL
 
 TABLES = ("premises", "premise_bodies", "database_memory")
 PAPERS = "nonnegative_a"
 CLEARLY = 0.8
 """An error is clearly below another if their ratio is under this, and its whole interval under 1; it is on a par if the
 interval begins at the reciprocal or below."""
-LOCAL = 0.5
-"""Largest share of the surface that may move, by a tenth of the peak, in a deformation that counts as local."""
 BETTER, ALIKE = "clearly better", "on a par"
 CLAIMED = {"cylinder": BETTER, "liver": ALIKE}
 """What the paper claims of its bodies; of others, as of the cylinder, that features ordered by contact are better."""
@@ -42,9 +41,7 @@ def _premise(about: Any) -> str:
 
 
 def _verdict(holds: bool, about: Any) -> str:
-    if holds:
-        return CONFIRMED
-    return REFUTED if about.moved_share <= LOCAL else OUTSIDE
+    return verdict(holds, within=about.moved_share <= LOCAL)
 
 
 def _errors(about: Any, rows: pd.DataFrame) -> Claim:

@@ -5,21 +5,33 @@ from collections.abc import Callable
 import pandas as pd
 
 from palpate.evaluation.hard_cases import (
+    bound_cases,
     contact_cases,
+    contact_mode_cases,
     dynamics_cases,
     enrichment_cases,
     fem_cases,
     law_cases,
     organ_cases,
     overlap_cases,
+    relaxed_cases,
     start_cases,
+    static_cases,
     tissue_cases,
 )
 from palpate.evaluation.hard_cases.hard_case import Case, judge
 
 FAMILIES = {
-    "enrichment": [enrichment_cases.cases],
-    "fem": [fem_cases.cases, start_cases.cases, law_cases.cases, tissue_cases.still],
+    "enrichment": [enrichment_cases.cases, bound_cases.cases],
+    "fem": [
+        fem_cases.cases,
+        static_cases.cases,
+        start_cases.cases,
+        law_cases.cases,
+        tissue_cases.still,
+        relaxed_cases.cases,
+        contact_mode_cases.cases,
+    ],
     "dynamics": [dynamics_cases.cases, tissue_cases.moving],
     "contact": [overlap_cases.cases, contact_cases.cases],
     "organ": [organ_cases.cases],

@@ -35,10 +35,12 @@ from palpate.evaluation.hard_cases.stage import (
 )
 from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.fast_equilibrium import FastEquilibrium
 from palpate.solvers.system import System
 
-STATIC = {"fem_static": (0, 1), "fem_multigrid": (1, 1), "fem_quadratic": (0, 2)}
-"""Level of the mesh and order of the elements by model: one level, two levels with multigrid, quadratic elements."""
+STATIC = {"fem_static": (0, 1), "fem_multigrid": (1, 1), "fem_quadratic": (0, 2), "fem_fast": (0, 2)}
+"""Level of the mesh and order of the elements by model: one level, two levels with multigrid, quadratic elements, and
+those by L-BFGS."""
 MOVING = (*FEM, *SPRINGS, *SHAPES)
 LINEAR = ("fem_static", "fem_multigrid")
 RESIDUAL = "residual force at free nodes / the load"
@@ -113,7 +115,8 @@ def _quadratic(body: Body, poisson: float) -> QuadraticElements | MeanDilatation
 
 def _solved(body: Body, model: str, newtons: float) -> tuple[np.ndarray, np.ndarray]:
     load = np.outer(end_face(body.fine), [0.0, 0.0, -newtons])
-    return Equilibrium(body, *STATIC[model]).solve(load, 1e-8).x, load
+    kind = FastEquilibrium if model == "fem_fast" else Equilibrium
+    return kind(body, *STATIC[model]).solve(load, 1e-8).x, load
 
 
 def _contrast(model: str) -> Answer:

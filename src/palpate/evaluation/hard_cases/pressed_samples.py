@@ -48,10 +48,11 @@ def pressed() -> tuple[Body, Database, Compliance]:
         )
         for level, solver in enumerate(solvers)
     )
-    return body, _database(body, contacts, forces, coarse, fine), compliance
+    return body, database_of(body, contacts, forces, coarse, fine), compliance
 
 
-def _database(body: Body, contacts: np.ndarray, forces: np.ndarray, coarse: np.ndarray, fine: np.ndarray) -> Database:
+def database_of(body: Body, contacts: np.ndarray, forces: np.ndarray, coarse: np.ndarray, fine: np.ndarray) -> Database:
+    """Return the samples of k ``contacts`` under ``forces`` (k, 3) [N], by responses (k, n, 3) [m] of both meshes."""
     surface = body.fine.surface
     return Database(
         nodes_fine_surface=body.fine.nodes[surface],

@@ -34,6 +34,8 @@ def _shapes(mode: str) -> Described:
 
 
 FEM: dict[str, Described] = {"fem_implicit": ("backward_euler", {"corotational": {}, "rayleigh": RAYLEIGH})}
+SECOND: dict[str, Described] = {"fem_bdf2": ("bdf2", {"corotational": {}, "rayleigh": RAYLEIGH})}
+REDUCED: dict[str, Described] = {"fem_in_modes": ("reduced", {"corotational": {}, "rayleigh": RAYLEIGH})}
 SPRINGS: dict[str, Described] = {
     "springs_implicit": ("backward_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}})
 }
@@ -48,7 +50,7 @@ SHEETS: dict[str, Described] = {
         {"triangles": {}, "bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}},
     )
 }
-MODELS = FEM | SPRINGS | EXPLICIT | SHAPES | SHEETS
+MODELS = FEM | SECOND | REDUCED | SPRINGS | EXPLICIT | SHAPES | SHEETS
 """Integrator and effects of each model."""
 
 
@@ -90,7 +92,7 @@ class Stepper:
     def __init__(self, model: str, particles: Particles, more: dict[str, Any] | None = None, tolerance: float = 1e-8):
         self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
         self.system = compose(self._scene, particles)
-        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, {"tolerance": tolerance})
+        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, self._scene.integration)
 
     def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
         """Compute positions (n, 3) [m] and velocities [m/s] after some steps.

@@ -15,6 +15,12 @@ def check(config: dict, file: Path) -> None:
     for name in chosen:
         if name not in able:
             raise InputError(f"{place}.bodies names {name}, which is no solid body; {suggest(name, able, 'name')}")
+    rise, duration = settings["rise_s"], settings["duration_s"]
+    if rise > duration:
+        raise InputError(
+            f"{place}.rise_s is {rise:g} s, and motions end after duration_s, {duration:g} s, before the force is "
+            "there; lower rise_s, or give a longer duration_s."
+        )
     low, high = settings["young_of_body"]
     if low >= high:
         raise InputError(f"{place}.young_of_body is [{low:g}, {high:g}]; give the lower number first.")

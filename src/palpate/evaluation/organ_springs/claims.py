@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from palpate.evaluation.claims import Claim, verdict
+from palpate.evaluation.claims import Claim, not_testable, verdict
 
-TABLES = ("organ_springs", "mass_motion")
+TABLES = ("organ_springs", "organ_history", "mass_motion")
 
 HOLDS = 1.5
 """Springs hold at other contacts if their error is less than so many times that at the fitted ones."""
@@ -19,34 +19,57 @@ def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     for body, rows in tables["organ_springs"].groupby("body", sort=False):
         fitted, tested = (rows[rows["used_in_fit"].astype(bool) == used] for used in (True, False))
         contacts = f"fitted at {fitted['contact'].nunique()} contacts, tested at {tested['contact'].nunique()} others"
-        premise = f"{str(body).replace('_', ' ')}, {contacts}; springs alone"
-        yield _holds(_mean(fitted), _mean(tested), premise)
-        yield _search(_mean(tested), premise)
+        searched = _searched(tables["organ_history"], str(body))
+        premise = f"{str(body).replace('_', ' ')}, {contacts}; springs alone; {searched}"
+        yield _holds(fitted, tested, premise)
+        yield _search(tested, premise)
     for body, rows in tables["mass_motion"].groupby("body", sort=False):
         if rows["from_ct"].astype(bool).any():
             yield _masses(rows.set_index("masses"), str(body).replace("_", " "))
 
 
-def _mean(rows: pd.DataFrame) -> pd.Series:
-    """Return the mean error of each model without volume force, that of its best step."""
+def _searched(history: pd.DataFrame, body: str) -> str:
+    """Return how long the genetic algorithm went on, and how often."""
+    rows = history[(history["body"] == body) & (history["model"] == "genetic")]
+    seeds = rows["seed"].nunique()
+    return f"{rows['generation'].max()} generations, {f'medians of {seeds} seeds' if seeds > 1 else 'one seed'}"
+
+
+def _of_seeds(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the mean error over contacts without volume force, by seed and model; that of the model's best step."""
     alone = rows[~rows["volume_force"].astype(bool)]
-    return alone.groupby(["model", "step_s"])["rmse_of_peak"].mean().groupby("model").min()
+    means = alone.groupby(["model", "step_s", "seed"])["rmse_of_peak"].mean()
+    return means.groupby(["model", "seed"]).min().unstack("model")
 
 
-def _holds(fitted: pd.Series, tested: pd.Series, premise: str) -> Claim:
-    ours = f"{100 * fitted['genetic']:.2g} % of the peak where fitted, {100 * tested['genetic']:.2g} % elsewhere"
+def _told(means: pd.DataFrame, model: str) -> str:
+    """Write the median error of a model and, if it has several seeds, their range."""
+    found = 100 * means[model].dropna()
+    span = f" ({found.min():.2g} to {found.max():.2g} %)" if len(found) > 1 else ""
+    return f"{found.median():.2g} %{span}"
+
+
+def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
+    """Judge by medians over the seeds."""
+    first, second = _of_seeds(fitted), _of_seeds(tested)
+    ours = f"{_told(first, 'genetic')} of the peak where fitted, {_told(second, 'genetic')} elsewhere"
     claim = "moduli of an organ found by the genetic algorithm hold for other presses"
-    held = tested["genetic"] < HOLDS * fitted["genetic"]
+    held = second["genetic"].median() < HOLDS * first["genetic"].median()
     return Claim(2, "2, figure 3", claim, premise, "they do, on its cube", ours, verdict(held))
 
 
-def _search(tested: pd.Series, premise: str) -> Claim:
+def _search(rows: pd.DataFrame, premise: str) -> Claim:
     """Compare with what needs no search: Van Gelder's springs and one modulus for all nodes."""
+    means = _of_seeds(rows)
+    tested = means.median()
     names = {"genetic": "genetic algorithm", "uniform": "one modulus", "van_gelder": "Van Gelder"}
-    ours = ", ".join(f"{words} {100 * tested[name]:.2g} %" for name, words in names.items())
+    ours = ", ".join(f"{words} {_told(means, name)}" for name, words in names.items())
     claim = "the genetic algorithm is the way to an organ's springs"
-    better = tested["genetic"] < tested[["uniform", "van_gelder"]].min()
-    return Claim(2, "3", claim, f"{premise}; at the others", "it is proposed for them", ours, verdict(better))
+    rival, seeds = tested[["uniform", "van_gelder"]].min(), means["genetic"].dropna()
+    found = verdict(bool(tested["genetic"] < rival))
+    if seeds.min() < rival <= seeds.max():
+        found = not_testable("some seeds are better than what needs no search, others are not")
+    return Claim(2, "3", claim, f"{premise}; at the others", "it is proposed for them", ours, found)
 
 
 def _masses(rows: pd.DataFrame, body: str) -> Claim:
@@ -55,6 +78,7 @@ def _masses(rows: pd.DataFrame, body: str) -> Claim:
         f"masses of density_kg_m3 everywhere change motion by {100 * total:.2g} % of the peak, and spread evenly with "
         f"the CT's total by {100 * change:.2g} %"
     )
-    claim = "the masses of nodes have to come from the CT"
-    premise = f"{body}, coarse finite elements"
-    return Claim(2, "1, equation 4", claim, premise, "they are taken from it", ours, verdict(change > MATTERS))
+    claim = "node by node, masses from the voxels move an organ otherwise than the same mass spread evenly"
+    premise = f"{body}, coarse finite elements; more than {100 * MATTERS:g} % of the peak counts"
+    published = "masses are taken from the voxels, and their effect is not measured"
+    return Claim(2, "1, equation 4", claim, premise, published, ours, verdict(change > MATTERS))

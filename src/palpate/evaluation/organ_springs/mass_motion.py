@@ -10,7 +10,7 @@ from scipy.sparse.linalg import eigsh
 from palpate.bodies.particles import Particles
 from palpate.calibration.fem_motion import reference_motion
 from palpate.effects.linear_elements import LinearElements
-from palpate.evaluation.organ_springs.organ import Motion, Organ
+from palpate.evaluation.organ_springs.organ import Motion, Organ, deviation
 
 MODES = 3
 """Slowest modes whose frequencies are compared."""
@@ -67,8 +67,4 @@ def _motions(found: Organ, particles: Particles) -> list[Motion]:
 
 def _change(found: Organ, motions: list[Motion], wanted: list[Motion]) -> float:
     rest = found.keys.of(found.body.coarse.nodes)
-    errors = [
-        np.sqrt(((x - y) ** 2).sum(axis=2).mean()) / np.linalg.norm(y - rest, axis=2).max()
-        for (x, _), (y, _) in zip(motions, wanted, strict=True)
-    ]
-    return float(np.mean(errors))
+    return float(np.mean([deviation(x, y, rest) for (x, _), (y, _) in zip(motions, wanted, strict=True)]))

@@ -1,6 +1,7 @@
 """An organ that is pressed at some contacts, and how it moves: in finite elements, and as springs that are fitted."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,20 @@ from palpate.solvers.equilibrium import Equilibrium
 
 Motion = tuple[np.ndarray, np.ndarray]
 """Positions [m] and velocities [m/s] of all key points at the end of each frame, both (frames, p, 3)."""
+
+
+class Reference(NamedTuple):
+    """The motion that models are compared with: the limit of ever smaller steps, extrapolated from two.
+
+    positions, velocities : as in Motion
+    error : the largest that the shorter of both steps has, over the peak; what is left of it is smaller
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    error: float
+
+
 OF_LIMIT = 0.8
 """Share of the longest stable step that springs take."""
 
@@ -67,12 +82,12 @@ class Organ:
         limit = OF_LIMIT * step_limit(self.particles(0), self.model, once, self.limits.high_pa)
         return self.in_steps(int(np.ceil(once.step_s / limit)), volume)
 
-    def fitnesses(self, settings: Settings, references: list[Motion]) -> list[Fitness]:
+    def fitnesses(self, settings: Settings, references: list[Reference]) -> list[Fitness]:
         """Return the fitness functions of the fitted presses, which see the key points ``looked`` only."""
         seen = replace(settings, keys=KeyPoints(self.keys.corners[self.looked], self.keys.shares[self.looked]))
         return [
             Fitness(self.model, self.press(i, 0), seen, x[:, self.looked], v[:, self.looked])
-            for i, (x, v) in enumerate(references[: self.fitted])
+            for i, (x, v, _) in enumerate(references[: self.fitted])
         ]
 
 
@@ -126,11 +141,23 @@ def _forces(body: Body, contacts: np.ndarray, settings: dict) -> np.ndarray:
     return np.array(forces)
 
 
-def references(found: Organ) -> list[Motion]:
-    """Simulate the motion of linear elements on the finer level under each press; NotConverged as the integrator."""
+def references(found: Organ) -> list[Reference]:
+    """Simulate the motion of linear elements on the finer level under each press; NotConverged as the integrator.
+
+    Backward Euler's error is of first order, so twice the motion of the half step less that of the step is the limit's.
+    """
     particles, settings = found.particles(1), found.in_steps(1)
-    substeps = found.settings["reference_steps"]
-    return [
-        reference_motion(particles, found.model, found.press(i, 1), settings, substeps)
-        for i in range(len(found.contacts))
-    ]
+    rest, substeps = found.keys.of(found.body.coarse.nodes), found.settings["reference_steps"]
+    limits = []
+    for i in range(len(found.contacts)):
+        press = found.press(i, 1)
+        long, short = (reference_motion(particles, found.model, press, settings, n * substeps) for n in (1, 2))
+        x, v = (2.0 * fine - coarse for fine, coarse in zip(short, long, strict=True))
+        limits.append(Reference(x, v, deviation(short[0], x, rest)))
+    return limits
+
+
+def deviation(motion: np.ndarray, wanted: np.ndarray, rest: np.ndarray) -> float:
+    """Return the RMSE of a motion (f, p, 3) [m] over frames and points / the largest displacement of ``wanted``."""
+    rmse = np.sqrt(((motion - wanted) ** 2).sum(axis=2).mean())
+    return float(rmse / np.linalg.norm(wanted - rest, axis=2).max())

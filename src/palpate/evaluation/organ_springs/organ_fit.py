@@ -12,18 +12,21 @@ from palpate.calibration.fitness import Fit, Fitness
 from palpate.calibration.gradient_descent import descend
 from palpate.calibration.spring_model import SpringModel
 from palpate.calibration.spring_motion import Settings, simulate
-from palpate.evaluation.organ_springs.organ import Motion, Organ
+from palpate.evaluation.organ_springs.organ import Organ, Reference
 
 METHODS = ("van_gelder", "lloyd", "uniform", "genetic", "cma_es", "gradient")
 """Ways to find moduli, in the order of tables."""
+SEEDED = ("genetic", "cma_es")
+"""Those that draw random numbers, and are repeated."""
 Report = Callable[[int, float], None]
 
 
 def measure(
-    found: Organ, references: list[Motion], seed: int, report: Callable[[str], Report]
+    found: Organ, references: list[Reference], seed: int, report: Callable[[str], Report]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Compute the rows of organ_springs.csv and organ_history.csv of all methods, with and without volume force.
 
+    seed : the first of ``searches.seeds`` consecutive ones
     report(what) : gives the function that is told how far a search is
     """
     errors, histories = [], []
@@ -33,9 +36,11 @@ def measure(
         soft = np.full(len(found.model.masses), found.limits.low_pa)
         fitnesses[0](soft[None])  # so that compilation is not timed
         simulate(found.model, soft, found.press(0, 0), settings)
-        for method in METHODS:
-            model, fit = find(method, found, fitnesses, seed, report(method))
-            labels = {"model": method, "volume_force": volume_force}
+        seeds = range(seed, seed + found.settings["searches"]["seeds"])
+        runs = [(method, one) for method in METHODS for one in (seeds if method in SEEDED else seeds[:1])]
+        for method, one in runs:
+            model, fit = find(method, found, fitnesses, one, report(method))
+            labels = {"model": method, "volume_force": volume_force, "seed": one}
             judged = judge(found, model, fit.young, settings, references)
             judged["offline_s"], judged["evaluations"] = fit.history[-1, 1], int(fit.history[-1, 0])
             errors.append(judged.assign(**labels))
@@ -70,7 +75,7 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
 
 
 def judge(
-    found: Organ, model: SpringModel, young: np.ndarray, settings: Settings, references: list[Motion]
+    found: Organ, model: SpringModel, young: np.ndarray, settings: Settings, references: list[Reference]
 ) -> pd.DataFrame:
     """Measure errors and time of springs at every contact, one row each."""
 
@@ -80,14 +85,15 @@ def judge(
     return judge_motions(found, move, references).assign(step_s=settings.step_s)
 
 
-def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Motion]) -> pd.DataFrame:
+def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:
     """Measure errors and time of a model at every contact; ``move(number)`` returns key points (f, p, 3) [m].
 
-    f divides the number of frames; errors are those at the ends of the frames that the model has.
+    f divides the number of frames; errors are those at the ends of the frames that the model has; reference_error is
+    that of ``Reference``.
     rmse_of_peak : over frames and key points / the largest displacement; ms_a_second : of computing, for one of motion
     """
     rest, rows = found.keys.of(found.body.coarse.nodes), []
-    for number, (wanted, _) in enumerate(references):
+    for number, (wanted, _, own_error) in enumerate(references):
         begin = perf_counter()
         motion = move(number)
         taken = perf_counter() - begin
@@ -102,6 +108,7 @@ def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: l
                 "rmse_m": rmse,
                 "peak_m": peak,
                 "rmse_of_peak": rmse / peak,
+                "reference_error": own_error,
                 "ms_a_second": 1e3 * taken / found.settings["duration_s"],
             }
         )

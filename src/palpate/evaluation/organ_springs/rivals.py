@@ -13,14 +13,14 @@ from palpate.effects.held import Held
 from palpate.effects.shape_matching import goal_shapes
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
-from palpate.evaluation.organ_springs.organ import Motion, Organ
+from palpate.evaluation.organ_springs.organ import Organ, Reference, deviation
 from palpate.evaluation.organ_springs.organ_fit import judge_motions
 from palpate.models.shape_statics import cubes
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 
 
-def measure(found: Organ, references: list[Motion]) -> pd.DataFrame:
+def measure(found: Organ, references: list[Reference]) -> pd.DataFrame:
     """Compute the rows of organ_springs.csv of all rivals."""
     rest = found.keys.of(found.body.coarse.nodes)
     zero = judge_motions(found, lambda number: rest[None], references)
@@ -29,10 +29,10 @@ def measure(found: Organ, references: list[Motion]) -> pd.DataFrame:
         tables.append(_fem(found, share, references))
     for steps in found.settings["shape_steps"]:
         tables.append(_shapes(found, steps, references))
-    return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0)
+    return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
 
 
-def _fem(found: Organ, every: int, references: list[Motion]) -> pd.DataFrame:
+def _fem(found: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
     """Measure coarse linear elements, one implicit step in ``every`` frames."""
     particles, frames = found.particles(0), found.settings["frames"] // every
     once = found.in_steps(1)
@@ -46,7 +46,7 @@ def _fem(found: Organ, every: int, references: list[Motion]) -> pd.DataFrame:
     return table.assign(model="coarse_fem", step_s=settings.step_s, offline_s=0.0)
 
 
-def _shapes(found: Organ, steps: int, references: list[Motion]) -> pd.DataFrame:
+def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFrame:
     """Fit how strongly forces act, β, and the decay of velocities to the fitted presses, and measure them all."""
     begin = perf_counter()
     rest = found.keys.of(found.body.coarse.nodes)
@@ -54,7 +54,7 @@ def _shapes(found: Organ, steps: int, references: list[Motion]) -> pd.DataFrame:
     def misfit(unknowns: np.ndarray) -> float:
         move = _shape_motion(found, steps, unknowns)
         try:
-            errors = [_off(move(i), x, rest) for i, (x, _) in enumerate(references[: found.fitted])]
+            errors = [min(deviation(move(i), x, rest), 1.0) for i, (x, _, _) in enumerate(references[: found.fitted])]
         except NotConverged:
             return 1.0
         return float(np.mean(errors))
@@ -68,11 +68,6 @@ def _shapes(found: Organ, steps: int, references: list[Motion]) -> pd.DataFrame:
     taken = perf_counter() - begin
     table = judge_motions(found, _shape_motion(found, steps, best), references)
     return table.assign(model="shape_matching", step_s=found.in_steps(steps).step_s, offline_s=taken)
-
-
-def _off(motion: np.ndarray, wanted: np.ndarray, rest: np.ndarray) -> float:
-    rmse = np.sqrt(((motion - wanted) ** 2).sum(axis=2).mean())
-    return float(min(rmse / np.linalg.norm(wanted - rest, axis=2).max(), 1.0))
 
 
 def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[int], np.ndarray]:

@@ -4,13 +4,13 @@ from palpate.evaluation.table import Table
 
 TABLES = {
     "organ_springs": Table(
-        "body model volume_force contact used_in_fit rmse_m peak_m rmse_of_peak ms_a_second step_s offline_s "
-        "evaluations",
+        "body model volume_force seed contact used_in_fit rmse_m peak_m rmse_of_peak reference_error ms_a_second "
+        "step_s offline_s evaluations",
         "The error of an organ's springs, however fitted, of coarse finite elements and of shape matching, at each "
         "contact, and what a second of motion takes them.",
     ),
     "organ_history": Table(
-        "body model volume_force generation evaluations seconds fitness",
+        "body model volume_force seed generation evaluations seconds fitness",
         "The best fitness so far in each generation or iteration of each search for an organ's springs.",
     ),
     "mass_motion": Table(

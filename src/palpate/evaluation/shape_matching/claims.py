@@ -58,10 +58,15 @@ def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
     ours = ", ".join(f"{percent(share)} at {k:g} N/m" for k, share in shares.items()) + " of the nodes move"
     local = shares.is_monotonic_decreasing and shares.iloc[-1] < shares.iloc[0]
     yield Claim(3, section, "virtual body springs keep a poke local", premise, "they do", ours, verdict(local))
-    last = shown[shown["time_s"] == shown["time_s"].max()]
-    left = last.groupby("body_springs_n_m")["max_displacement_m"].max() / depths
+    last = body_springs[body_springs["time_s"] == body_springs["time_s"].max()]
+    left = last[last["case"] != "dampers_only"].groupby("body_springs_n_m")["max_displacement_m"].max() / depths
     tied = left[left.index > 0]
     ours = f"{', '.join(f'{percent(max(share, 1e-4))} at {k:g} N/m' for k, share in left.items())} are left, or less"
+    still = last[last["case"] == "dampers_only"]["max_displacement_m"].max()
+    if pd.notna(still):
+        deep = held(body_springs)
+        still /= deep[deep["case"] == "dampers_only"]["max_displacement_m"].max()
+        ours += f"; of the same dampers without springs, {percent(max(still, 1e-4))}"
     claim = "with virtual body springs the body comes back when it is released"
     yield Claim(3, section, claim, premise, "it does", ours, verdict(bool((tied < _LEFT).all())))
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from palpate.evaluation.claims import Claim, verdict
+from palpate.evaluation.claims import Claim, percent, two_digits, verdict
 
 TABLES = ("accuracy_vs_time",)
 
@@ -38,7 +38,7 @@ def _claim(order: str, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
     holds = bool((each[1].iloc[:, 0] < each[0].iloc[:, 0]).all() and (each[1].iloc[:, 1] < each[2].iloc[:, 1]).all())
     ours = "; ".join(
         f"{scene.replace('_', ' ')}: "
-        + ", ".join(f"{100 * t.loc[scene, names[0]]:.2g} % in {1e3 * t.loc[scene, names[1]]:.2g} ms" for t in each)
+        + ", ".join(f"{percent(t.loc[scene, names[0]])} in {two_digits(1e3 * t.loc[scene, names[1]])} ms" for t in each)
         for scene in scenes
     )
     claim = "a fine model only where force acts is more precise there than a coarse one, and faster than a fine one"

@@ -53,7 +53,8 @@ def _curves(axis, here, error: str, among: list[str]) -> None:
     if (error == "reported_m" and not here["frames_apart"].any()) or here[error].isna().all():
         axis.text(0.5, 0.5, "never apart" if error == "reported_m" else "never in contact", ha="center", va="center",
                   transform=axis.transAxes, color=style.FAINT)  # fmt: skip
-        axis.tick_params(labelbottom=False)
+        axis.set_xlim(0.9 * here["frame_ms"].min(), 1.1 * here["frame_ms"].max())
+        style.plain_log(axis.xaxis)
         return
     for (structure, depths), rows in here.groupby(["structure", "depths"], sort=False):
         seen = look(structure, depths, among)

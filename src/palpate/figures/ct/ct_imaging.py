@@ -28,7 +28,7 @@ def draw(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure:
         _picture(axis, caption).imshow(np.clip(picture, 0, 1), interpolation="none")
     taken = _picture(axes[0, 3], "samples taken of each ray")
     bar = taken.imshow(shown.taken, cmap="YlGnBu", vmin=0, vmax=1, interpolation="none")
-    figure.colorbar(bar, ax=taken, orientation="horizontal", shrink=0.7, pad=0.02)
+    figure.colorbar(bar, ax=taken, orientation="horizontal", shrink=0.7, pad=0.02, label="share of the samples")
     for axis, (image, found), caption in zip(axes[1], shown.mris, ("MRI as it is", "MRI, evened"), strict=False):
         _mri(_picture(axis, caption), image, found, shown.liver)
     gap = axes[1, 2].get_subplotspec()
@@ -55,7 +55,10 @@ def _mri(axis: Axes, image: Image, found: np.ndarray, liver: np.ndarray) -> None
             axis.contour(mask[at].astype(float), [0.5], colors=colour, linewidths=1.1, linestyles=line)
     axis.plot([], [], color=_TRUE, ls="--", label="truth")
     axis.plot([], [], color=_FOUND, label="found")
-    axis.legend(loc="lower right", labelcolor="white")
+    # on black of its own: the body is bright
+    axis.legend(
+        loc="lower right", labelcolor="white", frameon=True, facecolor="black", framealpha=1.0, edgecolor="none"
+    )
 
 
 def _masks(axis: Axes, table: pd.DataFrame) -> None:

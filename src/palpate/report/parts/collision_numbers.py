@@ -20,6 +20,7 @@ def precision_numbers(stopped: pd.DataFrame, apart: pd.DataFrame) -> dict[str, s
     return {
         "stopped_missed": f"{int(stopped['missed_pairs'].sum()):,}",
         "stopped_half": "; ".join(_half(spaced(s), tables.where(plain, scene=s)) for s in tables.scenes(plain)),
+        "stopped_zero": _no_contact(stopped),
         "stopped_reported": "; ".join(_reported(plain)),
         "stopped_exact": "; ".join(_exact(plain)),
         "apart_composite": _composite(own),
@@ -40,6 +41,12 @@ def _half(scene: str, rows: pd.DataFrame) -> str:
         f"{seconds(1e-3 * whole['frame_ms'])}, response {_mm(best['response_error_m'])} in error instead of "
         f"{_mm(whole['response_error_m'])}"
     )
+
+
+def _no_contact(stopped: pd.DataFrame) -> str:
+    """Count the stopped trees whose response is no better than none, in the scenes with contact."""
+    layers = stopped[~stopped["exact"].astype(bool) & (stopped["response_m"] > 0.0)]
+    return f"{int((layers['response_error_m'] >= layers['response_m']).sum())} of {len(layers)}"
 
 
 def _reported(plain: pd.DataFrame) -> list[str]:

@@ -1,6 +1,5 @@
 """Work out the numbers that the captions and the headline about paper 1 name, from its tables."""
 
-import numpy as np
 import pandas as pd
 
 from palpate.figures import style, tables
@@ -126,8 +125,8 @@ def _speedup(timing, body, paper) -> str:
         return f"{mean['unordered'] / ordered:.2g}× and {mean['fine_fem'] / ordered:,.0f}×"
 
     here = tables.where(timing, body=body).set_index("method")["mean_s"]
-    rows = paper["timing"].get(body)
-    there = "" if rows is None else f" (the paper: {ratios({m: np.mean(d) for m, d in rows.items()})})"
+    means = paper["means"].get(body)
+    there = "" if means is None else f" (the paper: {ratios(means)})"
     return ratios(here) + there
 
 

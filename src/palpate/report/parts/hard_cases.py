@@ -72,7 +72,7 @@ def sections(report: Report) -> list[Section]:
     )
     given = given.reset_index().assign(declared=lambda rows: rows["declared"].map(_declared))
     reasons = markup.fold(
-        f"Runs without an answer: {len(table) - int((table['outcome'] == 'stable').sum())}, with the reason given",
+        f"Runs without a right answer: {len(table) - int((table['outcome'] == 'stable').sum())}, with the reason given",
         markup.table(given, "Every outcome but stable, and the reason that the first of its models gives"),
     )
     return [("hard_cases_section", "Outcomes", report.figure("hard_cases") + reasons + report.folded("hard_cases"))]

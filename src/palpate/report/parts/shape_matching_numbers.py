@@ -17,11 +17,15 @@ _VARIANTS = {
 def of_modes(modes: pd.DataFrame) -> dict[str, str]:
     """Return what each mode leaves of the deformations."""
     left = modes.groupby(["mode", "deformation"], sort=False)["left"].first()
-    missed = ", ".join(f"{percent(share)} of the {name}" for name, share in left["linear"].items() if share > 1e-9)
+    missed, rigid = (
+        ", ".join(f"{percent(share)} of the {name}" for name, share in left[mode].items() if share > 1e-9)
+        for mode in ("linear", "rigid")
+    )
     return {
         "block_particles": str(modes["particle"].nunique()),
         "quadratic_left": f"{left['quadratic'].max():.0e}",
         "linear_left": f"{missed} deformation",
+        "rigid_left": rigid,
     }
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.evaluation.tradeoff.advice import advise
 from palpate.report.advice_list import advice_list
-from palpate.report.advice_words import lines, sentence
+from palpate.report.advice_words import behind, lines, sentence
 
 
 @pytest.fixture
@@ -36,7 +36,6 @@ def test_sentences_say_what_was_passed_over_and_how_well_the_truth_is_known(live
         "Below 16 %, the truth's own error, models are tied and the fastest is taken."
     )
     row["budget_ms"], row["max_error"] = np.nan, 0.1
-    assert said(row).endswith("The truth itself is known to 16 % only, so that no smaller error can be told.")
     row[["error_low", "error_high", "faster_factor"]], row["reference_error"] = np.nan, 0.0023
     assert said(row).endswith("The error that is judged includes the reference's own, 0.23 %.")
 
@@ -48,3 +47,20 @@ def test_the_list_is_of_one_kind(liver):
     assert surface[1].endswith("corrected coarse FEM (samples=60): 0.4 %, 6 ms")
     assert patch[1].endswith("POD + RBF (modes=8): 0.62 %, 6 ms") and len(surface) == len(patch) == 3
     assert advice_list(advice[advice["error"] == "rms"], "patch") == "No scene has advice about that kind of error."
+
+
+def test_an_error_above_the_limit_is_said_first(liver):
+    row = advise(*liver, [], [0.05], kinds=["rms"]).iloc[0].copy()
+    assert "larger than asked" not in said(row) + lines(row, liver[0])
+    row["rmse_of_peak"], row["margin"] = 0.08, -24.0
+    assert "(samples=60). On the test contacts its error is larger than asked, 8 %. Its error is 8 %" in said(row)
+    printed = lines(row, liver[0]).splitlines()
+    assert printed[1] == "  beware    on the test contacts its error is larger than asked, 8 %"
+    assert "  margin    nothing of the allowed error is left" in printed
+    assert advice_list(row.to_frame().T).splitlines()[1].endswith("larger than asked, 8 %)")
+
+
+def test_a_next_best_model_that_tests_better_is_called_so(liver):
+    row = advise(*liver, [1], kinds=["rms"]).iloc[0].copy()
+    row["factor"] = 0.72
+    assert behind(row) == "has 0.72 times the error on test contacts"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.figures import tables
-from palpate.report.advice_words import sentence
+from palpate.report.advice_words import lines, sentence
 
 
 @pytest.fixture
@@ -24,10 +24,20 @@ def test_sentences_name_model_error_time_and_rival(liver):
     assert said[3].endswith("Below 0.15 %, the truth's own error, models are tied and the fastest is taken.")
     assert said[4].startswith("Error of at most 5 %: corrected coarse FEM (samples=60)")
     assert said[4].endswith("The next best model, POD + RBF (modes=8), is about as fast.")
-    assert said[5].endswith("The truth itself is known to 0.15 % only, so that no smaller error can be told.")
+    assert "none, because the truth is known to 0.15 % only (on the test contacts), so that no smaller error" in said[5]
     assert said[8].startswith(
         "Within 16.7 ms: POD + RBF (modes=8). Its error at the patch is 0.62 % (0.46 % to 0.77 %)"
     )
+
+
+def test_sentences_say_the_bound_of_a_single_answer_where_there_is_one(liver):
+    settings, advised = liver
+    row = advised.iloc[1].copy()
+    assert np.isnan(row["bound_of_peak"]) and "nine" not in sentence(row) and "bound" not in lines(row, settings)
+    row["bound_of_peak"] = 0.084
+    said = "ine answers in ten at other contacts are wrong by less than 8.4 %"
+    assert f" N{said}. The next best" in sentence(row).replace("\u00a0", " ")
+    assert f"\n  bound     n{said}\n" in lines(row, settings)
 
 
 def test_sentences_say_what_was_passed_over_and_what_is_added(liver):

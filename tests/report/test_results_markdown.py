@@ -80,6 +80,26 @@ def test_advice_outcomes_and_sizes_are_told(results, tmp_path):
         assert (docs / line.split("(")[1].rstrip(")")).is_file()
 
 
+def test_studies_of_tissue_are_told_where_they_ran(results, law_table, measured_table, tmp_path):
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    columns = ["body", "contact", "cover_m", "force_n", "depth_m", "depth_without_m", "stiffer", "felt", "threshold"]
+    pressed = [["lump", 3, 0.004, force, 1e-3, 2e-3, stiffer, True, 0.15] for force, stiffer in ((1, 0.2), (2, 0.3))]
+    palpation = pd.DataFrame(pressed, columns=columns)
+    found = {"law": law_table, "measured": measured_table, "palpation": palpation}
+    for name, table in found.items():
+        table.to_csv(results / "tables" / f"{name}.csv", index=False)
+        picture = "measured_beam" if name == "measured" else name
+        (results / "figures" / f"{picture}.png").write_bytes(name.encode())
+    results_markdown.write(results, docs)
+    page = (docs / "results.md").read_text(encoding="utf-8").replace("\u00a0", " ")
+    assert "| liver | St. Venant–Kirchhoff | 10 % | 3 % | 4.5 % | 5 % | 7.5 % | 0.1 % |" in page
+    assert "| beam | load | quadratic elements (P2), 1701 nodes | -5.0 % | -4.0 % | 2 %, 1 % |" in page
+    assert "| lump | 4 mm | 30 % | yes |" in page and "20 %" not in page.partition("## Palpation")[2][:500]
+    for name in ("law", "measured_beam", "palpation"):
+        assert f"(results/{name}.png)" in page and (docs / f"results/{name}.png").is_file()
+
+
 def test_a_missing_picture_is_named(results, tmp_path):
     (results / "figures/scaling.png").unlink()
     with pytest.raises(InputError, match=r"scaling\.png is missing"):
@@ -94,3 +114,13 @@ def test_a_commit_that_the_repository_lacks_is_refused(results, tmp_path):
     with pytest.raises(InputError, match="made up, which this repository does not have"):
         results_markdown.write(results, docs)
     assert not (docs / "results.md").exists()
+
+
+def test_what_to_take_says_how_many_splits_agree(results, tmp_path):
+    advice = pd.read_csv(results / "tables/advice.csv")
+    assert "splits" not in results_markdown.results_tables.advice(advice)
+    other = advice.assign(split=2, model=advice["model"].where(advice["error"] == "rms", "linear_fem"))
+    table = results_markdown.results_tables.advice(pd.concat([advice, other]))
+    taken = table[table["take"] != "none"].reset_index(drop=True)
+    assert set(taken.loc[taken["error of"] == "rms", "splits"]) == {"2 of 2"}
+    assert "1 of 2" in set(taken.loc[taken["error of"] == "patch", "splits"])

@@ -24,6 +24,7 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
     assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
     assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
+    assert jobs["estimate_errors"] == 1 and jobs["tabulate_error_bounds"] == 1
     assert not {"sweep_sigma", "evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
 
 
@@ -40,6 +41,15 @@ def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_
     families, scenes, fingers = 2, 1, 1
     assert jobs["measure_models"] == families * (2 * scenes + fingers + scenes)
     assert jobs["choose_presses"] == jobs["simulate_truth"] == 2 * scenes + fingers
+    assert jobs["estimate_errors"] == 2 * scenes + scenes  # fingers of other radii are in no table of bounds
+
+
+def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(tmp_path, plan, write_config, trading):
+    assert "measure_any_load" not in plan(tmp_path, write_config(trading), "tradeoff")
+    (tmp_path / "mine.py").write_text("settings = prepare = print\n")
+    trading["tradeoff"] |= {"own_models": {"mine": "mine.py"}, "any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
+    jobs = plan(tmp_path, write_config(trading), "tradeoff")
+    assert jobs["measure_any_load"] == 1 and jobs["merge_table"] == 1
 
 
 @pytest.mark.parametrize(
@@ -47,9 +57,17 @@ def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_
     [
         ({"models": ["fem_p2", "fem_p3"]}, "tradeoff names fem_p3, which is unknown; did you mean fem_p"),
         ({"models": ["detail_correction"]}, "tradeoff.models lacks fem_p2"),
+        (
+            {"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}},
+            "tradeoff.settings.cascade.stages names linear_fm, which is unknown; did you mean linear_fem?",
+        ),
         ({"bodies": ["livr"]}, "tradeoff names livr, which is unknown; did you mean liver?"),
         ({"bodies": ["bar"]}, "tradeoff names bar, which is not refined; give it refinements of at least 1."),
         ({"in_depth": ["bar"]}, "tradeoff.in_depth names bar, which is unknown; "),
+        ({"any_load": {"bodies": ["livr"]}}, "tradeoff.any_load.bodies names livr, which is unknown"),
+        ({"any_load": {"regimes": ["smal"]}}, "tradeoff.any_load.regimes names smal, which is unknown"),
+        ({"any_load": {"models": {"fem_p3": ""}}}, "tradeoff.any_load.models names fem_p3, which is unknown"),
+        ({"any_load": {"models": {"fem_p2": "["}}}, "tradeoff.any_load.models.fem_p2: [ is no regular expression"),
         ({"splits": [6]}, "tradeoff.splits[0] is 6, but must be at most 5"),
         ({"contacts": 4}, "tradeoff.contacts is 4, but must be at least 5"),
         (
@@ -77,6 +95,13 @@ def test_it_needs_bodies_that_are_sampled(trading):
     trading["bodies"] = {"bar": trading["bodies"]["bar"]}
     trading["tradeoff"]["bodies"] = None
     with pytest.raises(InputError, match="tradeoff is there and no body is refined"):
+        complete(trading, SCHEMA, Path("config.yaml"))
+
+
+def test_a_regime_with_the_name_of_a_finger_is_refused(trading):
+    trading["regimes"]["finger_4000_um"] = {"radius_m": 0.01}
+    trading["tradeoff"]["finger_radii_m"] = [0.004]
+    with pytest.raises(InputError, match=r"regimes\.finger_4000_um has the name of a regime of finger_radii_m; give"):
         complete(trading, SCHEMA, Path("config.yaml"))
 
 

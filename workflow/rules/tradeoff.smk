@@ -1,33 +1,40 @@
 # What accuracy costs in time: every model over its settings, on samples whose contacts it never saw.
 
 
-from palpate.models.model_registry import MODELS, families
+from palpate.models.model_registry import MODELS, absent, families
 
 # models by family, one job each, and the user's own
 OWN_MODELS = {
     name: normpath(CONFIG_FILE.parent / path) for name, path in config["tradeoff"]["own_models"].items()
 }
-COMPARED = [*(config["tradeoff"]["models"] or MODELS), *OWN_MODELS]
+# engines that are not installed are left out, and cost nothing
+COMPARED = [*(config["tradeoff"]["models"] or [name for name in MODELS if name not in absent()]), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
 STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
 SPLITS = config["tradeoff"]["splits"]
 # bodies that get all splits, and fingers of all radii
 IN_DEPTH = config["tradeoff"]["in_depth"] or PRESSED
 CHECKED = config["tradeoff"]["truth"]["check_samples"]
+# loads that models were not prepared for
+ANY_LOAD = config["tradeoff"]["any_load"]
 
 
 include: "functions/tradeoff.smk"
 
 
 TARGETS["tradeoff"] = (
-    tabulated("accuracy_vs_time", "advice", "truth")
-    + figures("tradeoff", "advice", "break_even", "truth")
+    tabulated("accuracy_vs_time", "advice", "truth", "error_bounds")
+    + figures("tradeoff", "advice", "break_even", "truth", "error_bounds")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
 WARNED += warned_of(PRESSED) + presses("loads_warned.txt") + presses("truth_warned.txt")
 if config["tradeoff"]["limit_points"]:
     OPTIONAL += ["limit_points"]
     TARGETS["tradeoff"] += figures("tradeoff", "limit_points")
+if ANY_LOAD:
+    OPTIONAL += ["any_load"]
+    TARGETS["tradeoff"] += figures("tradeoff", "any_load")
+    merged("any_load", [f"results/data/{body}/{regime}/any_load.csv" for body, regime in any_load_scenes()])
 if FINGERS:
     OPTIONAL += ["advice_by_radius"]
     TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
@@ -115,6 +122,32 @@ rule measure_bounds:
         "../scripts/measure_bounds.py"
 
 
+rule estimate_errors:
+    input:
+        body="results/data/{body}/body.h5",
+        database="results/data/{body}/{regime}/database.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
+        samples="results/data/{body}/{regime}/samples.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
+    output:
+        "results/data/{body}/{regime}/tradeoff/{split}/estimates.csv",
+    log:
+        "results/logs/{body}/{regime}/estimate_errors_{split}.log",
+    wildcard_constraints:
+        split=r"\d",
+    params:
+        models=config["tradeoff"]["residual_of"],
+        regression=config["tradeoff"]["regression"],
+        seed=config["seed"],
+        tolerance=config["solver"]["tolerance"],
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
+        code=code_of("estimate_errors"),
+    message:
+        "estimate the errors of answers: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
+    script:
+        "../scripts/estimate_errors.py"
+
+
 rule check_truth:
     input:
         body="results/data/{body}/body.h5",
@@ -128,7 +161,7 @@ rule check_truth:
         samples=CHECKED,
         code=code_of("check_truth"),
     message:
-        "find the truth of a few samples with linear elements, too: {wildcards.body}, {wildcards.regime}"
+        "find the truth of {params.samples} samples with linear elements, too: {wildcards.body}, {wildcards.regime}"
     script:
         "../scripts/check_truth.py"
 
@@ -165,6 +198,23 @@ rule tabulate_tradeoff:
         "../scripts/tabulate_tradeoff.py"
 
 
+rule tabulate_error_bounds:
+    input:
+        table="results/tables/accuracy_vs_time.csv",
+        errors=family_files("samples"),
+        estimates=estimate_files(),
+    output:
+        "results/tables/error_bounds.csv",
+    log:
+        "results/logs/tabulate_error_bounds.log",
+    params:
+        code=code_of("tabulate_error_bounds"),
+    message:
+        "tabulate how wrong a single answer may be"
+    script:
+        "../scripts/tabulate_error_bounds.py"
+
+
 rule tabulate_advice_agreement:
     input:
         "results/tables/advice.csv",
@@ -197,6 +247,38 @@ rule tabulate_advice_by_radius:
         "tabulate the advice for fingers of other radii"
     script:
         "../scripts/tabulate_advice_by_radius.py"
+
+
+rule measure_any_load:
+    input:
+        body="results/data/{body}/body.h5",
+        database="results/data/{body}/{regime}/database.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
+        samples="results/data/{body}/{regime}/samples.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
+        own=[file for name, file in OWN_MODELS.items() if name in (ANY_LOAD or {"models": {}})["models"]],
+    output:
+        "results/data/{body}/{regime}/any_load.csv",
+    log:
+        "results/logs/{body}/{regime}/measure_any_load.log",
+    threads: HALF
+    params:
+        models=any_load_models(),
+        samples=lambda wildcards: ANY_LOAD["samples"],
+        split=SPLITS[0],
+        grid=config["tradeoff"]["settings"],
+        regression=config["tradeoff"]["regression"],
+        seed=config["seed"],
+        tolerance=config["solver"]["tolerance"],
+        reference=config["solver"]["reference_tolerance"],
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
+        repeats=config["timing"]["repeats"],
+        budget_s=config["tradeoff"]["budget_s"],
+        code=lambda wildcards: code_of("measure_any_load", *any_load_modules()),
+    message:
+        "ask models for loads that they were not prepared for: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/measure_any_load.py"
 
 
 rule tabulate_limit_points:

@@ -8,7 +8,8 @@ import pandas as pd
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.report.advice_words import next_best
+from palpate.figures.tradeoff.scene_rows import answers
+from palpate.report.advice_words import exceeded, next_best
 from palpate.report.words import capital, listed
 
 MEANINGS = {
@@ -33,7 +34,7 @@ def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -
     timed = [row for row in rows if np.isfinite(row["budget_ms"])]
     exact = [row for row in rows if not np.isfinite(row["budget_ms"])]
     found = [_within(same, medians, what) for same in _alike(timed)]
-    met = [_under(same, medians) for same in _alike(exact)]
+    met = [_under(same, settings) for same in _alike(exact)]
     if met:
         found.append(f"{capital('; '.join(met))}.")
     return found
@@ -65,10 +66,26 @@ def _meaning(budget_ms: float) -> str:
     return f" ({MEANINGS[budget_ms]})" if budget_ms in MEANINGS else ""
 
 
-def _under(rows: list[pd.Series], medians: pd.Series) -> str:
+def _under(rows: list[pd.Series], settings: pd.DataFrame) -> str:
     """Put limits of the error that get the same answer into a clause."""
     limits = f"for an error of at most {listed([percent(row['max_error']) for row in rows])}"
     first = rows[0]
     if first["model"] == NONE:
-        return f"{limits}, no model is accurate enough"
-    return f"{limits}, take {label(first['model'], 'default')} ({_median(first, medians)})"
+        return f"{limits}, {_none(rows, settings)}"
+    time = _median(first, settings.set_index(["model", "setting"])["online_median_s"])
+    more = next(filter(None, map(exceeded, rows)), "")
+    return f"{limits}, take {label(first['model'], 'default')} ({time}{'; ' + more if more else ''})"
+
+
+def _none(rows: list[pd.Series], settings: pd.DataFrame) -> str:
+    """Explain that no model is sure to be exact enough, by what the least error is, and how well the truth is known."""
+    own = rows[0]["reference_error"]
+    known = f"; the truth: {percent(own)}" if any(own > row["max_error"] for row in rows) else ""
+    able = answers(settings)
+    able = able[able["failures"] == 0].dropna(subset="validation_rmse_of_peak")
+    if able.empty:
+        return f"no model has answered every sample{known}"
+    least = able.loc[able["rmse_of_peak"].idxmin()]
+    test, chosen = percent(least["rmse_of_peak"]), percent(least["validation_rmse_of_peak"])
+    who = label(least["model"], "default")
+    return f"none is sure to be ({who}: {test} on test, {chosen} on validation{known})"

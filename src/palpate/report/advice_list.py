@@ -7,7 +7,7 @@ from palpate.evaluation.tradeoff.advice_agreement import same_in
 from palpate.evaluation.tradeoff.equal_settings import KINDS
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.report.advice_words import WHERE, error_of, limit
+from palpate.report.advice_words import WHERE, error_of, exceeded, limit
 
 
 def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
@@ -26,18 +26,20 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
             found.append(f"  {limit(asked.iloc[0]):{width}}  {_choice(asked.iloc[0])}{_agreed(asked)}")
         # of moving scenes the reference's own error is that of its step, and is included; they have no interval
         own = rows["reference_error"].max() if rows["error_low"].notna().any() else 0.0
-        if own > rows[KINDS[kind]].min():
+        if own > rows[[KINDS[kind], "max_error"]].min(axis=None):
             found.append(f"  The truth is known to {percent(own)}: below that, models are tied.")
     return "\n".join(found).replace("\u00a0", " ")
 
 
 def _agreed(asked: pd.DataFrame) -> str:
     same, splits = same_in(asked)
-    return f" (the same model in {same} of {splits} splits)" if splits > 1 else ""
+    what = "none" if asked["model"].iloc[0] == NONE else "the same model"
+    return f" ({what} in {same} of {splits} splits)" if splits > 1 else ""
 
 
 def _choice(row: pd.Series) -> str:
     if row["model"] == NONE:
         return f"none: {row['why']}"
     error, time = percent(error_of(row)), seconds(row["online_p95_s"])
-    return f"{label(row['model'], row['setting'])}: {error}, {time}"
+    said = f"{label(row['model'], row['setting'])}: {error}, {time}"
+    return f"{said} (beware: {more})" if (more := exceeded(row)) else said

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff.advice import NONE
+from palpate.evaluation.tradeoff.advice_agreement import agreed
 from palpate.evaluation.tradeoff.advice_reasons import name
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, KINDS
 from palpate.figures.model_looks import label
@@ -14,11 +15,11 @@ WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement a
 """The meaning of each kind of error."""
 
 
-def lines(advice: pd.Series, settings: pd.DataFrame, agreed: str = "") -> str:
+def lines(advice: pd.Series, settings: pd.DataFrame, splits: str = "") -> str:
     """Return lines for the terminal about one row of advice.csv.
 
     settings : its scene's and split's rows of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves
-    agreed : how many splits advise the same, if there are several
+    splits : how many of them advise the same, if there are several
     """
     if advice["model"] == NONE:
         return f"{advice['scene']}, {limit(advice)}: none\n  because   {advice['why']}".replace("\u00a0", " ")
@@ -36,12 +37,14 @@ def lines(advice: pd.Series, settings: pd.DataFrame, agreed: str = "") -> str:
         drawn = f"; with the reference's own {percent(own)} added, {percent(both)}"
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
+        *([f"  beware    {more}"] if (more := exceeded(advice)) else []),
         f"  error     {percent(error_of(advice))} {WHERE[advice['error']]} ({interval(advice)}{drawn}); "
         f"{_also(advice)}",
+        *([f"  bound     {bound}"] if (bound := bounded(advice)) else []),
         f"  time      {spent}",
-        f"  margin    {percent(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
+        f"  margin    {_left(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
         f"  before    {_preparation(row['offline_s'])}" + ("" if moves else f", {row['memory_mb']:.3g} MB"),
-        *([f"  agreed    {agreed}"] if agreed else []),
+        *([f"  agreed    {splits}"] if splits else []),
         f"  because   {advice['why']}",
     ]
     return "\n".join(found).replace("\u00a0", " ")
@@ -50,6 +53,24 @@ def lines(advice: pd.Series, settings: pd.DataFrame, agreed: str = "") -> str:
 def error_of(advice: pd.Series) -> float:
     """Return the error on test contacts of the kind that a row of advice.csv is about."""
     return float(advice[KINDS[advice["error"]]])
+
+
+def bounded(advice: pd.Series) -> str:
+    """Return below what a single answer's error stays, in words; nothing where too few contacts were asked for."""
+    if np.isnan(advice["bound_of_peak"]):
+        return ""
+    return f"nine answers in ten at other contacts are wrong by less than {percent(advice['bound_of_peak'])}"
+
+
+def exceeded(advice: pd.Series) -> str:
+    """Explain that a row's error on test contacts exceeds the limit that it was chosen for; nothing if it does not."""
+    if not error_of(advice) > advice["max_error"]:
+        return ""
+    return f"on the test contacts its error is larger than asked, {percent(error_of(advice))}"
+
+
+def _left(margin: float) -> str:
+    return percent(margin) if margin > 0 else "nothing"
 
 
 def _also(advice: pd.Series) -> str:
@@ -73,8 +94,11 @@ def sentence(advice: pd.Series) -> str:
     timed = np.isfinite(advice["budget_ms"])
     spare = f", which leaves {percent(advice['margin'])} of the time" if timed else ""
     return (
-        f"{asked}: {label(advice['model'], advice['setting'])}. Its error{_at(advice)} is {percent(error_of(advice))} "
+        f"{asked}: {label(advice['model'], advice['setting'])}. "
+        f"{capital(more) + '. ' if (more := exceeded(advice)) else ''}"
+        f"Its error{_at(advice)} is {percent(error_of(advice))} "
         f"({interval(advice)}), its time {seconds(advice['online_p95_s'])} at the 95th percentile{spare}. "
+        f"{capital(bound) + '. ' if (bound := bounded(advice)) else ''}"
         f"{capital(next_best(advice))}.{_terms(advice)}"
     )
 
@@ -95,8 +119,6 @@ def _terms(advice: pd.Series) -> str:
     if np.isnan(advice["error_low"]):
         if np.isfinite(own) and np.isfinite(advice["max_error"]):
             said += f" The error that is judged includes the reference's own, {percent(own)}."
-    elif own > advice["max_error"]:
-        said += f" The truth itself is known to {percent(own)} only, so that no smaller error can be told."
     elif own > error_of(advice):
         said += f" Below {percent(own)}, the truth's own error, models are tied and the fastest is taken."
     return said
@@ -111,13 +133,17 @@ def next_best(advice: pd.Series, setting: bool = True) -> str:
 
 
 def behind(advice: pd.Series) -> str:
-    """Compare the next best model of a row of advice.csv with the advised one: "has 4 times the error"."""
+    """Compare the next best model of a row of advice.csv with the advised one: "has 4 times the error".
+
+    It was the next best on validation contacts, and may have the smaller error on test contacts.
+    """
     timed, factor = np.isfinite(advice["budget_ms"]), advice["factor"]
     tie = EQUAL if timed else CLOSE
     if 1 / tie <= factor <= tie:
         return "is as accurate" if timed else "is about as fast"
     times = _times(factor) if factor < 1000 else "over 1000"
-    return f"has {times} times the error" if timed else f"takes {times} times as long"
+    less = " on test contacts" if factor < 1 else ""
+    return f"has {times} times the error{less}" if timed else f"takes {times} times as long"
 
 
 def _times(factor: float) -> str:
@@ -137,3 +163,13 @@ def interval(advice: pd.Series) -> str:
         return "of one load"
     low, high = percent(advice["error_low"]), percent(advice["error_high"])
     return low if low == high else f"{low} to {high}"
+
+
+def agreement_words(agreement: pd.DataFrame) -> str:
+    """Put into a sentence how often splits advise the same model, of the rows of advice_agreement.csv."""
+    mean, whole, count = agreed(agreement)
+    splits = int(agreement["splits"].max())
+    return (
+        f"Of the {count} questions that have an answer, {mean * splits:.2g} of {splits} splits advise the same model "
+        f"on average, and all of them in {percent(whole)}."
+    )

@@ -17,6 +17,7 @@ from palpate.errors import InputError
 from palpate.figures import tables
 from palpate.files import require_file, write_whole
 from palpate.report import results_tables
+from palpate.report.advice_words import agreement_words
 
 TABLES = ["accuracy_vs_time", "advice", "truth", "dynamic_accuracy", "effects", "hard_cases", "scaling"]
 SEVERAL = {
@@ -32,6 +33,25 @@ SEVERAL = {
     ),
 }
 """Tables that only some runs have, with their heading and what is said of them."""
+STUDIES = {
+    "law": (
+        "The law of the tissue",
+        "What another description of a body changes at the deepest press of each contact, beside the errors of meshes: "
+        "least and most over the contacts, as a share of the peak. Where a truth is not believed, its own error says "
+        "how well a change is known.",
+    ),
+    "measured": (
+        "Models beside a measured body",
+        "Errors of models whose modulus is fitted to one case, in the others: of how far the markers sink, and of the "
+        "frequency of the swing after the release; repeats of the measurement differ as the last column says.",
+    ),
+    "palpation": (
+        "Palpation",
+        "How much stiffer places of a body are with its regions than without, under the largest force, by their "
+        "distance from the region's elements.",
+    ),
+}
+"""Tables of studies that a run may leave out, with their heading and what is said of them."""
 PICTURES = ["advice", "truth", "dynamic_accuracy", "hard_cases", "scaling"]
 
 
@@ -42,13 +62,14 @@ def write(results: str | Path, docs: str | Path) -> None:
     the repository around ``docs`` lacks.
     """
     results, docs = Path(results), Path(docs)
-    some = [name for name in SEVERAL if (results / "tables" / f"{name}.csv").is_file()]
+    some = [name for name in (*SEVERAL, *STUDIES) if (results / "tables" / f"{name}.csv").is_file()]
     found = tables.read_all(results / "tables", [*TABLES, *some])
     commits = list(found["accuracy_vs_time"]["commit"].astype(str).unique())
     for commit in commits:
         _check_commit(commit, docs)
     scenes = _shown(found["accuracy_vs_time"])
     names = [*(f"work_precision_{scene}" for scene in scenes), *PICTURES]
+    names += _more_pictures(found)
     pictures = [require_file(results / "figures" / f"{name}.png") for name in names]
     (docs / "results").mkdir(exist_ok=True)
     for picture in pictures:
@@ -79,16 +100,16 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     yield (
         f"`make snapshot` wrote this page from the tables of a run of commit {', '.join(commits)} on {os.cpu_count()} "
         f"cores ({_processor()}, Python {platform.python_version()}). Times are those of this machine; errors do not "
-        "depend on it. `results/report.html` shows all tables and describes their columns; the [glossary](glossary.md) "
-        "defines the words."
+        "depend on it. What palpate has gained since that commit is not in it. `results/report.html` shows all tables "
+        "and describes their columns; the [glossary](glossary.md) defines the words."
     )
     yield "## What to take"
     yield (
         "Errors are against the truth, as a share of the peak displacement: *rms* is the RMSE over the fine surface, "
         "*patch* the RMS error at the disc that is pressed. They are means over the test contacts of the first "
         "split; settings are chosen on other, validation contacts. Brackets hold the mean of all splits in 90 % of "
-        "random draws of splits and contacts, and so need not hold that of the first split. In motion there is one "
-        "load, and so no range."
+        "random draws of splits and contacts, and so need not hold that of the first split. *Splits* counts those that "
+        "advise the same model, where there are several. In motion there is one load, and so no range."
     )
     yield _markdown(results_tables.advice(found["advice"]))
     yield _picture("advice")
@@ -104,6 +125,7 @@ def _page(found: dict[str, pd.DataFrame], scenes: list[str], commits: list[str])
     )
     yield _markdown(results_tables.motion(found["dynamic_accuracy"]))
     yield _picture("dynamic_accuracy")
+    yield from _studies(found)
     yield "## Scenes and their effects"
     yield (
         "The time of a step, and for each effect the error of the scene without it (RMSE / peak). Effects that hold "
@@ -130,8 +152,28 @@ def _truth(found: dict[str, pd.DataFrame]) -> Iterator[str]:
     for name, (heading, said) in SEVERAL.items():
         if name in found:
             yield f"## {heading}"
-            yield said
+            yield f"{said} {agreement_words(found[name])}" if name == "advice_agreement" else said
             yield _markdown(getattr(results_tables, name.removeprefix("advice_"))(found[name]))
+
+
+def _studies(found: dict[str, pd.DataFrame]) -> Iterator[str]:
+    """Yield what the studies of tissue found, those that were asked for."""
+    for name, (heading, said) in STUDIES.items():
+        if name in found:
+            yield f"## {heading}"
+            yield said
+            yield _markdown(getattr(results_tables, name)(found[name]))
+            yield from (_picture(picture) for picture in _more_pictures({name: found[name]}))
+
+
+def _more_pictures(found: dict[str, pd.DataFrame]) -> list[str]:
+    """Return the names of the pictures of the studies of tissue: of what was measured one for each experiment."""
+    experiments = found["measured"]["experiment"].unique() if "measured" in found else []
+    return [
+        *(["law"] if "law" in found else []),
+        *(f"measured_{experiment}" for experiment in experiments),
+        *(["palpation"] if "palpation" in found else []),
+    ]
 
 
 def _shown(settings: pd.DataFrame) -> list[str]:

@@ -2,8 +2,12 @@
 
 import pandas as pd
 
+from palpate.evaluation.law.names import OWN
 from palpate.evaluation.tradeoff.advice import NONE
+from palpate.evaluation.tradeoff.advice_agreement import same_in
 from palpate.figures import tables
+from palpate.figures.law.law_looks import label as changed_to
+from palpate.figures.measured.measured import GIVEN, named
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.tradeoff.scene_rows import first_split
@@ -16,10 +20,15 @@ BESIDES = ("integrator", "held")
 def advice(advice: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each limit that was asked for: model, error, time, and the next best model; of the first split.
 
-    Of each limit there is a row for each kind of error that was asked about.
+    Of each limit there is a row for each kind of error that was asked about. Where there are several splits, a column
+    counts those that advise the same.
     """
-    rows = []
-    for _, row in first_split(advice).iterrows():
+    rows, counts = [], []
+    every = advice.groupby(["scene", "error", "budget_ms", "max_error"], sort=False, dropna=False)
+    for _, asked in every:
+        row = first_split(asked).iloc[0]
+        same, splits = same_in(asked.sort_values("split", kind="stable"))
+        counts.append(f"{same} of {splits}" if splits > 1 else "")
         if row["model"] == NONE:
             rows.append([row["scene"], row["error"], limit(row), NONE, "", "", ""])
             continue
@@ -27,7 +36,8 @@ def advice(advice: pd.DataFrame) -> pd.DataFrame:
         time = seconds(row["online_p95_s"])
         rows.append([row["scene"], row["error"], limit(row), model, error, time, _next_best(row)])
     names = ["scene", "error of", "asked", "take", "error", "95th percentile of time", "next best"]
-    return pd.DataFrame(rows, columns=names)
+    found = pd.DataFrame(rows, columns=names)
+    return found.assign(splits=counts) if any(counts) else found
 
 
 def _next_best(row: pd.Series) -> str:
@@ -60,6 +70,60 @@ def by_radius(advised: pd.DataFrame) -> pd.DataFrame:
     ]
     found = advised.assign(text=text, radius=advised["radius_m"].map(lambda radius: f"{1e3 * radius:g} mm"))
     return _by_limit(found, ["body", "error", "radius"])
+
+
+def law(law: pd.DataFrame) -> pd.DataFrame:
+    """Return what each change of a body is worth at its deepest presses, beside the errors of linear elements."""
+    rows = []
+    for (body, changed, *names), part in law.groupby(["body", "changed", "law", "poisson"], sort=False):
+        deepest = part[part["depth_of_size"] == part.groupby("contact")["depth_of_size"].transform("max")]
+        if changed == OWN or not deepest["change_rmse_of_peak"].notna().any():
+            continue
+        columns = ("change_rmse_of_peak", "change_patch_rms_of_peak", "linear_rmse_of_peak", "linear_patch_rms_of_peak")
+        own = span(deepest["own_rmse_of_peak"])
+        known = own if deepest["believed"].astype(bool).all() else f"{own}, not believed"
+        depth = percent(deepest["depth_of_size"].mean())
+        rows.append([body, changed_to(changed, *names), depth, *(span(deepest[each]) for each in columns), known])
+    names = ["body", "changed to", "depth", "changes", "at the patch", "linear elements", "at the patch ", "truth"]
+    return pd.DataFrame(rows, columns=names)
+
+
+def measured(measured: pd.DataFrame) -> pd.DataFrame:
+    """Return the errors of fitted models in the cases that they were not fitted to, a column for each quantity."""
+    rows = measured[
+        measured["error"].notna()
+        & measured["marker"].eq("all")
+        & measured["calibrated"].ne(GIVEN)
+        & measured["calibrated"].ne(measured["case"])
+        & measured["quantity"].isin(["sink_m", "frequency_hz"])
+    ]
+    keys = ["experiment", "case", "model", "setting", "nodes"]
+    found = []
+    for (experiment, case, *_), part in rows.groupby(keys, sort=False):
+        errors = part.set_index("quantity")
+        told = [
+            f"{100 * errors['error'][each]:+.1f} %" if each in errors.index else ""
+            for each in ("sink_m", "frequency_hz")
+        ]
+        apart = [percent(value) for value in (errors["repeat"] / errors["measured"]).dropna()]
+        found.append([experiment, case, named(part.iloc[0]), *told, ", ".join(apart)])
+    return pd.DataFrame(found, columns=["experiment", "case", "model", "place", "frequency", "repeats differ"])
+
+
+def palpation(palpation: pd.DataFrame) -> pd.DataFrame:
+    """Return how much stiffer each place is under the largest force, and whether that is felt."""
+    rows = palpation[palpation["force_n"] == palpation.groupby(["body", "contact"])["force_n"].transform("max")]
+    cover = rows["cover_m"].map(lambda metres: f"{1e3 * metres:.3g} mm")
+    felt = rows["felt"].map(lambda felt: "yes" if felt else "no")
+    return pd.DataFrame(
+        {"body": rows["body"], "distance": cover, "stiffer": rows["stiffer"].map(percent), "felt": felt}
+    )
+
+
+def span(values: pd.Series) -> str:
+    """Return the least and the most of shares, in per cent; one number where they are the same."""
+    known = values.dropna()
+    return " to ".join(dict.fromkeys(percent(value) for value in (known.min(), known.max()))) if len(known) else ""
 
 
 def _by_limit(rows: pd.DataFrame, names: list[str]) -> pd.DataFrame:

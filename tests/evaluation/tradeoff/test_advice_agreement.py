@@ -3,7 +3,14 @@
 import numpy as np
 import pandas as pd
 
-from palpate.evaluation.tradeoff.advice_agreement import AGREEMENT_COLUMNS, RADIUS_COLUMNS, agreement, by_radius
+from palpate.evaluation.tradeoff.advice_agreement import (
+    AGREEMENT_COLUMNS,
+    RADIUS_COLUMNS,
+    agreed,
+    agreement,
+    by_radius,
+)
+from palpate.report.advice_words import agreement_words
 
 
 def row(scene, model, error=0.01, setting="k=1", split=1, kind="rms", budget=1.0, limit=np.nan) -> dict:
@@ -51,3 +58,13 @@ def test_it_is_found_where_advice_flips_with_the_radius():
     assert rms["flips"].tolist() == [False, False, True, False]
     assert not found.loc[found["error"] == "patch", "flips"].any()
     assert by_radius(advice, {}).columns.tolist() == RADIUS_COLUMNS
+
+
+def test_agreeing_on_nothing_is_no_agreement():
+    """Where no model is advised, as none is exact enough, all splits say so, and that is not what is asked."""
+    table = pd.DataFrame({"model": ["a", "b", "none", "none"], "same": [5, 2, 5, 5], "splits": 5})
+    assert agreed(table) == (0.7, 0.5, 2)
+    assert agreement_words(table).replace("\u00a0", " ") == (
+        "Of the 2 questions that have an answer, 3.5 of 5 splits advise the same model on average, and all of them in "
+        "50 %."
+    )

@@ -20,7 +20,7 @@ def motions():
     ]
     names = ["model", "setting", "rmse_of_peak", "real_time_factor", "step_p95_ms", "failures"]
     table = pd.DataFrame(told, columns=names)
-    return table.assign(scene="press", reference_change=1e-4, p95_of_peak=2 * table["rmse_of_peak"])
+    return table.assign(scene="press", reference_level=1, reference_change=1e-4, p95_of_peak=2 * table["rmse_of_peak"])
 
 
 def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
@@ -30,6 +30,7 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
     assert (row["model"], row["setting"]) == ("springs", "step_s=0.002")
     assert row["online_p95_s"] == pytest.approx(1.5e-4) and row["margin"] == pytest.approx(1 - 0.15)
     assert not row["rival"] and "no other model meets the limit" in row["why"]
+    assert row["why"].endswith("the error of the reference's mesh (level 1) is not in these")
     row = found.loc[16.7]
     assert (row["model"], row["rival"]) == ("springs", "fem_coarse")
     assert row["factor"] == pytest.approx(0.05 / 0.0201)

@@ -7,7 +7,7 @@ import pytest
 from palpate.bodies.make_body import make_body
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.evaluation.tradeoff import limit_points as module
 from palpate.evaluation.tradeoff.limit_points import COLUMNS, jumps, limit_points
 from palpate.solvers.equilibrium import Equilibrium
@@ -70,3 +70,10 @@ def test_jumps_are_steps_of_twice_the_slope():
     found = jumps(table.assign(least_det=[0.9, 0.8, 0.3, 0.25], converged=True))
     assert found.to_numpy().tolist() == [["liver", 3, 0.2, 0.3, 0.021, 0.045, 0.3]]
     assert not len(jumps(table.assign(peak_of_size=[0.01, 0.02, 0.03, 0.04], least_det=0.5, converged=True)))
+
+
+def test_what_cannot_be_pressed_is_refused(beam):
+    with pytest.raises(InputError, match=r"limit_points\.contacts of beam: contact 99999 is not a free surface node"):
+        limit_points(beam, 0.01, [99999])
+    with pytest.raises(InputError, match="radius_m is 12"):
+        limit_points(beam, 12.0, 1)

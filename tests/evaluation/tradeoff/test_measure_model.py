@@ -13,9 +13,10 @@ from palpate.evaluation.accuracy import truth_errors
 from palpate.evaluation.timing import WARM_UP
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
 from palpate.evaluation.tradeoff.bounds import bounds
-from palpate.evaluation.tradeoff.findings import ERRORS, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
+from palpate.evaluation.tradeoff.findings import ERRORS, ESTIMATED, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
 from palpate.evaluation.tradeoff.measure_model import ask, measure, warn_unanswered
 from palpate.evaluation.tradeoff.provenance import commit
+from palpate.models.load import Answer
 from palpate.models.model import BODYS, Model
 from palpate.models.model_registry import SAVED_AGAINST
 
@@ -30,7 +31,8 @@ class Scaled:
         self.truth = {(int(c), *f): share * u for c, f, u in asked}
         self.fails_at, self.asked = fails_at, []
 
-    def respond(self, contact, force):
+    def respond(self, load):
+        contact, force = load.single()
         self.asked.append(contact)
         if contact == self.fails_at:
             raise NotConverged("no\nanswer", [1.0])
@@ -41,6 +43,18 @@ def found(judge, miss, side):
     """The errors of answers that are short by ``miss``, of one side's samples."""
     rows = [truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)]
     return pd.DataFrame(rows)[judge.side == side]
+
+
+def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, slab_judge):
+    class Sure(Scaled):
+        def respond(self, load):
+            moved = super().respond(load)
+            return Answer(moved, error=0.01) if load.single()[0] != slab_judge.samples.contact[0] else Answer(moved)
+
+    made = Model(lambda case: [{}], lambda case, setting: Sure(slab_judge, 0.9))
+    samples, _ = measure(slab_case[0], "sure", made, slab_judge, 6, 1.0)
+    first = samples["contact"] == slab_judge.samples.contact[0]
+    assert samples.loc[first, ESTIMATED].isna().all() and (samples.loc[~first, ESTIMATED] == 0.01).all()
 
 
 def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
@@ -61,6 +75,7 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
                 assert getattr(row, name) == pytest.approx(tested[name].mean())
         assert row.max_of_peak == pytest.approx(miss) and row.relative_l2 == pytest.approx(miss)
         assert row.patch_rms_of_peak_median == pytest.approx(tested["patch_rms_of_peak"].median())
+        assert row.patch_max_of_peak_p95 == pytest.approx(np.percentile(tested["patch_max_of_peak"], 95))
         assert row.rmse_of_peak_p95 == pytest.approx(np.percentile(tested["rmse_of_peak"], 95))
         assert row.validation_rmse_of_peak == pytest.approx(chosen["rmse_of_peak"].mean())
         assert row.validation_patch_rms_of_peak == pytest.approx(chosen["patch_rms_of_peak"].mean())
@@ -100,23 +115,23 @@ def test_a_solver_sees_the_frame_before(slab_judge):
     """It is shown every load just before it is asked for, once for each query; a failure there is one of the query."""
     seen, solver = [], Scaled(slab_judge, 1.0)
     after = SimpleNamespace(
-        precede=lambda contact, force: seen.append((contact, *force)),
-        respond=lambda contact, force: solver.respond(*_last(seen, contact, force)),
+        precede=lambda load: seen.append(load.key),
+        respond=lambda load: solver.respond(_last(seen, load)),
     )
     asked = ask(after, slab_judge, 6, 0)
     assert not any(asked.failures) and len(seen) == 6 + WARM_UP
 
-    def refuse(contact, force):
+    def refuse(load):
         raise NotConverged("not even before", [1.0])
 
     failed = ask(SimpleNamespace(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
     assert failed.failures == ["not even before"] * 6
 
 
-def _last(seen, contact, force):
+def _last(seen, load):
     """The query, which is the last that was seen."""
-    assert seen[-1] == (contact, *force)
-    return contact, force
+    assert seen[-1] == load.key
+    return load
 
 
 def test_failures_are_counted_and_told(slab_case, slab_judge):
@@ -160,8 +175,8 @@ def test_every_sample_is_asked_once_and_then_as_often_as_there_is_time(slab_judg
 def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
     before = slab_judge.samples.force.copy()
 
-    def respond(contact, force):
-        force[:] = 0.0
+    def respond(load):
+        load.single()[1][:] = 0.0
         return np.zeros((slab_judge.truth.shape[1], 3))
 
     ask(SimpleNamespace(respond=respond, precede=respond), slab_judge, 6, 0.0)
@@ -170,9 +185,9 @@ def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
 
 def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
     with pytest.raises(InputError, match=r"^mine\.py: respond gave the shape \(3,\)"):
-        ask(SimpleNamespace(respond=lambda contact, force: force), slab_judge, 6, 0.0, "mine.py")
+        ask(SimpleNamespace(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
     nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
-    asked = ask(SimpleNamespace(respond=lambda contact, force: nothing), slab_judge, 6, 0.0)
+    asked = ask(SimpleNamespace(respond=lambda load: nothing), slab_judge, 6, 0.0)
     assert asked.errors == [None] * 6 and all("not finite" in said for said in asked.failures)
 
 

@@ -169,6 +169,9 @@ def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(truth):
     [both], [one] = (truth_table({"slab": each}).itertuples() for each in (truth, replace(truth, levels=levels)))
     assert (both.samples, one.samples, one.rejected) == (2, 1, 0)
     assert one.patch_rms_of_peak == truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
+    assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
+    assert one.validation_rmse_of_peak == truth.own[1, OWN.index("rmse_of_peak")]
+    assert one.validation_patch_rms_of_peak == truth.own[1, OWN.index("patch_rms_of_peak")]
 
 
 def test_every_objection_has_its_words(slab, loads, truth, monkeypatch):
@@ -194,7 +197,8 @@ def test_it_is_the_same_when_read_again(truth, tmp_path):
 
 
 def test_the_table_says_how_well_it_is_known(truth):
-    table = truth_table({"slab_small": truth}, {"slab_small": pd.DataFrame({"rmse_of_peak": [0.001, 0.003]})})
+    other = pd.DataFrame({"sample": truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02})
+    table = truth_table({"slab_small": truth}, {"slab_small": other})
     assert table.columns.tolist() == COLUMNS
     [row] = table.itertuples()
     assert row.samples == 2 and row.rejected == row.inverted == 0 and row.why_rejected == ""
@@ -202,5 +206,8 @@ def test_the_table_says_how_well_it_is_known(truth):
     assert row.patch_rms_of_peak_max == pytest.approx(truth.own[:, OWN.index("patch_rms_of_peak")].max())
     assert row.ratio_min == truth.ratio.min() and row.least_det == truth.least_det.min()
     assert row.volume_change == pytest.approx(truth.volume_change.mean())
-    assert (row.newton_iterations, row.cg_iterations) == (truth.iterations.mean(), truth.products.mean())
+    assert (row.iterations, row.cycles) == (truth.iterations.mean(), truth.products.mean())
     assert row.other_element == pytest.approx(0.002) and row.other_element_samples == 2
+    assert row.other_element_patch == pytest.approx(0.02)
+    assert row.other_element_own == truth.own[1, OWN.index("rmse_of_peak")] != row.rmse_of_peak
+    assert row.other_element_own_patch == truth.own[1, OWN.index("patch_rms_of_peak")]

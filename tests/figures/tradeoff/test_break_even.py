@@ -20,3 +20,10 @@ def test_several_splits_have_one_line_for_each_setting(trade_off_tables):
     axis = break_even.draw(accuracy_vs_time((1, 2)), trade_off_tables["advice"]).axes[0]
     named = [text.get_text().rsplit(",", 1)[0] for text in axis.get_legend().get_texts()]
     assert len(named) == len(set(named))
+
+
+def test_no_line_is_hidden_by_the_names(trade_off_tables):
+    figure = break_even.draw(trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"])
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        assert axis.get_legend().get_window_extent().y1 < axis.get_window_extent().y0

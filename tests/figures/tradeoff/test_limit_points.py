@@ -4,6 +4,7 @@ import pytest
 from fixtures.trade_off import limit_points as made_up
 
 from palpate.figures.tradeoff import limit_points
+from palpate.samples.press_search import PRESSURE
 
 
 def test_only_the_contact_that_snaps_is_marked():
@@ -21,3 +22,8 @@ def test_the_colour_is_the_least_determinant():
     points = limit_points.draw(table).axes[0].collections[0]
     first = table[(table["body"] == "cylinder") & (table["contact"] == 0)]
     assert list(points.get_array()) == list(first["least_det"])
+
+
+def test_the_limit_is_that_of_the_presses():
+    lines = limit_points.draw(made_up()).axes[0].lines
+    assert [line.get_xdata()[0] for line in lines if line.get_linestyle() == ":"] == [PRESSURE]

@@ -25,7 +25,7 @@ def test_the_limit_of_another_element_is_drawn_where_it_was_found():
     named = [text.get_text() for text in truth.draw(table).legends[0].get_texts()]
     checked = table.assign(other_element=[0.002] + [float("nan")] * (len(table) - 1))
     added = {text.get_text() for text in truth.draw(checked).legends[0].get_texts()} - set(named)
-    assert added == {"distance of the limit of linear elements, RMSE"}
+    assert added == {"distance of the limit of linear elements, from the own error of the same samples"}
 
 
 def test_the_worst_sample_and_all_orders_are_lines():
@@ -35,3 +35,15 @@ def test_the_worst_sample_and_all_orders_are_lines():
     ends = [segment[-1, 0] for segment in errors.collections[0].get_segments()]
     assert ends == [pytest.approx(300 * rms) for rms, _ in OWN.values()]
     assert order.collections[0].get_segments()[0][:, 0] == pytest.approx([1, 2])
+    diverging = truth.draw(more.assign(ratio_min=0.5)).axes[1]  # a change that grew is shown as it is
+    assert diverging.collections[0].get_segments()[0][0, 0] == pytest.approx(-1) and diverging.get_xlim()[0] < -1
+
+
+def test_validation_samples_and_the_own_error_of_checked_samples_are_drawn_beside():
+    table = made_up()
+    more = table.assign(other_element=0.002, other_element_own=0.001, other_element_patch=0.02)
+    errors = truth.draw(more.assign(other_element_own_patch=0.01)).axes[0]
+    crosses = [list(line.get_xdata()) for line in errors.lines if line.get_marker() == "x"]
+    assert crosses[0] == [pytest.approx(250 * rms) for rms, _ in OWN.values()] and len(crosses) == 2
+    joined = [part.get_segments()[0][:, 0] for part in errors.collections[-2:]]
+    assert joined == [pytest.approx([0.1, 0.2]), pytest.approx([1, 2])]

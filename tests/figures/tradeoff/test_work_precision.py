@@ -154,3 +154,42 @@ def test_own_models_are_drawn_wherever_they_come(found):
     settings, advice = (table.replace({"detail_correction": "mine", "linear_fem": "other"}) for table in found)
     written = plain(work_precision.draw(settings, advice, scene="liver_small"))
     assert {"mine", "other"} <= set(written)
+
+
+def test_a_patch_that_is_not_well_known_says_so_and_on_which_contacts(found):
+    settings, advice = found
+    truth = settings["model"] == "truth"
+    settings.loc[truth, "validation_patch_rms_of_peak"] = 0.019
+    rms, patch, *_ = work_precision.draw(settings, advice, scene="liver_small").axes
+    [told] = [text.replace("\n", " ") for text in plain(patch) if "truth" in text]
+    assert told == (
+        "The truth is known to 1.9 % only on validation contacts (0.3 % on test contacts), not to 0.3 % (grey: models "
+        "are tied)"
+    )
+    assert "grey: below the error of the truth itself, 0.09 %; models are tied" in plain(rms)
+    assert all(
+        len(line) <= precision_panel.WIDTH for text in plain(patch) if "truth" in text for line in text.split("\n")
+    )
+
+
+def test_long_settings_leave_the_panels_their_width(found):
+    settings, advice = found
+
+    def width(settings) -> float:
+        figure = work_precision.draw(settings, advice, scene="liver_small")
+        figure.draw_without_rendering()
+        return figure.axes[0].get_position().width
+
+    longer = settings.assign(setting=settings["setting"].where(settings["model"] != "linear_fem", "word " * 40))
+    assert width(longer) == pytest.approx(width(settings), abs=1e-3)
+
+
+def test_numbers_of_points_beside_each_other_do_not_overlap(found):
+    settings, advice = found
+    first = settings["model"] == "linear_fem"
+    settings.loc[first, ["online_median_s", "rmse_of_peak"]] = 65e-6, 0.0117
+    second = (settings["model"] == "linear_residual") & (settings["setting"] == "samples=42")
+    settings.loc[second, ["online_median_s", "rmse_of_peak"]] = 68e-6, 0.0115
+    axis = work_precision.draw(settings, advice, scene="liver_small").axes[0]
+    places = [text.get_position() for text in axis.texts if text.get_text() in ("1", "2")]
+    assert len(set(places)) == 2

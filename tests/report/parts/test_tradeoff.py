@@ -12,14 +12,15 @@ from palpate.files import read_yaml
 from palpate.models.model_registry import MODELS, RESERVED
 from palpate.report import page as report
 from palpate.report.parts import tradeoff, tradeoff_models
+from palpate.report.parts.tradeoff_numbers import snaps
 
 FAMILIES = read_yaml(CAPTIONS / "tradeoff/models.yaml")
-FIGURES = ["advice", "break_even", "truth", *(f"work_precision_{scene}" for scene in OWN)]
+FIGURES = ["advice", "break_even", "truth", "error_bounds", *(f"work_precision_{scene}" for scene in OWN)]
 
 
 @pytest.fixture
 def found(trade_off_tables):
-    return {name: trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice", "truth")}
+    return {name: trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice", "truth", "error_bounds")}
 
 
 def test_captions_get_their_numbers(found):
@@ -54,14 +55,39 @@ def test_the_answer_says_how_far_away_the_truth_is_how_well_it_is_known_and_the_
     )
     assert known == (
         "The truth itself is known to 0.15 % of the peak displacement over the surface, and to 0.6 % in the dent under "
-        "the disc of 12 mm radius."
+        "the disc of 12 mm radius (0.38 % and 1.5 % where settings are chosen)."
     )
     assert dent.startswith(
-        "In the dent itself, the least error is 7.8 % within 1 ms (warped Green's functions), 5.8 % wit"
+        "In the dent itself, the advised model has 7.8 % within 1 ms (warped Green's functions), 5.8 % wit"
     )
     assert any(
         line.startswith("Within 1 ms (fast enough for force feedback to a hand), take linear FEM + ker")
         for line in rest
+    )
+    last = next(line for line in rest if line.startswith("For an error of at most"))
+    assert last.endswith(
+        "none is sure to be (quadratic elements (P2): 0.8 % on test, 0.82 % on validation; the truth: 0.15 %)."
+    )
+
+
+def test_the_answer_says_if_an_error_is_larger_on_test_contacts(found):
+    settings, advice = found["accuracy_vs_time"], found["advice"]
+    asked = (advice["max_error"] == 0.05) & (advice["error"] == "rms")
+    advice.loc[asked, "rmse_of_peak"] = 0.07
+    said = numbers("tradeoff", {**found, "accuracy_vs_time": settings})["answer"]
+    assert "on the test contacts its error is larger than asked, 7 %)" in said
+
+
+def test_snaps_are_those_of_the_table(trade_off_tables):
+    table = trade_off_tables["limit_points"]
+    # the contact whose equilibrium is lost counts, too
+    assert (
+        snaps(table)
+        .replace("\u00a0", " ")
+        .startswith("At 2 of 12 contacts the dent snaps, first between 0.29 and 0.31 of Young's modulus, from ")
+    )
+    assert snaps(table[table["body"] == "cylinder"]) == (
+        "At none of 6 contacts the dent grows much faster than the load."
     )
 
 
@@ -88,6 +114,8 @@ def test_the_report_shows_all_of_it(found, tmp_path):
     assert not re.search(r"\{[a-z_]+\}", page.split("</style>")[1].split("<script>")[0])
     first = page[: page.index("</header>")]
     assert "The hardest scene of this run is" in first and "<img" in first and "The <strong>error</strong>" in first
+    bounds = page[page.index("90 % bounds of single answers") :]
+    assert "one fine residual" in bounds[:4000] and "With 10 contacts" in page.replace("\n", " ")
     # each diagram has a small one for narrow screens
     assert page.count('<source media="(max-width: 44rem)"') == len(OWN)
     assert "limit points" not in page and "figure_limit_points" not in page
@@ -96,6 +124,15 @@ def test_the_report_shows_all_of_it(found, tmp_path):
 def test_what_only_some_runs_have_is_shown_where_it_is(found, trade_off_tables, tmp_path):
     page = written(tmp_path, found | {"limit_points": trade_off_tables["limit_points"]}, more=["limit_points"])
     assert '<figure id="figure_limit_points">' in page and "A finding about the corotational law" in page
+
+
+def test_loads_that_nothing_was_prepared_for_are_shown_where_they_were_asked(found, trade_off_tables, tmp_path):
+    page = written(tmp_path, found | {"any_load": trade_off_tables["any_load"]}, more=["any_load"])
+    assert '<figure id="figure_any_load">' in page and "Loads that nothing was prepared for" in page
+    row = re.search(r"<tr><td[^>]*>cylinder large</td><td[^>]*>never prepared</td>(.*?)</tr>", page)
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", row[1])
+    assert cells == ["quadratic elements (P2) (level=1, start=rest): 0.72 % in 180 ms", "none"]
+    assert "What models refuse" in page and "the place is not prepared" in page
 
 
 def test_with_several_splits_advice_says_in_how_many_it_is_the_same(found, trade_off_tables, tmp_path):

@@ -3,7 +3,10 @@
 
 def modules_of(family):
     """The modules of palpate that the models of a family live in; a user's own model is an input instead."""
-    places = {recipe["place"] for recipe in FAMILIES[family].values()}
+    stages = grid_of(family)[family].get("stages", [])
+    places = {recipe["place"] for recipe in FAMILIES[family].values()} | {
+        MODELS[stage["model"]][0] for stage in stages
+    }
     return sorted(place for place in places if not place.endswith(".py"))
 
 
@@ -39,4 +42,37 @@ def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
         for regime in regimes
         for split in splits or splits_of(body, regime)
         for family in [*FAMILIES, "bounds"]
+    ]
+
+
+def any_load_scenes():
+    """The body and the regime of each scene in which models are asked for any load."""
+    bodies, regimes = ANY_LOAD["bodies"] or PRESSED, ANY_LOAD["regimes"] or REGIMES
+    return [(body, regime) for body in bodies for regime in regimes]
+
+
+def any_load_models():
+    """The recipe of each model that is asked for any load, and what its settings must have in their names."""
+    asked = (ANY_LOAD or {"models": {}})["models"]
+    recipes = {
+        name: recipe
+        for family in families(list(asked), OWN_MODELS).values()
+        for name, recipe in family.items()
+    }
+    return {name: (recipes[name], pattern) for name, pattern in asked.items()}
+
+
+def any_load_modules():
+    """The modules of palpate that these models live in."""
+    places = {recipe["place"] for recipe, _ in any_load_models().values()}
+    return sorted(place for place in places if not place.endswith(".py"))
+
+
+def estimate_files():
+    """One file for each body, regime and split: what errors are estimated from."""
+    return [
+        f"results/data/{body}/{regime}/tradeoff/{split}/estimates.csv"
+        for body in PRESSED
+        for regime in REGIMES
+        for split in splits_of(body, regime)
     ]

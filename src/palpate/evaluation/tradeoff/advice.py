@@ -12,6 +12,7 @@ from palpate.evaluation.tradeoff.advice_choice import choice, passed_over, versu
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN, Known
 from palpate.evaluation.tradeoff.bootstrap import BOUNDS, RANGE, resampled
 from palpate.evaluation.tradeoff.equal_settings import EQUAL, KINDS, by_error, by_time
+from palpate.models.conformal import bound_factor, finite
 
 NONE = "none"
 """The word that stands for a model where none fits."""
@@ -25,11 +26,14 @@ class Advice(NamedTuple):
     rmse_of_peak, patch_rms_of_peak, p95_of_peak : means over the test samples, which had no part in the choice
     validation_error : the mean that it was chosen by
     error_low, error_high : between which the mean error of this kind lies in 5 to 95 % of draws of splits and contacts
+    bound_of_peak : below which the error of a single answer at another contact stays in nine cases of ten, as found on
+        validation and test contacts by ``conformal.bound_factor``; NaN where these are too few
     margin : share of the budget that online_p95_s leaves, or of max_error that error_high leaves; negative if too large
     confidence : share of the draws in which it is (tied with) the least wrong that fits, or stays under max_error
     rival, rival_setting, factor : the choice without this model, and how many times as wrong, or as slow, it is
-    reference_error : of this kind, of the truth itself, below which models are tied; where a body moves that of the
-        reference's step, which is added to what is compared with max_error
+    reference_error : of this kind, of the truth itself, below which models are tied, the larger of that on validation
+        and on test samples; where a body moves that of the reference's step, which is added to what is compared with
+        max_error
     faster, faster_setting, faster_error, faster_high, faster_factor : what is this many times as fast and was passed
         over, as its error may be above max_error: the error that it was judged by, and up to where it may be
     """
@@ -46,6 +50,7 @@ class Advice(NamedTuple):
     validation_error: float = np.nan
     error_low: float = np.nan
     error_high: float = np.nan
+    bound_of_peak: float = np.nan
     p95_of_peak: float = np.nan
     online_p95_s: float = np.nan
     margin: float = np.nan
@@ -74,8 +79,8 @@ def advise(
     settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``bootstrap.read_errors`` gives them
     Settings are chosen by their errors on the validation samples of the split; what is said of them is measured on its
     test samples. A setting that failed on any sample is never advised. Of what fits a budget the least wrong is taken,
-    of what stays under an error in 95 % of draws the fastest. Below the truth's own error models are tied. Ties go to
-    the faster, or the less wrong, then to less memory.
+    of what stays under an error in 95 % of draws the fastest. Below the truth's own error models are tied, and no
+    smaller error is promised. Ties go to the faster, or the less wrong, then to less memory.
     Raises InputError if the two tables do not belong together.
     """
     found: list[Advice] = []
@@ -99,6 +104,7 @@ class _Question:
         chooses, tests = (errors[errors["side"] == side] for side in ("validation", "test"))
         here = tests[tests["split"] == self.split]
         _check(self.scene, self.able, here)
+        self.errors = errors[errors["split"] == self.split].groupby(["model", "setting"])
         index = self.able.index
         self.means = resampled(tests, column).reindex(index).fillna(resampled(here, column).reindex(index))
         drawn = resampled(chooses[chooses["split"] == self.split], column).reindex(index)
@@ -122,9 +128,11 @@ class _Question:
         )
 
     def under(self, max_error: float) -> Advice:
-        """Choose the fastest of what is surely accurate enough, as far as the truth is known."""
+        """Choose the fastest of what is surely accurate enough; none where the truth is not known that well."""
         none = Advice(self.scene, self.kind, self.split, np.nan, max_error, reference_error=self.known.own)
-        fits = self.able[(self.highest <= max(max_error, self.known.floor)).to_numpy()]
+        if max_error < self.known.own:
+            return none._replace(why=reasons.unknown(self.able, self.known))
+        fits = self.able[(self.highest <= max_error).to_numpy()]
         if fits.empty:
             return none._replace(why=reasons.wrong(self.able, self.highest, self.known, max_error))
         best, rival = choice(fits, by_time(self.known.chosen_by), self.known.floor)
@@ -143,7 +151,9 @@ class _Question:
         low, high = self.means.loc[best.name].quantile(list(RANGE))
         copied = ("model", "setting", *KINDS.values(), "p95_of_peak", "online_p95_s")
         found = {name: best[name] for name in copied} | {"validation_error": best[self.known.chosen_by]}
-        return found | {"error_low": low, "error_high": high}
+        asked = self.errors.get_group(best.name)
+        bound = finite(bound_factor(asked[self.known.column].to_numpy(), asked["contact"].to_numpy()))
+        return found | {"error_low": low, "error_high": high, "bound_of_peak": bound}
 
 
 def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:

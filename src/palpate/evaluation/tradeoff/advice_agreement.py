@@ -5,6 +5,7 @@ from typing import Any
 
 import pandas as pd
 
+from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.equal_settings import KINDS
 
 AGREEMENT_COLUMNS = [
@@ -67,3 +68,14 @@ def _by(advice: pd.DataFrame, columns: list[str]) -> Iterable[tuple[Any, pd.Data
 def same_in(advice: pd.DataFrame) -> tuple[int, int]:
     """Return in how many splits the first row's model is advised, and how many there are, for one question."""
     return int((advice["model"] == advice["model"].iloc[0]).sum()), len(advice)
+
+
+def agreed(agreement: pd.DataFrame) -> tuple[float, float, int]:
+    """Return how often splits agree on a model: the mean share of splits, the share of questions in which all do.
+
+    agreement : of advice_agreement.csv; questions that most splits answer with "none" are left out, as no model is
+    advised there, and the number of the others is the third that is returned
+    """
+    answered = agreement[agreement["model"] != NONE]
+    share = answered["same"] / answered["splits"]
+    return float(share.mean()), float((share == 1).mean()), len(answered)

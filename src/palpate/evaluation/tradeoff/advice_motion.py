@@ -47,7 +47,7 @@ def _within(able: pd.DataFrame, scene: str, budget_ms: float) -> Advice:
     best, rival = choice(fits, BY_ERROR)
     said = f"least error of {counted(fits)} that run in real time and leave {100 * MARGIN:.0f} % of it unused"
     found = _told(best) | versus(best, rival, "rmse_of_peak")
-    why = _why(said, best, rival, "rmse_of_peak")
+    why = f"{_why(said, best, rival, 'rmse_of_peak')}; {_mesh(able)}"
     return Advice(scene, *MOVING, budget_ms, np.nan, **found, margin=1 - used[best.name], why=why)
 
 
@@ -69,7 +69,7 @@ def _under(able: pd.DataFrame, scene: str, max_error: float) -> Advice:
     found = _told(best) | versus(best, rival, "real_time_factor") | passed
     said = f"fastest of {counted(fits)} whose error, {own}, stays below {percent(max_error)}"
     why = _why(said, best, rival, "real_time_factor")
-    why = "; ".join([why, *reasons.passed_over(passed, "the reference's own added")])
+    why = "; ".join([why, *reasons.passed_over(passed, "the reference's own added"), _mesh(able)])
     margin = 1 - known[best.name] / max_error
     return Advice(scene, *MOVING, np.nan, max_error, **found, margin=margin, why=why)
 
@@ -83,6 +83,10 @@ def _told(best: pd.Series) -> dict:
 
 def _own(able: pd.DataFrame) -> float:
     return float(able["reference_change"].iloc[0])
+
+
+def _mesh(able: pd.DataFrame) -> str:
+    return f"the error of the reference's mesh (level {able['reference_level'].iloc[0]:g}) is not in these"
 
 
 def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:

@@ -10,18 +10,25 @@ MARGIN = 0.2
 """Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""
 
 
+UNSURE = 0.5
+"""Share of draws below which a choice is not called the best: another was, more often than not."""
+
+
 class Known:
     """The knowledge that a split's rows of accuracy_vs_time.csv hold about one kind of error.
 
     settings : the rows; column : of the errors on test samples; chosen_by : of those on validation samples
-    own : the truth's own error on the test samples, NaN where it is not known
-    floor : below which errors cannot be told apart: the truth's own on the test or the validation samples
+    own : the truth's own error, the larger of that on the test and on the validation samples; NaN where not known
+    floor : below which errors cannot be told apart: that, or what nobody could measure
+    where : the samples on which the truth is known less well, in words
     """
 
     def __init__(self, settings: pd.DataFrame, column: str):
         self.settings, self.column, self.chosen_by = settings, column, f"validation_{column}"
-        self.own = truth_error(settings, column)
-        self.floor = float(np.nanmax([EXACT, self.own, truth_error(settings, self.chosen_by)]))
+        tests, chooses = truth_error(settings, column), truth_error(settings, self.chosen_by)
+        self.own = float(np.fmax(tests, chooses))
+        self.floor = float(np.fmax(EXACT, self.own))
+        self.where = "validation contacts" if chooses > tests else "test contacts"
 
 
 def truth_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
@@ -36,7 +43,7 @@ def within(
     parts = [
         f"least validation error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of {budget_ms:g} ms "
         "unused",
-        f"best, or tied with the best, in {_share(confidence)} of draws of the test contacts",
+        _sure(confidence, rival),
         next_best(rival, best, known.column, known.floor),
     ]
     settings = known.settings[~known.settings["model"].isin(BOUNDS)]
@@ -49,6 +56,15 @@ def within(
             f"but too close to the budget ({_ms(close['online_p95_s'])})"
         )
     return "; ".join([*parts, *_truth(best[known.chosen_by], known), *_failed(settings)])
+
+
+def _sure(confidence: float, rival: pd.Series | None) -> str:
+    """Explain how often a choice is the best of what fits, or that it hardly differs from the others."""
+    if confidence < UNSURE:
+        who = name(rival) if rival is not None else "its other settings"
+        more = f"another setting is less wrong in {_share(1 - confidence)} of draws"
+        return f"hardly better than {who}: on the test contacts {more}"
+    return f"best, or tied with the best, in {_share(confidence)} of draws of the test contacts"
 
 
 def late(able: pd.DataFrame, known: Known, budget_ms: float) -> str:
@@ -66,14 +82,25 @@ def under(
 ) -> str:
     """Explain ``best`` of what stays under an error; passed : fields of an ``Advice`` about what is faster."""
     parts = [
-        f"fastest of {counted(fits)} with a mean validation error that stays below {percent(max(limit, known.floor))} "
+        f"fastest of {counted(fits)} with a mean validation error that stays below {percent(limit)} "
         f"in {_share(RANGE[1])} of draws of the contacts",
         next_best(rival, best, "online_median_s"),
         *passed_over(passed, f"in {_share(RANGE[1])} of draws it is not more"),
     ]
-    if best[known.column] > max(limit, known.floor):
-        parts.append(f"on the test contacts its error is larger, {percent(best[known.column])}")
-    return "; ".join([*parts, *_truth(best[known.chosen_by], known, limit), *_failed(known.settings)])
+    if best[known.column] > limit:
+        parts.insert(0, f"on the test contacts its error is larger than asked, {percent(best[known.column])}")
+    return "; ".join([*parts, *_truth(best[known.chosen_by], known), *_failed(known.settings)])
+
+
+def unknown(able: pd.DataFrame, known: Known) -> str:
+    """Explain that no model can be judged by an error as small as was asked for."""
+    told = (
+        f"the truth is known to {percent(known.own)} only (on the {known.where}), so that no smaller error can be told"
+    )
+    if able.empty:
+        return told
+    least = able.loc[able[known.column].idxmin()]
+    return f"{told}; the least on test contacts is {percent(least[known.column])}, of {name(least)}"
 
 
 def wrong(able: pd.DataFrame, highest: pd.Series, known: Known, limit: float) -> str:
@@ -112,7 +139,8 @@ def behind(factor: float, tie: float, what: str) -> str:
     """Describe how far a rival is behind: "has 4 times the error", or "is equal" within the factor ``tie``."""
     if 1 / tie <= factor <= tie:
         return "is equal within the spread of runs"
-    return f"has {factor:.3g} times the {what}" if factor < 1000 else f"has over 1000 times the {what}"
+    less = " on the test contacts" if factor < 1 and what == "error" else ""
+    return f"has {factor:.3g} times the {what}{less}" if factor < 1000 else f"has over 1000 times the {what}"
 
 
 def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: float = EXACT) -> str:
@@ -123,15 +151,12 @@ def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: floa
     return f"the next best model, {name(rival)}, {behind(ratio(rival, best, column, floor), tie, what)}"
 
 
-def _truth(error: float, known: Known, limit: float = np.inf) -> list[str]:
-    """Explain where the truth is not known well enough: for the limit that is asked for, or to tell models apart."""
-    if known.floor <= EXACT:
+def _truth(error: float, known: Known) -> list[str]:
+    """Explain where the truth is not known well enough to tell models apart."""
+    if not known.own > EXACT or error >= known.own:
         return []
-    if limit < known.floor:
-        return [f"the truth itself is known to {percent(known.floor)} only, so that no smaller error can be told"]
-    if error < known.floor:
-        return [f"below {percent(known.floor)}, the truth's own error, models are tied and the fastest is taken"]
-    return []
+    own = f"{percent(known.own)}, the truth's own error on the {known.where}"
+    return [f"below {own}, models are tied and the fastest is taken"]
 
 
 def _failed(settings: pd.DataFrame) -> list[str]:

@@ -1,8 +1,9 @@
 """Check of the settings of the trade-off between accuracy and time."""
 
+import re
 from pathlib import Path
 
-from palpate.config import pressed_bodies
+from palpate.config import FINGER, pressed_bodies
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
@@ -18,10 +19,31 @@ def check(config: dict, file: Path) -> None:
         raise InputError(
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
+    stages = [stage["model"] for stage in config["tradeoff"]["settings"]["cascade"]["stages"]]
+    if wrong := describe_unknown(stages, [name for name in model_registry.MODELS if name != "cascade"]):
+        raise InputError(f"{place}.settings.cascade.stages names {wrong}")
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
     _check_bodies(file, config)
+    _check_any_load(file, config)
+
+
+def _check_any_load(file: Path, config: dict) -> None:
+    """Raise InputError for models, bodies and regimes of ``any_load`` that there are not, or no regular expression."""
+    asked, place = config["tradeoff"]["any_load"], f"{file}: tradeoff.any_load"
+    if asked is None:
+        return
+    if wrong := model_registry.unknown(list(asked["models"]), config["tradeoff"]["own_models"]):
+        raise InputError(f"{place}.models names {wrong}")
+    for key, known in (("bodies", pressed_bodies(config)), ("regimes", list(config["regimes"]))):
+        if wrong := describe_unknown(asked[key] or [], known):
+            raise InputError(f"{place}.{key} names {wrong}")
+    for name, pattern in asked["models"].items():
+        try:
+            re.compile(pattern)
+        except re.error as error:
+            raise InputError(f"{place}.models.{name}: {pattern} is no regular expression ({error}).") from error
 
 
 def _check_bodies(file: Path, config: dict) -> None:
@@ -38,6 +60,9 @@ def _check_bodies(file: Path, config: dict) -> None:
         raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
     if wrong := describe_unknown(config["tradeoff"]["in_depth"] or [], pressed_bodies(config)):
         raise InputError(f"{file}: tradeoff.in_depth names {wrong}")
+    fingers = {FINGER.format(1e6 * radius) for radius in config["tradeoff"]["finger_radii_m"]}
     for name, regime in config["regimes"].items():
+        if name in fingers:
+            raise InputError(f"{file}: regimes.{name} has the name of a regime of finger_radii_m; give it another.")
         if wrong := describe_unknown(list(regime["radius_of_body_m"]), list(config["bodies"])):
             raise InputError(f"{file}: regimes.{name}.radius_of_body_m names {wrong}")

@@ -13,14 +13,16 @@ from palpate.evaluation.tradeoff.judge import SIDES, Judge
 from palpate.models.model import Case
 
 ERRORS = list(TruthErrors._fields)
-SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak"]
+SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak"]
 """The errors whose median and 95th percentile over the test samples are tabulated beside their means."""
 CHOSEN_BY = ["rmse_of_peak", "patch_rms_of_peak"]
 """The errors that settings are chosen by, on validation samples."""
 LABELS = ["scene", "body", "regime", "model", "setting"]
 KIND = ["sees", "prepared", "law"]
 OPERATOR = "operator_rmse_of_peak"
-SAMPLE_COLUMNS = [*LABELS, "split", "side", "sample", "contact", *ERRORS, OPERATOR, "seconds", "failure"]
+ESTIMATED = "estimated_of_peak"
+"""The error that a model estimates of its own answer; empty of models that do not."""
+SAMPLE_COLUMNS = [*LABELS, "split", "side", "sample", "contact", *ERRORS, OPERATOR, ESTIMATED, "seconds", "failure"]
 SETTING_COLUMNS = [
     *LABELS, *KIND, "protocol", "split", "samples", "failures", *ERRORS, OPERATOR,
     *(f"{name}_{part}" for name in SPREAD for part in ("median", "p95")),
@@ -35,12 +37,14 @@ class Asked(NamedTuple):
     errors : of its answers; None where it failed, and ``failures`` has its message, else ""
     operator : distance from the fine operator, as a share of the peak; NaN where that means nothing
     seconds : of every timed call of each sample; of one that failed, none
+    estimated : the RMSE over peak that the solver estimates of its answer; None or NaN where it does not
     """
 
     errors: list[TruthErrors | None]
     operator: list[float]
     failures: list[str]
     seconds: list[list[float]]
+    estimated: list[float] | None = None
 
     @staticmethod
     def failed(failure: NotConverged, count: int) -> "Asked":
@@ -79,6 +83,7 @@ def _sample_rows(finding: Finding, judge: Judge) -> list[dict]:
         if found is not None:
             seconds = np.median(asked.seconds[i]) if asked.seconds[i] else np.nan
             row |= found._asdict() | {OPERATOR: asked.operator[i], "seconds": seconds}
+            row |= {ESTIMATED: asked.estimated[i] if asked.estimated else np.nan}
         rows.append(row)
     return rows
 

@@ -1,7 +1,8 @@
 """Limit points of the corotational law itself: a body under a growing press, which snaps to another shape.
 
 Beyond such a point no answer is nearby, so that meshes disagree, models cannot follow, and there is no truth to
-measure against. Presses of the trade-off stay below them, by their peak pressure.
+measure against. Presses of the trade-off stay below them: by their peak pressure, and where that is not enough, as they
+are lowered where an element is squeezed to half or the body collapses.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,10 +11,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import kept_contacts
+from palpate.bodies.contacts import contacts_of, kept_contacts, row_of
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import NotConverged
+from palpate.samples.presses import check_radius
 from palpate.solvers.equilibrium import Equilibrium
 
 COLUMNS = ["body", "contact", "pressure_of_young", "peak_of_size", "least_det", "converged"]
@@ -35,14 +37,19 @@ def limit_points(
 ) -> pd.DataFrame:
     """Press inward on a disc of ``radius_m`` [m], harder from step to step, each starting from the one before.
 
-    contacts : coarse nodes, or how many of those that ``kept_contacts`` spreads
+    contacts : coarse nodes, or how many of those that ``kept_contacts`` spreads; InputError for one that is not free,
+        or for a radius that ``check_radius`` refuses
     Returns one row a step with COLUMNS: the peak displacement reached, the smallest det F (0 and below: an element is
     inverted), and whether an equilibrium was found; if not, the first two are empty, and the contact ends there.
     """
+    check_radius(body, radius_m)
+    able = contacts_of(body)
+    chosen = kept_contacts(body, contacts) if isinstance(contacts, int) else np.asarray(contacts)
+    for contact in chosen:
+        row_of(able, int(contact), f"tradeoff.limit_points.contacts of {body.name}: ")
     level = min(LEVEL, len(body.levels) - 1)
     whole = body if level + 1 < len(body.levels) else finer(body)
     problem = Equilibrium(whole, level, order=2)
-    chosen = kept_contacts(body, contacts) if isinstance(contacts, int) else np.asarray(contacts)
     rows: list[list] = []
     for contact in progress([int(c) for c in chosen]):
         inward = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0

@@ -15,6 +15,7 @@ from palpate.evaluation.accuracy import TruthErrors
 from palpate.evaluation.timing import time_calls
 from palpate.evaluation.tradeoff.findings import Asked, Finding, found_rows, labels_of
 from palpate.evaluation.tradeoff.judge import Judge
+from palpate.models.load import Answer, Load
 from palpate.models.model import Case, Model, Setting, Solver, checked, setting_text
 
 
@@ -44,12 +45,13 @@ def measure(
             fresh = replace(case, used={})
             start = perf_counter()
             solver = _prepared(model, fresh, setting)
-            offline = perf_counter() - start + sum(fresh.used.values())
+            offline = perf_counter() - start
             if isinstance(solver, NotConverged):
                 asked, memory = Asked.failed(solver, len(judge.numbers)), 0.0
             else:
                 asked = ask(solver, judge, repeats, budget_s, model.place, model.reduces != "")
                 memory = float(solver.memory_mb)
+            offline += sum(fresh.used.values())  # with the contacts that were prepared when they were asked for
             told = kind | {"prepared": model.needs_contacts(setting)}
             findings.append(Finding(labels_of(case, name, setting_text(setting)), asked, offline, memory, told))
     return found_rows(findings, judge)
@@ -65,39 +67,41 @@ def ask(
     """
     count = len(judge.numbers)
     found: list[TruthErrors | None] = [None] * count
-    operator = [np.nan] * count
+    operator, estimated = [np.nan] * count, [np.nan] * count
 
-    def receive(i: int, answer: np.ndarray) -> None:
-        checked(answer, judge.truth.shape[1], place)
+    def receive(i: int, answer: np.ndarray | Answer) -> None:
+        moved = checked(answer, judge.truth.shape[1], place)
         if found[i] is None:
-            found[i] = judge.errors(i, answer)
-            operator[i] = judge.operator_error(i, answer) if reduces else np.nan
+            found[i] = judge.errors(i, moved)
+            operator[i] = judge.operator_error(i, moved) if reduces else np.nan
+            if isinstance(answer, Answer) and answer.error is not None:
+                estimated[i] = answer.error
 
     timed = time_calls(_Queries(solver, judge), repeats, budget_s, receive)
     for i, failure in enumerate(timed.failures):
         if failure:
             found[i], operator[i] = None, np.nan
-    return Asked(found, operator, timed.failures, timed.seconds)
+    return Asked(found, operator, timed.failures, timed.seconds, estimated)
 
 
 class _Queries(Sequence):
-    """One query for each sample; looked up, it has a copy of the force for the solver, which may prepare for it."""
+    """One query for each sample; looked up, it has a copy of the load for the solver, which may prepare for it."""
 
     def __init__(self, solver: Solver, judge: Judge):
         self._solver, self._samples = solver, judge.samples
-        self._precede: Callable[[int, np.ndarray], object] | None = getattr(solver, "precede", None)
+        self._precede: Callable[[Load], object] | None = getattr(solver, "precede", None)
 
     def __len__(self) -> int:
         return len(self._samples.contact)
 
     def __getitem__(self, i: Any) -> Any:  # a slice has no meaning here
-        contact, force = int(self._samples.contact[i]), self._samples.force[i]
+        load = Load.at(self._samples.contact[i], self._samples.force[i].copy())
         if self._precede:
             try:
-                self._precede(contact, force.copy())
+                self._precede(load)
             except NotConverged as failure:
                 return partial(_raise, failure)
-        return partial(self._solver.respond, contact, force.copy())
+        return partial(self._solver.respond, load)
 
 
 def _raise(failure: NotConverged) -> None:

@@ -37,7 +37,7 @@ class Truth:
     ratio, order : (k,) by how much the last halving reduced the change, as it is, and its logarithm to base 2
     least_det : (k,) the least determinant of the deformation gradient at any point of integration of any level
     volume_change : (k,) of the body on the finest level of each sample, over its volume at rest
-    iterations, products : (k,) Newton's iterations and those of conjugate gradients, of all levels together
+    iterations, products : (k,) iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
     own : (k, len(OWN)) the error that the limit may have itself, as ``TruthErrors``
     rejected : (k,) why a sample's limit is not believed, or ""
     seconds : (k,) time of its solutions [s]

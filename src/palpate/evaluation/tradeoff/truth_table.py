@@ -5,13 +5,15 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pandas as pd
 
+from palpate.evaluation.tradeoff.equal_settings import KINDS
 from palpate.evaluation.tradeoff.truth import OWN, SQUEEZED, Truth
 
 COLUMNS = [
     "scene", "radius_m", "samples", "rejected", "elements", "level", "nodes", "inverted", "rmse_of_peak", "relative_l2",
     "patch_rms_of_peak", "order", "rmse_of_peak_max", "relative_l2_max", "patch_rms_of_peak_max", "ratio_min",
-    "ratio_max", "least_det", "squeezed", "volume_change", "newton_iterations", "cg_iterations", "seconds",
-    "other_element", "other_element_samples", "why_rejected",
+    "ratio_max", "least_det", "squeezed", "volume_change", "iterations", "cycles", "seconds",
+    "validation_samples", "validation_rmse_of_peak", "validation_patch_rms_of_peak", "other_element",
+    "other_element_patch", "other_element_samples", "other_element_own", "other_element_own_patch", "why_rejected",
 ]  # fmt: skip
 _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 
@@ -19,14 +21,17 @@ _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> dict:
     """Return the row of one scene; errors are the truth's own, means and largest of the samples that are believed.
 
-    Only samples that were answered on the finest level count there; those that only choose settings may do without it.
+    Only samples that were answered on the finest level count there; those that only choose settings may do without it,
+    and then have a larger error, in columns of their own: validation_samples, and two means that are empty without any.
 
-    other : rows of ``other_element.other_element``, whose mean RMSE / peak is the column other_element
+    other : rows of ``other_element.other_element``, whose mean RMSE / peak is the column other_element, and that of
+        their patches other_element_patch; other_element_own, other_element_own_patch : the truth's own, of these alone
     samples, rejected : numbers of samples believed on the finest level, and of all that are not believed
     inverted, squeezed : of all samples, those with an inverted element, or one with a determinant below SQUEEZED
     order : of the mean ratio; ratio_min, ratio_max, least_det : of all samples, rejected ones too
     volume_change : mean of the body's, over its volume at rest, of the samples that count
-    newton_iterations, cg_iterations : their means, of all levels of a sample together
+    iterations, cycles : means of those of L-BFGS and Newton's method, and of multigrid cycles, of a sample's levels
+        together
     seconds : median time of the solutions of a sample that counts
     """
     refused = ~truth.believed
@@ -48,12 +53,18 @@ def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> di
     row |= {"least_det": _of(np.min, truth.least_det), "squeezed": int((truth.least_det < SQUEEZED).sum())}
     counts = {
         "volume_change": truth.volume_change,
-        "newton_iterations": truth.iterations,
-        "cg_iterations": truth.products,
+        "iterations": truth.iterations,
+        "cycles": truth.products,
     }
     row |= {name: _of(np.mean, values[kept]) for name, values in counts.items()}
+    less = truth.believed & ~kept & np.isfinite(truth.displacement).all(axis=(1, 2))
+    row |= {"validation_samples": int(less.sum())}
+    row |= _own(truth, less, "validation_{}")
     if other is not None and len(other):
         row |= {"other_element": other["rmse_of_peak"].mean(), "other_element_samples": len(other)}
+        row |= {"other_element_patch": other["patch_rms_of_peak"].mean()}
+        own = _own(truth, np.isin(truth.sample, other["sample"]), "{}")
+        row |= {"other_element_own": own["rmse_of_peak"], "other_element_own_patch": own["patch_rms_of_peak"]}
     reasons = zip(truth.sample[refused], truth.rejected[refused], strict=True)
     return row | {"why_rejected": "; ".join(f"{sample}: {why}" for sample, why in reasons)}
 
@@ -62,6 +73,11 @@ def truth_table(truths: Mapping[str, Truth], others: Mapping[str, pd.DataFrame] 
     """Tabulate truth.csv, a row a scene; ``others`` has the checks by another element of the scenes that have them."""
     rows = [truth_row(scene, truth, (others or {}).get(scene)) for scene, truth in truths.items()]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _own(truth: Truth, samples: np.ndarray, name: str) -> dict[str, float]:
+    """Return the means of the truth's own errors that advice goes by, of ``samples`` (k,) bool, with their ``name``."""
+    return {name.format(kind): _of(np.mean, truth.own[samples, OWN.index(kind)]) for kind in KINDS.values()}
 
 
 def _of(function: Callable, values: np.ndarray) -> float:

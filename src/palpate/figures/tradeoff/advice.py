@@ -5,7 +5,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.equal_settings import KINDS
+from palpate.evaluation.tradeoff.equal_settings import EQUAL, KINDS
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.tradeoff.precision_panel import LEAST
@@ -77,6 +77,7 @@ def _row(axis, place: int, row, settings, column: str) -> None:
         axis.plot([error, rival], [place, place], color="#dddddd", lw=1, zorder=1)
         axis.plot(rival, place, marker=look(row.rival).marker, mfc="white", mec=style.FAINT, ms=6, zorder=2)
         times = f"{float(f'{row.factor:.2g}'):g}×" if row.factor < 1000 else "over 1000×"
+        times += ", smaller on test" if row.factor < 1 / EQUAL else ""
         _beside(axis, rival, place, f"{label(row.rival, 'default')}: {times}", -1, "#666666")
     ends = [max(100 * row.error_low, LEAST), max(100 * row.error_high, LEAST)]
     axis.plot(ends, [place, place], color=shown.colour, lw=3, alpha=0.45)

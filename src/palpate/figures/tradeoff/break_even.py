@@ -23,11 +23,16 @@ def draw(accuracy_vs_time, advice) -> Figure:
     """
     names, advice = tables.scenes(accuracy_vs_time), tables.where(first_split(advice), error="rms")
     columns = min(2, len(names))
-    figure = Figure(figsize=(5 * columns, 3.4 * -(-len(names) // columns)), layout="constrained")
-    panels = figure.subplots(-(-len(names) // columns), columns, squeeze=False).ravel()
+    taken = {
+        scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))
+        for scene in names
+    }
+    lines, most = -(-len(names) // columns), max(map(len, taken.values()))
+    figure = Figure(figsize=(5 * columns, (3.1 + 0.15 * most) * lines), layout="constrained")
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
     for axis, scene in zip(panels, names, strict=False):
         drawn: list[str] = []
-        for row in advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene)).itertuples():
+        for row in taken[scene].itertuples():
             shown, told = look(row.model), f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}"
             total = row.offline_s + ANSWERS * row.online_median_s
             axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=told, zorder=2)
@@ -36,7 +41,7 @@ def draw(accuracy_vs_time, advice) -> Figure:
                 paid = row.offline_s + row.break_even_queries * row.online_median_s
                 axis.plot(row.break_even_queries, paid, "o", color=shown.colour, mec="white", ms=6, zorder=3)
         axis.set(title=scene.replace("_", " "), xlabel="answers", ylabel="preparation and answers [s]")
-        axis.legend(fontsize=7, loc="upper left")
+        axis.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.17), borderaxespad=0)  # no line is hidden
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
     for axis in panels[len(names) :]:

@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 
 from palpate.evaluation.tradeoff.limit_points import jumps
 from palpate.figures import style, tables
+from palpate.samples.press_search import PRESSURE
 
 TABLES = ("limit_points",)
 
@@ -26,14 +27,21 @@ def draw(limit_points) -> Figure:
     for axis, body in zip(axes, names, strict=True):
         for _, rows in tables.where(limit_points, body=body).groupby("contact", sort=False):
             _contact(axis, rows.sort_values("pressure_of_young"), norm, cmap)
-        axis.axvline(0.25, color="#555555", ls=":", lw=1)
+        axis.axvline(PRESSURE, color="#555555", ls=":", lw=1)
         axis.set(title=body.replace("_", " "), xlabel="peak pressure [of Young's modulus]")
     axes[0].set_ylabel("peak displacement [% of the body's size]")
     figure.colorbar(ScalarMappable(norm, cmap), ax=axes, label="least determinant of the deformation gradient")
     handles = [
         Line2D([], [], color="#aa0000", lw=2.5, label="snap: the dent grows much faster than the load"),
         Line2D([], [], ls="", marker="x", color="#aa0000", label="no equilibrium found"),
-        Line2D([], [], color="#555555", ls=":", lw=1, label="most that the trade-off presses"),
+        Line2D(
+            [],
+            [],
+            color="#555555",
+            ls=":",
+            lw=1,
+            label=f"the trade-off presses at most {PRESSURE:g}, unless a regime says otherwise",
+        ),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=1)
     return figure

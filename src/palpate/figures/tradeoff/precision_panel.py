@@ -1,5 +1,7 @@
 """Draw one panel of the work–precision diagram: one kind of error against time, for one scene."""
 
+from textwrap import fill
+
 import numpy as np
 import pandas as pd
 
@@ -8,10 +10,16 @@ from palpate.figures import style
 from palpate.figures.model_looks import look
 from palpate.figures.number_format import percent
 from palpate.figures.pareto import front
-from palpate.figures.tradeoff.scene_rows import KNOWN, ZERO, answers, curves, front_rows, own_error
+from palpate.figures.tradeoff.scene_rows import KNOWN, ZERO, answers, curves, front_rows, own_errors
 
 LEAST = 100 * EXACT
 """Errors [% of the peak] below this are drawn at it."""
+STRIP = 0.09
+"""Share of a panel's height that is left free below all points, for two lines of words."""
+WIDTH = 88
+"""Letters in a line of small text that is as wide as a panel."""
+_CORNERS = ((-1, -1), (1, 1), (1, -1), (-1, 1))
+"""Where the number of a point stands, in turn for points that are near each other."""
 
 
 def panel(axis, settings: pd.DataFrame, column: str) -> None:
@@ -24,7 +32,7 @@ def panel(axis, settings: pd.DataFrame, column: str) -> None:
         _curve(axis, model, rows, column)
     _front(axis, settings, column)
     _zero(axis, settings, column)
-    _truth(axis, own_error(settings, column), column)
+    _truth(axis, *own_errors(settings, column))
 
 
 def milliseconds_and_percent(rows: pd.DataFrame, column: str = "rmse_of_peak") -> tuple[np.ndarray, np.ndarray]:
@@ -84,12 +92,16 @@ def _front(axis, settings: pd.DataFrame, column: str) -> None:
     best = front(t, whole[column])
     ends = [*t[best], axis.get_xlim()[1]]
     axis.plot(ends, [*error[best], error[best][-1]], color=style.INK, lw=0.9, drawstyle="steps-post", zorder=1)
+    before: list[np.ndarray] = []
     for number, (_, row) in enumerate(front_rows(settings, column).iterrows(), start=1):
         place = (1e3 * row["online_median_s"], max(100 * row[column], LEAST))
         axis.plot(*place, "o", mfc="none", mec=style.INK, mew=0.9, ms=14, zorder=4)
+        near = sum(bool((np.abs(np.log(place) - other) < np.log((1.5, 1.25))).all()) for other in before)
+        before.append(np.log(place))
+        x, y = _CORNERS[near % len(_CORNERS)]
         axis.annotate(
-            str(number), place, (-9, -9), textcoords="offset points", ha="right", va="top", fontsize=8,
-            fontweight="bold", color=style.INK, zorder=5,
+            str(number), place, (9 * x, 9 * y), textcoords="offset points", ha="right" if x < 0 else "left",
+            va="top" if y < 0 else "bottom", fontsize=8, fontweight="bold", color=style.INK, zorder=5,
         )  # fmt: skip
 
 
@@ -106,20 +118,23 @@ def _zero(axis, settings: pd.DataFrame, column: str) -> None:
         )  # fmt: skip
 
 
-def _truth(axis, own: float, column: str) -> None:
-    """Draw the truth's own error as a band, and say so if it is large."""
+def _truth(axis, tested: float, chosen: float) -> None:
+    """Draw the truth's own error as a band, up to the larger of those on test and validation samples."""
+    own = np.fmax(tested, chosen)
     if not np.isfinite(own):
         text, colour = "the error of the truth itself is not known", look(ZERO).colour
     else:
-        low = min(axis.get_ylim()[0], 50 * own)
+        # no point or line where the words are
+        least, most = axis.get_ylim()
+        low = min(least * (least / most) ** STRIP, 50 * own)
         axis.set_ylim(low, None)
         axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
-        text, colour = f"grey: below the error of the truth itself, {percent(own)}; models are tied", "#555555"
-        if column == "rmse_of_peak" and own > KNOWN:
-            text, colour = (
-                f"The truth is known to {percent(own)} only, not to {percent(KNOWN)} (grey)",
-                look(ZERO).colour,
-            )
+        where = f" on validation contacts ({percent(tested)} on test contacts)" if chosen > tested else ""
+        text, colour = f"grey: below the error of the truth itself, {percent(own)}{where}; models are tied", "#555555"
+        if own > KNOWN:
+            text = f"The truth is known to {percent(own)} only{where}, not to {percent(KNOWN)} (grey: models are tied)"
+            colour = look(ZERO).colour
     axis.annotate(
-        text, (0, 0), (4, 4), xycoords="axes fraction", textcoords="offset points", fontsize=7.5, color=colour
-    )
+        fill(text, WIDTH), (0, 0), (4, 4), xycoords="axes fraction", textcoords="offset points", fontsize=7.5,
+        color=colour, zorder=5,
+    ).set_in_layout(False)  # fmt: skip

@@ -1,5 +1,6 @@
 """Prepare the rows of one scene for a diagram: the mean of the splits, the truth's own error, families of models."""
 
+import numpy as np
 import pandas as pd
 
 from palpate.evaluation.tradeoff.bootstrap import TRUTH, ZERO
@@ -11,8 +12,18 @@ KNOWN = 0.003
 
 
 def own_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
-    """Return the own error of a scene's truth, as a share of the peak; NaN where it is not known."""
-    return settings.loc[settings["model"] == TRUTH, column].mean()
+    """Return the own error of a scene's truth, as a share of the peak; NaN where it is not known.
+
+    That is the larger of those on test and on validation samples, below which advice has models tied.
+    """
+    return float(np.fmax(*own_errors(settings, column)))
+
+
+def own_errors(settings: pd.DataFrame, column: str = "rmse_of_peak") -> tuple[float, float]:
+    """Return the own error of a scene's truth on its test and on its validation samples; NaN where it is not known."""
+    truth = settings[settings["model"] == TRUTH]
+    chosen_by = f"validation_{column}"
+    return truth[column].mean(), truth[chosen_by].mean() if chosen_by in truth else np.nan
 
 
 def answers(settings: pd.DataFrame) -> pd.DataFrame:
@@ -60,7 +71,7 @@ def curves(settings: pd.DataFrame) -> dict[str, pd.DataFrame]:
 def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataFrame:
     """Select the settings of one scene that stay on the front in other runs, fastest first, one of equal ones.
 
-    column : the error that counts; below the truth's own, errors are tied
+    column : the error that counts, on test samples; below the truth's own, errors are tied
     """
     own = own_error(settings, column)
     floor = max(own, EXACT) if own > 0 else EXACT

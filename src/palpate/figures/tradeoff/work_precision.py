@@ -13,7 +13,7 @@ from palpate.evaluation.tradeoff.equal_settings import KINDS
 from palpate.figures import style, tables
 from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent, seconds
-from palpate.figures.tradeoff.precision_panel import line_style, panel, rim
+from palpate.figures.tradeoff.precision_panel import WIDTH, line_style, panel, rim
 from palpate.figures.tradeoff.scene_rows import answers, averaged, curves, first_split, front_rows
 
 TABLES = ("accuracy_vs_time", "advice")
@@ -32,8 +32,8 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, first_split(advice)))
     splits = settings["split"].nunique()
     settings = averaged(settings)
-    rows = max(len(front_rows(settings, column)) for column in KINDS.values())
-    heights = [5.6, 0.1 + 0.15 * rows, 1.35]
+    listed = {kind: _front_lines(settings, column) for kind, column in KINDS.items()}
+    heights = [5.6, 0.1 + 0.15 * max(text.count("\n") + 1 for text in listed.values()), 1.35]
     figure = Figure(figsize=(12.5, 0.6 + sum(heights)), layout="constrained")
     places: Any = [["rms", "patch"], ["rms front", "patch front"], ["legend", "legend"]]
     parts = figure.subplot_mosaic(places, height_ratios=heights)
@@ -44,7 +44,9 @@ def draw(accuracy_vs_time, advice, *, scene: str) -> Figure:
         _budgets(axis, tables.where(advice.dropna(subset="budget_ms"), error=kind))
         axis.set_ylabel(f"error {_WHERE[kind]} [% of peak]")
         style.plain_log(axis.yaxis)
-        _list_front(parts[f"{kind} front"], settings, column)
+        parts[f"{kind} front"].set_axis_off()
+        below = parts[f"{kind} front"].text(0, 1, listed[kind], va="top", fontsize=7.5, linespacing=1.25)
+        below.set_in_layout(False)  # a wide text would make the panels narrow
     style.plain_log(parts["rms"].xaxis)
     title = f"{settings['body'].iloc[0]}, {settings['regime'].iloc[0]} loads".replace("_", " ")
     parts["rms"].set_title(
@@ -66,14 +68,13 @@ def _budgets(axis, advice: pd.DataFrame) -> None:
         )  # fmt: skip
 
 
-def _list_front(axis, settings: pd.DataFrame, column: str) -> None:
-    """Name the models that are on the front of a panel in other runs too."""
-    axis.set_axis_off()
+def _front_lines(settings: pd.DataFrame, column: str) -> str:
+    """Name the models that are on the front of a panel in other runs too, in lines as wide as the panel."""
     lines = [
         f"{number}  {label(row['model'], row['setting'])}: {percent(row[column])} in {seconds(row['online_median_s'])}"
         for number, (_, row) in enumerate(front_rows(settings, column).iterrows(), start=1)
     ]
-    axis.text(0, 1, "\n".join(lines), va="top", fontsize=7.5, linespacing=1.25)
+    return "\n".join(fill(line, WIDTH, subsequent_indent="    ", drop_whitespace=False) for line in lines)
 
 
 def _legend(axis, settings: pd.DataFrame) -> None:

@@ -10,11 +10,13 @@ from palpate.evaluation.tradeoff.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
+from palpate.figures.tradeoff.error_bounds import SOURCES
 from palpate.figures.tradeoff.scene_rows import averaged, first_split, front_rows
 from palpate.report import markup
 from palpate.report.advice_words import error_of, limit, sentence
 from palpate.report.material import Report, Section
 from palpate.report.parts.law import beside
+from palpate.report.parts.tradeoff_any_load import any_load
 from palpate.report.parts.tradeoff_models import given_table, models_table, variants_table
 from palpate.report.parts.tradeoff_numbers import hardest_of, numbers, pressed, scene_words
 from palpate.report.words import capital
@@ -36,6 +38,7 @@ def sections(report: Report) -> list[Section]:
     diagrams = report.note("work_precision") + (beside(report.tables["law"]) if "law" in report.tables else "")
     diagrams += "".join(_scene(report, scene, names[scene]) for scene in ordered)
     models = report.note("models") + models_table(report) + given_table(settings) + variants_table(settings)
+    asked = "any_load" in report.tables
     paid = report.figure("break_even") + report.folded("accuracy_vs_time")
     return [
         (
@@ -44,7 +47,9 @@ def sections(report: Report) -> list[Section]:
             taken + report.figure("advice") + _agreement(report) + report.folded("advice"),
         ),
         ("truth_section", "How well the truth is known", _truth(report, names)),
+        ("error_bounds_section", "How wrong a single answer may be", _bounds(report, hardest)),
         ("diagrams", "Error against time, scene by scene", diagrams),
+        *([("any_load_section", "Loads that nothing was prepared for", any_load(report))] if asked else []),
         ("models", "The models", models),
         ("break_even_section", "When preparing pays", paid),
     ]
@@ -71,6 +76,28 @@ def _truth(report: Report, names: dict[str, str]) -> str:
     if "limit_points" in report.tables:
         shown += report.figure("limit_points") + report.folded("limit_points")
     return shown + report.folded("truth")
+
+
+def _bounds(report: Report, hardest: str) -> str:
+    """Show the bounds of single answers: those of the scene ``hardest``, by what each model's error is known best."""
+    found = tables.where(report.tables["error_bounds"], scene=hardest, error="rms").dropna(subset="sharpness")
+    found = found.loc[found.groupby(["model", "setting"], sort=False)["sharpness"].idxmin()].sort_values(
+        "bound_of_peak"
+    )
+    rows = pd.DataFrame(
+        {
+            "model": [label(row.model, row.setting) for row in found.itertuples()],
+            "estimated from": [SOURCES.get(name, name) for name in found["estimate"]],
+            "error, median [% of peak]": 100 * found["error_of_peak"],
+            "bound, median [% of peak]": 100 * found["bound_of_peak"],
+            "bound over error": found["sharpness"],
+            "answers below their bound [%]": 100 * found["coverage"],
+            "contacts wholly below [%]": 100 * found["coverage_of_contacts"],
+            "below bounds of other bodies [%]": 100 * found["coverage_elsewhere"],
+        }
+    )
+    caption = "90 % bounds of single answers' RMSE in the hardest scene, each from the estimate that is sharpest"
+    return report.figure("error_bounds") + markup.table(rows, caption) + report.folded("error_bounds")
 
 
 def _agreement(report: Report) -> str:

@@ -6,7 +6,7 @@ from palpate.figures import tables
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent
 from palpate.figures.tradeoff.scene_rows import answers, averaged, curves
-from palpate.models.model_registry import FAMILY_OF
+from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL
 from palpate.report import markup
 from palpate.report.material import Report
 from palpate.report.words import named, spaced
@@ -31,7 +31,9 @@ def models_table(report: Report) -> str:
         if names:
             rows.append(_family(family["family"], family, measured[names]))
     rows += [_family(named(name), _OWN, measured[[name]]) for name in measured.index if name not in known]
-    return markup.table(pd.DataFrame(rows), "Models and their settings, as measured in all scenes together")
+    shown = markup.table(pd.DataFrame(rows), "Models and their settings, as measured in all scenes together")
+    missing = [label(name, "default") for name in ENGINES if name not in measured]
+    return shown + (f"<p>Not measured here: {', '.join(missing)}; {markup.escaped(INSTALL)}.</p>" if missing else "")
 
 
 def _family(name: str, words: dict, settings: pd.Series) -> dict:
@@ -61,7 +63,9 @@ def given_table(settings: pd.DataFrame) -> str:
             }
         )
     return markup.table(
-        pd.DataFrame(rows), "What models are given, and the least error with it in any time, over the scenes"
+        pd.DataFrame(rows),
+        "What models are given, and the least error on test samples with it in any time, of settings chosen by it, "
+        "over the scenes",
     )
 
 
@@ -80,4 +84,7 @@ def variants_table(settings: pd.DataFrame) -> str:
     wide = pd.concat([averaged(tables.where(whole, scene=scene)) for scene in tables.scenes(whole)])
     wide = wide.pivot_table("rmse_of_peak", "model", "scene", aggfunc="min", sort=False)
     wide = wide.map(percent).rename(index=named, columns=spaced).rename_axis("variant").rename_axis(None, axis=1)
-    return markup.table(wide.reset_index(), "Least RMSE of each variant of models that share a curve")
+    return markup.table(
+        wide.reset_index(),
+        "Least RMSE of each variant of models that share a curve, of settings chosen by their errors on test samples",
+    )

@@ -7,12 +7,14 @@ import pandas as pd
 from palpate.evaluation.tradeoff.advice import NONE
 from palpate.evaluation.tradeoff.advice_reasons import MARGIN
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, KINDS
+from palpate.evaluation.tradeoff.limit_points import jumps
 from palpate.figures import tables
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.figures.tradeoff.scene_rows import KNOWN, answers, averaged, first_split
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST
 from palpate.report.advice_answer import answer
+from palpate.report.advice_words import agreement_words
 from palpate.report.material import Report
 from palpate.report.words import capital, listed, spaced
 
@@ -36,8 +38,15 @@ def numbers(report: Report) -> dict[str, str]:
         "tradeoff_settings": f"{models.groupby(['model', 'setting']).ngroups:,}",
         "tradeoff_failures": _failed(models),
         "tradeoff_truth": _known(truth),
-        "tradeoff_samples": _samples(truth),
+        "tradeoff_samples": _few(truth["samples"]),
+        "tradeoff_less_known": _validation(truth),
+        "tradeoff_checked": _checked(truth),
+        "tradeoff_agreed": agreement_words(report.tables["advice_agreement"])
+        if "advice_agreement" in report.tables
+        else "",
+        "limit_snaps": snaps(report.tables["limit_points"]) if "limit_points" in report.tables else "",
         "tradeoff_splits": _splits(settings),
+        "bound_contacts": _few(report.tables["error_bounds"]["contacts"]),
         "known": percent(KNOWN),
         "close": f"{CLOSE:g}",
         "equal": f"{EQUAL:g}",
@@ -80,20 +89,43 @@ def exactness(truth: pd.DataFrame) -> list[str]:
     """Put into a sentence how well the truth of a scene is known, over the surface and at the patch."""
     return [
         f"The truth itself is known to {percent(row.rmse_of_peak)} of the peak displacement over the surface, and to "
-        f"{percent(row.patch_rms_of_peak)} in the dent under the disc of {1e3 * row.radius_m:g} mm radius."
+        f"{percent(row.patch_rms_of_peak)} in the dent under the disc of {1e3 * row.radius_m:g} mm radius"
+        f"{_less_known(row)}."
         for row in truth.itertuples()
     ]
 
 
+def _less_known(row) -> str:
+    """Explain how well the truth is known on validation samples, where these do without its finest mesh."""
+    if not row.validation_samples:
+        return ""
+    over, patch = percent(row.validation_rmse_of_peak), percent(row.validation_patch_rms_of_peak)
+    return f" ({over} and {patch} where settings are chosen)"
+
+
+def snaps(limit_points: pd.DataFrame) -> str:
+    """Put into a sentence how many contacts snap, and which of them first."""
+    found = jumps(limit_points)
+    count, every = (len(table.groupby(["body", "contact"])) for table in (found, limit_points))
+    if found.empty:
+        return f"At none of {every} contacts the dent grows much faster than the load."
+    first = found.loc[found["pressure_of_young_after"].idxmin()]
+    pressures = f"{first['pressure_of_young_before']:g} and {first['pressure_of_young_after']:g} of Young's modulus"
+    grown = f"from {percent(first['peak_of_size_before'])} of the body's size"
+    if first["peak_of_size_after"] > 0:
+        grown += f" to {percent(first['peak_of_size_after'])}"
+    return f"At {count} of {every} contacts the dent snaps, first between {pressures}, {grown}."
+
+
 def at_the_finger(advice: pd.DataFrame) -> list[str]:
-    """Put into a sentence the least error at the patch within each budget, for the scene of ``advice``."""
+    """Put into a sentence the error at the patch of what is advised within each budget, for the scene of ``advice``."""
     found = tables.where(advice, error="patch").dropna(subset="budget_ms")
     found = found[found["model"] != NONE]
     parts = [
         f"{percent(row['patch_rms_of_peak'])} within {row['budget_ms']:g}\u00a0ms ({label(row['model'], 'default')})"
         for _, row in found.drop_duplicates(subset=["model", "setting"]).iterrows()
     ]
-    return [f"In the dent itself, the least error is {listed(parts)}."] if parts else []
+    return [f"In the dent itself, the advised model has {listed(parts)}."] if parts else []
 
 
 def headline(advice: pd.DataFrame) -> str:
@@ -135,8 +167,28 @@ def _range(errors: pd.Series) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _samples(truth: pd.DataFrame) -> str:
-    least, most = truth["samples"].min(), truth["samples"].max()
+def _validation(truth: pd.DataFrame) -> str:
+    """Explain how well the truth is known on samples that only choose settings, if these do without the finest mesh."""
+    less = truth[truth["validation_samples"] > 0]
+    if less.empty:
+        return "Samples that choose settings have the same meshes."
+    over, patch = (_range(less[f"validation_{column}"]) for column in KINDS.values())
+    return (
+        f"Samples that only choose settings may have one mesh less, and a larger error (crosses): {over} over the "
+        f"surface and {patch} at the patch, below which models are tied, too."
+    )
+
+
+def _checked(truth: pd.DataFrame) -> str:
+    """Return on how many samples another element was tried."""
+    counts = truth["other_element_samples"].dropna().astype(int) if "other_element_samples" in truth else []
+    if not len(counts):
+        return "no sample"
+    return "one sample a scene" if set(counts) == {1} else f"{_few(counts)} samples a scene"
+
+
+def _few(counts: pd.Series) -> str:
+    least, most = counts.min(), counts.max()
     return f"{least}" if least == most else f"{least} to {most}"
 
 

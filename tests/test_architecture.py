@@ -17,6 +17,7 @@ ORDER = [
     "collision",
     "samples",
     "enrichment",
+    "reduction",
     "calibration",
     "scenes",
     "models",

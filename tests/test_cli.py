@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from fixtures.trade_off import any_load
 
 from palpate.cli import main
 from palpate.evaluation.tradeoff.advice import advise
@@ -62,6 +63,29 @@ def test_an_error_gets_a_model(capsys, trade_off_folder):
     assert code == 0
     assert text.startswith("liver_small, error of at most 0.3 %: fem_coarse iterations=8\n")
     assert "of the allowed error is left" in text
+
+
+def test_a_kind_of_load_gets_a_model_of_its_own(capsys, trade_off_folder):
+    any_load().to_csv(trade_off_folder / "tables/any_load.csv", index=False)
+    asked = ("--scene", "liver_large", "--max-error", "0.08")
+    code, text = said(capsys, trade_off_folder, *asked, "--load", "prepared")
+    assert code == 0 and text.startswith(
+        "liver_large, prepared: linear_fem\n  error     4 % of the peak displacement, 6 %"
+    )
+    code, text = said(capsys, trade_off_folder, *asked, "--load", "all")
+    heads = [line for line in text.split("\n") if line.startswith("liver_large")]
+    assert heads[1:] == [
+        "liver_large, never prepared: fem_p2 level=0, start=rest",
+        "liver_large, two contacts: fem_p2 level=0, start=rest",
+        "liver_large, depth: fem_p2 level=0, start=rest",
+    ]
+    assert "; refused by linear_fem" in text and "; of the force 19 %; against the fine operator" in text
+    code, text = said(capsys, trade_off_folder, "--scene", "liver_large", "--budget-ms", "1", "--load", "two-contacts")
+    assert code == 0 and text.startswith("liver_large, two contacts: linear_fem\n")
+    code, text = said(capsys, trade_off_folder, "--scene", "liver_large", "--max-error", "1e-4", "--load", "depth")
+    assert code == 0 and "none" in text and "the setting of least error, fem_p2 level=1, start=rest, has 0.96 %" in text
+    assert said(capsys, trade_off_folder, "--scene", "liver_large", "--load", "depth")[0] == 1
+    assert said(capsys, trade_off_folder, "--scene", "liver_smell", "--load", "depth", "--max-error", "0.1")[0] == 1
 
 
 def test_without_a_scene_every_scene_gets_advice(capsys, trade_off_folder):

@@ -60,6 +60,10 @@ def _parser() -> argparse.ArgumentParser:
     advise.add_argument(
         "--error", choices=["rms", "patch"], default="rms", help="over the whole surface (rms), or where it is pressed"
     )
+    advise.add_argument(
+        "--load", choices=["prepared", "never-prepared", "two-contacts", "depth", "all"],
+        help="another kind of load: a place never prepared, two contacts at once, a disc pushed to a depth; or all",
+    )  # fmt: skip
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
     advise.set_defaults(act=_advise)
     return parser
@@ -97,6 +101,8 @@ def _advise(asked: argparse.Namespace) -> str:
     from palpate.figures import tables
 
     results = Path(asked.results)
+    if asked.load is not None:
+        return _advise_any_load(asked, results)
     pressed, moving, listed = (
         results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy", "advice")
     )
@@ -113,6 +119,27 @@ def _advise(asked: argparse.Namespace) -> str:
         return advice_list(found[0][found[0]["scene"].isin(chosen)], asked.error)
     limits = {"budgets_ms": [asked.budget_ms]} if asked.max_error is None else {"max_errors": [asked.max_error]}
     return "\n".join(_advise_scene(results, name, found, limits, asked.error) for name in chosen)
+
+
+def _advise_any_load(asked: argparse.Namespace, results: Path) -> str:
+    """Advise for one kind of load or all, in one scene of any_load.csv or all."""
+    from palpate.evaluation.tradeoff.advice_any_load import advise_any_load
+    from palpate.evaluation.tradeoff.general_loads import KINDS
+    from palpate.figures import tables
+    from palpate.report.any_load_words import lines
+
+    table = tables.read(results / "tables/any_load.csv")
+    if asked.scene is not None and asked.scene not in tables.scenes(table):
+        raise InputError(
+            f"--scene {asked.scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}."
+        )
+    kinds = [kind for kind in KINDS if asked.load in ("all", kind.replace(" ", "-"))]
+    return "\n".join(
+        lines(advise_any_load(tables.where(table, scene=scene), kind, asked.budget_ms, asked.max_error, asked.error))
+        for scene in tables.scenes(table)
+        if asked.scene in (None, scene)
+        for kind in kinds
+    )
 
 
 def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits: dict, kind: str) -> str:

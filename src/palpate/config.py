@@ -9,6 +9,9 @@ from palpate.files import check_file
 from palpate.own_file import LAW_FUNCTIONS, check_source
 from palpate.schema import checked, studies
 
+FINGER = "finger_{:.0f}_um"
+"""The name of the regime of a finger, by its radius in micrometres."""
+
 
 def complete(config: dict, schema: dict, file: Path) -> dict:
     """Return ``config`` with the schema's defaults filled in.
@@ -49,7 +52,7 @@ def finger_regimes(config: dict) -> dict[str, dict]:
     first = next(iter(config["regimes"].values()))
     known = None if first["radius_of_body_m"] else first["radius_m"]
     radii = [radius for radius in config["tradeoff"]["finger_radii_m"] if radius != known]
-    return {f"finger_{1e6 * radius:.0f}_um": first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}
+    return {FINGER.format(1e6 * radius): first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}
 
 
 def _check_body(place: str, body: dict, folder: Path) -> None:
@@ -77,6 +80,9 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
     if str(body.get("law", "")).endswith(".py"):
         check_file(f"{place}.law", body["law"], (folder / body["law"]).is_file())
         check_source(f"{place}.law", folder / body["law"], LAW_FUNCTIONS, "see docs/add-a-law.md")
+    for name, rule in (body.get("regions") or {}).items():
+        if sum(kind in rule for kind in ("tag", "sphere", "label")) != 1:
+            raise InputError(f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them.")
     if body["kind"] == "ct":
         _check_ct(place, body)
 

@@ -75,10 +75,12 @@ def test_what_a_model_is_told_stands_with_it():
         name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
     }
     assert {name for name, model in made.items() if model.prepared} == {
-        "linear_fem", "linear_residual", "warped_compliance", "detail_correction",
+        "linear_fem", "linear_residual", "warped_compliance", "detail_correction", "contact_modes", "cascade",
+        "fem_local",
     }  # fmt: skip
     assert {name for name, model in made.items() if not model.reduces} == {
         "fem_p1", "fem_p2", "fem_local", "interpolation",
+        "xpbd", "vertex_block_descent", "projective_dynamics", "mujoco",
     }  # fmt: skip
     assert all(model.law for model in made.values())
     assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})

@@ -75,14 +75,14 @@ def test_the_estimate_of_a_second_run_is_closer_still():
     jobs, case, took, _ = recorded("default")
     truth = sum(took) + len(jobs) * NEW.shipped_seconds("start", {})
     new, again = (sum(estimates(jobs, case, known)) for known in (NEW, learnt_from("default", 1.0)))
-    assert abs(again / truth - 1) < 0.06 and abs(again / truth - 1) < abs(new / truth - 1)
+    assert abs(again / truth - 1) < 0.08 and abs(again / truth - 1) < abs(new / truth - 1)
 
 
 def test_a_run_is_described_in_a_line():
     jobs, case, _, _ = recorded("smoke")
     [line] = describe(jobs, case, NEW, 2)
     assert re.fullmatch(
-        r"135 jobs to do: about \d\.\d minutes on 2 cores of this machine, up to \d\.\d GB of memory", line
+        r"169 jobs to do: about (a minute|\d\.\d minutes) on 2 cores of this machine, up to \d\.\d GB of memory", line
     )
     assert describe([], case, NEW, 2) == ["nothing to do: everything that was asked for is up to date"]
     assert "1 job to do: about a minute on 1 core of" in describe([Job("write_report")], case, NEW, 1)[0]
@@ -91,7 +91,7 @@ def test_a_run_is_described_in_a_line():
 def test_on_a_cluster_only_processor_time_is_said():
     jobs, case, _, _ = recorded("smoke")
     [line] = describe(jobs, case, NEW, None)
-    assert re.match(r"135 jobs to do: about \d\.\d minutes of one core of this machine; the cluster's may be", line)
+    assert re.match(r"169 jobs to do: about \d\.\d minutes of one core of this machine; the cluster's may be", line)
 
 
 def test_more_cores_take_less_time_and_compiling_takes_more():
@@ -105,13 +105,13 @@ def test_more_cores_take_less_time_and_compiling_takes_more():
 
 @pytest.fixture
 def kidney():
-    """The jobs of an organ as found: a surface of 9000 nodes, refined twice."""
+    """The jobs of an organ as found: a surface of 18000 nodes, refined twice."""
     jobs, case, _, _ = recorded("smoke")
     own = [replace(job, wildcards=job.wildcards | {"body": "own"}) for job in jobs if "body" in job.wildcards]
     own = [replace(job, after=()) for job in own if job.wildcards.get("regime") != "point_small"]
     own = [job for job in own if job.rule in ("choose_presses", "simulate_fine", "simulate_truth", "measure_models")]
-    config = case.config | {"bodies": {"own": {"kind": "ct", "surface_nodes": 3285, "refinements": 2}}}
-    coarse = Level(30000, 9000, 144000)
+    config = case.config | {"bodies": {"own": {"kind": "ct", "surface_nodes": 6570, "refinements": 2}}}
+    coarse = Level(60000, 18000, 288000)
     return own, Case(config, {"own": Size((coarse, coarse.refined(), coarse.refined().refined()), 3183)})
 
 

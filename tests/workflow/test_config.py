@@ -46,7 +46,15 @@ def test_defaults_are_those_of_the_shipped_settings():
     names = [name for name in given if name not in ("bodies", "regimes", "scenes", "seed")]
     found = [row for name in names for row in both(given[name], defaults(SCHEMA, name), f"{name}.")]
     # bodies and scenes that are shipped
-    naming = ("tradeoff.bodies", "tradeoff.limit_points", "law.bodies", "organ_springs.bodies", "shape_matching.creep")
+    naming = (
+        "tradeoff.bodies",
+        "tradeoff.limit_points",
+        "tradeoff.any_load",
+        "law.bodies",
+        "law.regions_of",
+        "organ_springs.bodies",
+        "shape_matching.creep",
+    )
     assert [(key, value, default) for key, value, default in found if value != default and key not in naming] == []
     assert len(found) > 50
 
@@ -113,6 +121,14 @@ def test_defaults_fill_what_is_left_out(smoke):
         ),
         ("bodies.My Liver", {}, "bodies has an entry 'My Liver'; name it in lower-case letters"),
         ("bodies.liver.anchors.nodes", [1], "bodies.liver.anchors is {"),
+        (
+            "tradeoff",
+            {"settings": {"coarse_answers": ["linear", "4 iteration"]}},
+            "tradeoff.settings.coarse_answers[1] is '4 iteration'; give linear, 1 iteration, 4 iterations, loose, or",
+        ),
+        ("bodies.liver.law", "rubber", "bodies.liver.law is 'rubber'; give corotational, stable_neo_hookean, neo"),
+        ("tradeoff", {"advice": {"max_errors": [5]}}, "tradeoff.advice.max_errors[0] is 5, but must be below 1"),
+        ("regimes.small.pressure_of_young", 5, "regimes.small.pressure_of_young is 5, but must be at most 1 (High"),
         (
             "solver.tolerance",
             "1e-8",

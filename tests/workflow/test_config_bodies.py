@@ -56,6 +56,14 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (BAR | {"magnitudes": [1.0]}, "bodies.new lacks train; give magnitudes"),
         (BAR | SAMPLES, "bodies.new.refinements is 0; give at least 1"),
         (BAR | {"refinements": 1} | SAMPLES | {"test": 5}, "bodies.new.test is 5; make it a multiple"),
+        (
+            BAR | {"regions": {"a": {"young_pa": 1e5}}},
+            "bodies.new.regions.a needs exactly one of tag, sphere and label",
+        ),
+        (
+            BAR | {"regions": {"a": {"young_pa": 1e5, "tag": 1, "sphere": {"center_m": [0, 0, 0], "radius_m": 1}}}},
+            "bodies.new.regions.a needs exactly one of",
+        ),
         (CLOTH | SAMPLES, "bodies.new has an unknown key magnitudes"),
         (CLOTH | {"refinements": 1}, "bodies.new has an unknown key refinements"),
         (CLOTH | {"thickness_m": 0.0}, "bodies.new.thickness_m is 0.0, but must be above 0"),

@@ -155,7 +155,8 @@ def test_the_law_alone_presses_each_of_its_bodies_in_one_job(planned):
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])
 def test_a_study_can_be_asked_for_by_itself(planned, study):
     jobs = planned(study, bodies={})
-    assert "draw" in jobs and not set(jobs) & (SCENES | SHAPE_MATCHING | COLLISION | {"make_body"})
+    others = SCENES | SHAPE_MATCHING | COLLISION | {"make_body"}
+    assert "draw" in jobs and not set(jobs) & (others - {"check_claims"})  # some claims are judged from hard cases
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,8 @@ def warned(run, write_config, tmp_path):
         done = run(tmp_path, write_config(settings), *(f"results/data/{name}/body.h5" for name in names))
         assert done.returncode == 0, done.stdout
         end = done.stdout.partition("warnings about these results:")[2]
-        return [line.split(":")[1].strip() for line in end.splitlines() if line.startswith("warning: ")]
+        told = [line.split(":")[1].strip() for line in end.splitlines() if line.startswith("warning: ")]
+        return list(dict.fromkeys(told))  # a body may have several
 
     return after
 
@@ -29,7 +30,7 @@ def test_a_warning_stays_until_it_no_longer_holds(warned):
     settings["bodies"]["other"]["young_pa"] = 4000.0
     assert warned(settings, "mixed", "other") == ["bodies.mixed"]  # of a job that was not run
     assert warned(settings, "other") == []  # not of what is not asked for
-    settings["bodies"]["mixed"]["regions"]["stiff"]["young_pa"] = 3e6
+    del settings["bodies"]["mixed"]["regions"]
     assert warned(settings, "mixed", "other") == []
 
 

@@ -3,8 +3,9 @@ from palpate.evaluation.measured.experiment import experiment_of
 from palpate.evaluation.measured.measure import measure
 from palpate.job import job, steps, write_table
 
-with job(snakemake.log[0]) as say:
+with job(snakemake.log[0], snakemake.output.warned) as say:
     params = snakemake.params
     experiment = experiment_of(snakemake.wildcards.experiment, params.entry)
     body = load(snakemake.input.body)
-    write_table(measure(experiment, body, params.models, steps(say, f"{experiment.name}: model")), snakemake.output[0])
+    models = steps(say, f"{experiment.name}: model")
+    write_table(measure(experiment, body, params.models, models), snakemake.output.table)

@@ -1,3 +1,4 @@
+from palpate.evaluation.scenes.energy_balance import warn_of_gain
 from palpate.job import job, steps, write_table
 from palpate.scenes import motion
 from palpate.scenes.build_system import decisions
@@ -11,5 +12,7 @@ with job(snakemake.log[0], snakemake.output.warned) as say:
     table = decisions(scene, particles)
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
-    motion.save(run(scene, particles, steps(say, f"{scene.name}: step")).motion, snakemake.output.motion)
+    moved = run(scene, particles, steps(say, f"{scene.name}: step")).motion
+    warn_of_gain(scene, moved.energy)
+    motion.save(moved, snakemake.output.motion)
     write_table(table, snakemake.output.decisions)

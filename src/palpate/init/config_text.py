@@ -25,7 +25,7 @@ regimes:  # how hard the body is pressed; every press ends where tissue would co
     peak_of_size: {small:g}  # largest displacement, as a share of the body's longest side: {small_mm:.2g} mm
     radius_m: {tip_m:g}  # radius [m] of the disc that is pressed
   deep:  # a firm press of a fingertip
-    pressure_of_young: {deep:g}  # highest pressure, as a share of Young's modulus; beyond 0.3 tissue collapses
+    pressure_of_young: {deep:g}  # highest pressure, as a share of Young's modulus; beyond 0.15 to 0.3 tissue collapses
     radius_m: {tip_m:g}  # radius [m] of the disc that is pressed
   large:  # a firm press of several fingers
     peak_of_size: {large:g}  # {large_mm:.2g} mm; less where the pressure would exceed a quarter of Young's modulus

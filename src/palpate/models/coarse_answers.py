@@ -12,6 +12,7 @@ import numpy as np
 
 from palpate.enrichment.fit_inputs import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
+from palpate.models.load import loads_of
 from palpate.models.model import Case, Setting, distinct
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
@@ -61,7 +62,7 @@ def seen_with(case: Case, setting: Setting, coarse: Simulation | LinearCoarse) -
         case.charge("coarse answers", seconds)  # spent before, for another setting
     else:
         begin, db = perf_counter(), case.database
-        answers = np.array([coarse.displacement(int(c), f) for c, f in zip(db.contact, db.force, strict=True)])
+        answers = np.array([coarse.displacement(load) for load in loads_of(db.contact, db.force)])
         known[kind] = answers, perf_counter() - begin
     return replace(case, database=replace(case.database, coarse_live=answers))
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from palpate.enrichment.fit_inputs import Method
 from palpate.models.fem_statics import LinearCoarse, Simulation
+from palpate.models.load import Load, Refused
 from palpate.models.memory import held_mb
 
 
@@ -18,6 +19,10 @@ class Enriched:
         """The memory that is held between queries [MB]."""
         return held_mb(self)
 
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N]; errors as ``Solver``."""
-        return self._method.predict(self._coarse.displacement(contact, force), contact, force)
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under one force at a coarse node; errors as ``Solver``."""
+        contact, force = load.single()
+        moved = self._coarse.displacement(load)
+        if contact >= len(moved):
+            raise Refused("presses at nodes of the coarse mesh are answered, which samples press, and not at others")
+        return self._method.predict(moved, contact, force)

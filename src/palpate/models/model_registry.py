@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from palpate.enrichment.methods import METHODS
@@ -28,22 +29,34 @@ def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
     return {name: (_ON_TOP[place], what) for name, (place, what) in METHODS.items() if place in places}
 
 
+ENGINES = {"mujoco": "mujoco"}
+"""Models that an engine answers which is not in the environment, and the package that must be installed for each."""
+INSTALL = 'type .venv/bin/pip install -e ".[engines]"'
+RELAXED = ("xpbd", "vertex_block_descent", "projective_dynamics")
+"""Methods that graphics and games relax bodies with."""
+
 # module, and what of it the model is: both functions get these as keywords
 MODELS: dict[str, tuple[str, dict]] = {
     "fem_p1": ("palpate.models.fem", {"order": 1}),
     "fem_p2": ("palpate.models.fem", {"order": 2}),
+    "fast_fem": ("palpate.models.fast_fem", {}),
     "fem_local": ("palpate.models.fem_local", {}),
+    "contact_modes": ("palpate.models.contact_modes", {}),
     "linear_fem": ("palpate.models.linear_fem", {}),
     "linear_residual": ("palpate.models.linear_residual", {}),
     "warped_compliance": ("palpate.models.warped_compliance", {}),
     "detail_correction": ("palpate.models.detail_correction", {}),
     **_enriched("interpolation", "ridge", "pod_rbf"),
+    **{f"pod_{name}": ("palpate.models.pod_of_loads", {"learner": name}) for name in ("gaussian", "network")},
     "springs": ("palpate.models.mass_spring", {"nodal": False, "volume": False}),
     "springs_volume": ("palpate.models.mass_spring", {"nodal": False, "volume": True}),
     "springs_nodal": ("palpate.models.mass_spring", {"nodal": True, "volume": False}),
     "springs_nodal_volume": ("palpate.models.mass_spring", {"nodal": True, "volume": True}),
     "shape_matching": ("palpate.models.shape_matching", {}),
+    **{name: ("palpate.models.relaxed", {"method": name}) for name in RELAXED},
+    **{name: ("palpate.models.mujoco_flex", {}) for name in ENGINES},
     **_enriched("blend"),
+    "cascade": ("palpate.models.cascade", {}),
 }
 
 SAVED_AGAINST = "fem_p2"
@@ -62,6 +75,11 @@ def model(name: str, own: Mapping[str, str]) -> Model:
     from palpate.models.load_model import load_model
 
     return load_model(name, **_recipe(name, own))
+
+
+def absent() -> list[str]:
+    """List the models whose engine is not installed."""
+    return [name for name, package in ENGINES.items() if find_spec(package) is None]
 
 
 def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, dict[str, Any]]]:
@@ -83,6 +101,9 @@ def unknown(names: list[str], own: Mapping[str, object]) -> str:
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):
             return f"{name}, which palpate uses itself; call your own model something else"
+    for name in names:
+        if name in absent():
+            return f"{name}, whose engine is not installed; {INSTALL}"
     return describe_unknown(names, [*MODELS, *own])
 
 

@@ -14,6 +14,18 @@ def fem(job: Job, case: Case) -> Amounts:
     return {"asked_s": linear + each * sum(middle) + fewest * last}
 
 
+def fast(job: Job, case: Case) -> Amounts:
+    """Count the settings of each level, of which frames before are found once for each sample."""
+    levels, grid = case.sizes[job.wildcards["body"]].levels, _grid(job, case)
+    each = sum(len(grid[name]) for name in ("iterations", "linear_iterations", "tolerances"))
+    total = 0.0
+    for i in range(max(0, len(levels) - grid["levels"]), len(levels)):
+        warm = len(grid["finest_frame_iterations" if i == len(levels) - 1 else "frame_iterations"])
+        solve = QUADRATIC * case.solve_s(levels[i].elements, i) * case.harder(job)
+        total += (each + warm + (warm > 0)) * case.asked_s(solve)
+    return {"asked_s": total}
+
+
 def local(job: Job, case: Case) -> Amounts:
     """Count the settings of each mesh as if they were coarse ones, and the meshes of all contacts."""
     grid, size = _grid(job, case), case.sizes[job.wildcards["body"]]
@@ -22,6 +34,16 @@ def local(job: Job, case: Case) -> Amounts:
     solve = case.solve_s(size.coarse.elements, 0) * case.harder(job)
     asked = sum(each * case.asked_s(4 ** mesh["order"] * solve) for mesh in meshes)
     return {"asked_s": asked, "meshes": float(len(meshes) * case.config["tradeoff"]["contacts"])}
+
+
+def reduced(job: Job, case: Case) -> Amounts:
+    """Count the contacts that are asked for, two fifths of all, and the kinds of thinned models of each."""
+    grid, contacts = _grid(job, case), 0.4 * case.config["tradeoff"]["contacts"]
+    kinds = len(grid["rings"]) + len(grid["tolerances"])
+    sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
+    nodes = max([size for size in sizes if size <= grid["nodes"]], default=sizes[0])
+    asked = kinds * len(grid["targets"]) * case.config["tradeoff"]["budget_s"]
+    return {"contact_nodes": contacts * nodes, "asked_s": asked}
 
 
 def corrected(job: Job, case: Case) -> Amounts:
@@ -33,6 +55,13 @@ def stored(job: Job, case: Case) -> Amounts:
     """Count what is read of the compliance and learnt; answers take no simulation."""
     amounts = _learnt(job, case, len(_grid(job, case).get("training_shares", [1])))
     return amounts | {"asked_s": case.config["tradeoff"]["budget_s"]}
+
+
+def staged(job: Job, case: Case) -> Amounts:
+    """Count the answers of a coarse simulation to what the bounds are found on, and the time that is asked."""
+    solve = case.solve_s(case.sizes[job.wildcards["body"]].coarse.elements, 0) * case.harder(job)
+    each = case.asked_s(solve) * len(_grid(job, case)["asked_errors"])
+    return {"asked_s": case.trained() * solve + each}
 
 
 def regression(job: Job, case: Case) -> Amounts:
@@ -77,19 +106,31 @@ def shapes(job: Job, case: Case) -> Amounts:
     return {"fits": fits, "asked_s": len(grid["combinations"]) * case.config["tradeoff"]["budget_s"]}
 
 
+def relaxed(job: Job, case: Case) -> Amounts:
+    """Count the time that each setting is asked: some go through all elements as often as there are steps."""
+    grid = _grid(job, case)
+    return {"asked_s": sum(map(len, grid.values())) * case.config["tradeoff"]["budget_s"]}
+
+
 FAMILIES = {
     "fem": fem,
+    "fast_fem": fast,
     "fem_local": local,
+    "contact_modes": reduced,
     "detail_correction": corrected,
     "warped_compliance": stored,
     "linear_fem": stored,
     "linear_residual": stored,
+    "cascade": staged,
     "ridge": regression,
     "pod_rbf": modes,
     "interpolation": lambda job, case: _learnt(job, case, _coarse(case)),
     "paper_enrichment": paper,
     "mass_spring": springs,
     "shape_matching": shapes,
+    "relaxed": relaxed,
+    "mujoco_flex": lambda job, case: {},
+    "pod_of_loads": lambda job, case: {},
 }
 """The work of each family of models; a user's own is not known before it has run."""
 

@@ -18,10 +18,22 @@ def _scene(job: Job, case: Case) -> Amounts:
 
 def _compared(job: Job, case: Case) -> Amounts:
     """Count the solutions of all presses of all variants of a body, on the last of three levels."""
-    law, size = case.config["law"], case.sizes[job.wildcards["body"]]
+    from palpate.evaluation.law.check import changes_of
+
+    body, depths = job.wildcards["body"], len(case.config["law"]["depths"])
+    tried, size = changes_of(case.config, body), case.sizes[body]
+    regions = bool(case.config["bodies"][body].get("regions"))
     finest = size.fine if len(size.levels) > 2 else size.fine.refined()
-    solutions = (len(law["laws"]) + len(law["poissons"]) - 1) * law["contacts"] * len(law["depths"])
+    # one law and one ratio are the body's own; above a region there is one contact more
+    variants = max(len(tried["laws"]), 1) + max(len(tried["poissons"]) - 1, 0) + regions
+    solutions = variants * (tried["contacts"] + regions) * depths
     return {"solve_s": QUADRATIC * max(solutions, 1) * case.solve_s(finest.elements, 1)}
+
+
+def _any_load(job: Job, case: Case) -> Amounts:
+    """Count the converged answers of the fine operator to three kinds of loads; models take as long again at most."""
+    size, asked = case.sizes[job.wildcards["body"]], case.config["tradeoff"]["any_load"]
+    return {"solve_s": QUADRATIC * 3 * asked["samples"] * case.solve_s(size.fine.elements, 1) * case.harder(job)}
 
 
 def _trial(job: Job, case: Case) -> Amounts:
@@ -36,7 +48,10 @@ def _trial(job: Job, case: Case) -> Amounts:
     elements = levels[min(last, len(levels) - 1)].elements
     if last >= len(levels) and case.config["bodies"][scene["body"]]["kind"] != "sheet":
         elements *= 8 ** (last + 1 - len(levels))
-    return {"element_steps": own["frames"] / own["change_of_peak"] * elements * len(bodies_in(scene))}
+    # steps of second order, where nothing is touched or yields, need the square root of their number
+    first = {"contact", "plasticity"} & set(scene)
+    steps = own["frames"] / own["change_of_peak"] if first else 5.0 * own["frames"] / own["change_of_peak"] ** 0.5
+    return {"element_steps": steps * elements * len(bodies_in(scene))}
 
 
 def _time_methods(job: Job, case: Case) -> Amounts:
@@ -93,8 +108,8 @@ def _organ(job: Job, case: Case) -> Amounts:
     """Count the motions of the fitted presses that all searches evaluate, times the coarse elements."""
     settings, size = case.config["organ_springs"], case.sizes[job.wildcards["body"]]
     searches = settings["searches"]
-    tried = searches["population"] * searches["generations"] / 2 + searches["cma_es_evaluations"]
-    tried += 12 * searches["gradient_evaluations"]
+    seeded = searches["population"] * searches["generations"] / 2 + searches["cma_es_evaluations"]
+    tried = searches["seeds"] * seeded + 12 * searches["gradient_evaluations"]
     presses = settings["fitted"] * len(settings["volume_force"])
     return {"element_motions": float(tried * presses * size.levels[0].elements)}
 
@@ -133,6 +148,7 @@ STUDIES: dict[str, Callable[[Job, Case], Amounts]] = {
     **dict.fromkeys(("simulate_scene", "leave_out_effects", "time_effects"), _scene),
     **dict.fromkeys(("simulate_dynamic_reference", "measure_dynamic"), _trial),
     "compare_laws": _compared,
+    "measure_any_load": _any_load,
     "time_methods": _time_methods,
     "time_complexity": _complexity,
     "compare_premises": _premises,

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 TIMED = re.compile(
-    r"_s$|_ms$|_ms_|^ms_|seconds|speedup|_kb$|_mb$|share_of_step|real_time_factor|exponent|break_even|margin|commit|threads"
+    r"_s$|_ms$|_ns$|_ms_|^ms_|seconds|speedup|_kb$|_mb$|share_of_step|real_time_factor|exponent|break_even|margin|commit|threads"
 )
 """Columns that hold times, or what follows from them."""
 NOT_TIMES = {"time_s", "start_s"}

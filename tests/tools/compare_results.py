@@ -26,7 +26,7 @@ REWORDED = {"hard_cases": {"scene", "measure", "message", "source"}, "scene_effe
 LINEAR = re.compile(r"coarse=linear(, )?")
 """Settings of the model ``ours`` that are those of ``warped_compliance`` now."""
 TIMED = re.compile(
-    r"_s$|_ms$|_ms_|^ms_|seconds|speedup|_kb$|_mb$|share_of_step|real_time_factor|exponent|break_even|margin|commit|threads"
+    r"_s$|_ms$|_ns$|_ms_|^ms_|seconds|speedup|_kb$|_mb$|share_of_step|real_time_factor|exponent|break_even|margin|commit|threads"
 )
 """Columns that hold times or memory, or what follows from them."""
 NOT_TIMES = {"time_s", "start_s"}

@@ -11,7 +11,7 @@ TIMED = re.compile(
 """Columns that hold times, or what follows from them."""
 NOT_TIMES = {"time_s", "start_s"}
 """Columns of simulated time."""
-VERDICTS = {"claims", "advice", "scaling"}
+VERDICTS = {"claims", "advice", "scaling", "error_bounds"}
 """Tables whose rows are worked out from times."""
 
 

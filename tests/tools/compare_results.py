@@ -33,7 +33,7 @@ NOT_TIMES = {"time_s", "start_s"}
 """Columns of simulated time."""
 FROM_TIMES = {
     "claims", "advice", "advice_agreement", "advice_by_radius", "scaling", "complexity",
-    "collision_scaling", "online_cost",
+    "collision_scaling", "online_cost", "error_bounds",
 }  # fmt: skip
 """Tables whose rows are worked out from times: only that they are there is compared."""
 

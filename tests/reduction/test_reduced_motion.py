@@ -157,7 +157,7 @@ def test_few_modes_follow_a_push_and_its_release_at_their_place_and_near_it_at_a
 
 
 def test_the_linear_part_that_cells_lack_is_what_makes_them_right(particles, truth, monkeypatch):
-    monkeypatch.setattr("palpate.reduction.averaged_cells.AveragedCells._at_rest", lambda self: np.eye(34))
+    monkeypatch.setattr("palpate.reduction.averaged_cells.Cells.stiffness", property(lambda self: np.eye(34)))
     assert wrong(run(SCENE, particles).motion.positions, truth) > 0.03
 
 

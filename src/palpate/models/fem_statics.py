@@ -3,7 +3,7 @@
 Presses may be anywhere on the fine surface, several at once, by forces or to a depth.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from typing import Self
 from weakref import WeakKeyDictionary
@@ -101,11 +101,7 @@ class Simulation:
 
     def _spread(self, forces: list[tuple[int, np.ndarray]]) -> np.ndarray:
         """Spread forces (3,) [N] on discs around nodes of the fine surface over nodes (n_nodes, 3) [N]."""
-        nodal = np.zeros_like(self._rest)
-        for contact, force in forces:
-            nodes, shares = self._shares.of(contact)
-            nodal[nodes] += np.outer(shares, force)
-        return nodal
+        return self._shares.spread(forces, len(self._rest))
 
     def _weights(self, contacts: list[int]) -> sparse.csr_array:
         """Return the weights (k, n_nodes) of the mean displacement of discs, without those of nodes that are held."""
@@ -162,6 +158,14 @@ class ContactShares:
         self._shares = _integrated.setdefault(body, {}).setdefault(key, {})
         for contact in case.prepared_contacts:
             self.of(int(contact))
+
+    def spread(self, forces: Iterable[tuple[int, np.ndarray]], count: int) -> np.ndarray:
+        """Return the sum (count, 3) [N] of forces (3,) [N] at nodes of the fine surface; InputError as in ``of``."""
+        nodal = np.zeros((count, 3))
+        for contact, force in forces:
+            nodes, shares = self.of(contact)
+            nodal[nodes] += np.outer(shares, force)
+        return nodal
 
     def of(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
         """Return node numbers and shares of a press at one node; InputError if it cannot be pressed."""

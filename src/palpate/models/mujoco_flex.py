@@ -58,10 +58,8 @@ class Flex:
 
         model, data = self._model, self._data
         mujoco.mj_resetData(model, data)
-        for contact, force in load.forces():
-            nodes, shares = self._shares.of(contact)
-            free = self._bodies[nodes] > 0  # held nodes belong to the world
-            data.xfrc_applied[self._bodies[nodes[free]], :3] += np.outer(shares[free], force)
+        free = self._bodies > 0  # held nodes belong to the world
+        data.xfrc_applied[self._bodies[free], :3] = self._shares.spread(load.forces(), len(free))[free]
         mujoco.mj_step(model, data, self._steps)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_flex(model, data)

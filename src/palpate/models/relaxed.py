@@ -63,10 +63,7 @@ class Relaxed:
 
     def respond(self, load: Load) -> np.ndarray:
         """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
-        nodal = np.zeros_like(self._rest)
-        for contact, force in load.forces():
-            nodes, shares = self._shares.of(contact)
-            nodal[nodes] += np.outer(shares, force)
+        nodal = self._shares.spread(load.forces(), len(self._rest))
         return self._up @ (self._relax(self._rest, nodal) - self._rest)
 
 

@@ -1,13 +1,12 @@
 """Elastic energy of a body that moves in modes, from the mean deformation of its cells."""
 
-import numba
 import numpy as np
 from scipy import sparse
 
-from palpate.effects import principal
-from palpate.effects.corotational_stress import BLOCK, stresses
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
+from palpate.reduction.cells import Cells
+from palpate.reduction.settle import cell_stresses
 
 
 class AveragedCells:
@@ -35,28 +34,20 @@ class AveragedCells:
             of_elements = np.einsum("eai,eaj->eij", mode.reshape(-1, 3)[elastic.tetrahedra], elastic.gradients)
             mean = (shares * of_elements.reshape(count, together, 3, 3)).sum(axis=1)
             means[:, :, k] = mean.reshape(count, 9).T
-        self._means = means.reshape(9 * count, r)
-        mu, lam = elastic.moduli
-        self._moduli = _mean(mu, elastic.volumes, together), _mean(lam, elastic.volumes, together)
-        self._law = elastic.law
-        self.modulus = modes.T @ (stiffness @ modes) - self._at_rest()
-
-    def _at_rest(self) -> np.ndarray:
-        """Return the stiffness (r, r) of the cells at rest: that of linear elasticity."""
-        h = self._means.reshape(3, 3, len(self.volumes), -1)
-        strain = 0.5 * (h + h.transpose(1, 0, 2, 3))
-        swelling = strain[0, 0] + strain[1, 1] + strain[2, 2]
-        mu, lam = (m * self.volumes for m in self._moduli)
-        shape = np.tensordot(strain * (2.0 * mu)[:, None], strain, axes=((0, 1, 2), (0, 1, 2)))
-        return (swelling * lam[:, None]).T @ swelling + shape
+        moduli = [_mean(m, elastic.volumes, together) for m in elastic.moduli]
+        cells = Cells(means, self.volumes, *moduli)
+        self._means, self._law = means.reshape(9 * count, r), elastic.law
+        self._moduli, self._stresses = moduli, np.empty((9, count))
+        self._scratch = np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
+        self.modulus = modes.T @ (stiffness @ modes) - cells.stiffness
 
     def evaluate(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the energy [J] at ``q`` (r,) and its gradient (r,)."""
-        f = (self._means @ q).reshape(9, -1)
-        f[[0, 4, 8]] += 1.0
-        energy = _stresses(f, self.volumes, *self._moduli, *self._law)
+        f, energies, sure = self._scratch
+        mu, lam = self._moduli
+        energy = cell_stresses(q, self._means, self.volumes, mu, lam, *self._law, f, self._stresses, energies, sure)
         rest = self.modulus @ q
-        return energy + 0.5 * float(q @ rest), f.ravel() @ self._means + rest
+        return energy + 0.5 * float(q @ rest), self._stresses.ravel() @ self._means + rest
 
     def least_det(self, q: np.ndarray) -> float:
         """Return the smallest det F of all cells at ``q`` (r,)."""
@@ -68,25 +59,3 @@ def _mean(moduli: np.ndarray, volumes: np.ndarray, together: int) -> np.ndarray:
     """Return the means (n_cells,) of ``moduli`` (n_elements,), by volume."""
     sums = (np.broadcast_to(moduli, volumes.shape) * volumes).reshape(-1, together).sum(axis=1)
     return sums / volumes.reshape(-1, together).sum(axis=1)
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _stresses(f, volumes, mu, lam, shape, measure, volume):
-    """Replace ``f`` (9, n_cells) by the stresses P times the volumes [J], and return the energy [J]."""
-    given, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
-    energies, sure, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
-    for begin in range(0, len(volumes), BLOCK):
-        count = min(BLOCK, len(volumes) - begin)
-        for i in range(9):
-            for k in range(count):
-                given[i, k] = f[i, begin + k]
-        mus, lams = mu[begin : begin + count], lam[begin : begin + count]
-        if shape is None:
-            stresses(given, p, count, mus, lams, energies, sure)
-        else:
-            principal.stresses(given, p, count, 1, mus, lams, shape, measure, volume, energies)
-        for k in range(count):
-            total += volumes[begin + k] * energies[k]
-            for i in range(9):
-                f[i, begin + k] = volumes[begin + k] * p[i, k]
-    return total

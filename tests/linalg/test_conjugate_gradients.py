@@ -76,3 +76,17 @@ def test_a_negative_or_broken_operator_gives_nothing():
     ):
         x, _, positive = conjugate_gradients(multiply, precondition, RIGHT, 1e-10, 100)
         assert not positive and not x.any()
+
+
+def test_right_sides_at_once_have_the_answers_of_each_by_itself():
+    matrix, _ = symmetric(np.geomspace(1.0, 100.0, 60))
+    several = np.random.default_rng(2).normal(size=(20, 3, 4)) * [1.0, 1e6, 1e-6, 1.0]
+
+    def multiply(p):
+        return (matrix @ p.reshape(60, -1)).reshape(p.shape)
+
+    x, _, positive = conjugate_gradients(multiply, nothing, several, 1e-10, 500)
+    assert positive
+    for k in range(4):
+        alone = conjugate_gradients(multiply, nothing, np.ascontiguousarray(several[:, :, k]), 1e-10, 500)[0]
+        assert np.abs(x[:, :, k] - alone).max() < 1e-7 * np.abs(alone).max()

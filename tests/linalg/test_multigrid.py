@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
 from palpate.effects.linear_elements import LinearElements
-from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.block_pattern import hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.multigrid import Multigrid
 
@@ -124,3 +124,12 @@ def test_iterations_stay_bounded_as_levels_are_added(box, soft):
 @pytest.mark.parametrize("levels", [1, 2])
 def test_iterations_of_the_papers_cylinder(soft, levels):
     assert iterations(nest("cylinder", cylinder(0.2, 0.03), levels, np.arange(19), soft)) <= 45
+
+
+@pytest.mark.parametrize("count", [1, 3, 17])
+def test_right_sides_at_once_have_the_cycles_and_products_of_each(three_levels, count):
+    multigrid, stiffness, _ = prepare(three_levels)
+    several = np.random.default_rng(0).normal(size=(len(three_levels.fine.nodes), 3, count))
+    for act in (multigrid.solve, product(stiffness)):
+        each = np.stack([act(np.ascontiguousarray(several[:, :, k])) for k in range(count)], axis=2)
+        assert np.abs(act(several) - each).max() < 1e-12 * np.abs(each).max()

@@ -9,9 +9,10 @@ from scipy.optimize import minimize, nnls
 from palpate.bodies.material import LAWS
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
+from palpate.reduction import contact_snapshots
 from palpate.reduction.cells import cells_of, rings_around
 from palpate.reduction.columns import orthonormal
-from palpate.reduction.contact_snapshots import basis_of, press_contact, thinned_model, whole_model
+from palpate.reduction.contact_snapshots import LEFT, basis_of, press_contact, thinned_model, whole_model
 from palpate.reduction.elements_at_rest import ElementsAtRest
 from palpate.reduction.reduced_contact import ReducedContact
 from palpate.reduction.thinning import few_of
@@ -68,6 +69,30 @@ def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(presse
         for k, force in enumerate(shown.forces):
             moved = modes @ each.settle(force, 1e-3).q
             assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
+
+
+def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, monkeypatch):
+    """With all elements exact, cells come from what is near the disc and a quarter of the rest."""
+    shown = pressed(2)
+    modes, elements = basis_of([shown], True), shown.elements
+    far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, contact_snapshots.NEAR))
+    monkeypatch.setattr(contact_snapshots, "FEW", far // 4)
+    thin = thinned_model([shown], modes, 50, 1e-3, 0)
+    assert 0 < len(thin.cells.volumes) < far
+    for k, force in enumerate(shown.forces):
+        moved = modes @ thin.settle(force, 1e-3).q
+        assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
+
+
+def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
+    """At the free edge of a thin plate four steps leave more than the load itself."""
+    thin = replace(slab, levels=[replace(mesh, nodes=mesh.nodes * [1.0, 1.0, 0.3]) for mesh in slab.levels])
+    elements, disc = ElementsAtRest(thin, 0, 2), patch_shares(thin.coarse, patch_at(thin, contact(thin), RADIUS), 2)
+    shown = press_contact(elements, *disc, np.array([0.0, 0.0, 1.0]), NEWTONS)
+    for k, force in enumerate(shown.forces):
+        load = elements.nodal(shown.nodes, shown.shares, force)
+        pull = elements.force(shown.answers[:, :, k]) + load
+        assert np.linalg.norm(pull) <= LEFT * np.linalg.norm(load)
 
 
 def test_the_modes_are_orthonormal_in_the_stiffness(pressed):

@@ -96,7 +96,8 @@ def test_a_count_leaves_out_rows_and_changes_none(slab, slab_compliance):
     assert len(few.contacts) == 5
     rows = [slab_compliance.row(contact) for contact in few.contacts]
     for name in ("fine", "restricted", "coarse"):
-        assert np.array_equal(getattr(few, name), getattr(slab_compliance, name)[rows])
+        of_all = getattr(slab_compliance, name)[rows]
+        assert np.abs(getattr(few, name) - of_all).max() < 1e-7 * np.abs(of_all).max()  # beside others, solved at once
     same = compute_compliance(slab, 0.0, contacts=few.contacts)
     assert np.array_equal(same.contacts, few.contacts) and np.array_equal(same.fine, few.fine)
     missing = np.setdiff1d(slab_compliance.contacts, few.contacts)[0]

@@ -81,11 +81,11 @@ def scatter(places, blocks, values):
 
 
 def product(matrix: sparse.bsr_array) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the product of ``matrix`` (3n, 3n), in 3 × 3 blocks, with arrays (n, 3)."""
+    """Return the product of ``matrix`` (3n, 3n), in 3 × 3 blocks, with arrays (n, 3), or (n, 3, k) at once."""
 
     def multiply(x: np.ndarray) -> np.ndarray:
         y = np.empty_like(x)
-        _multiply(matrix.indptr, matrix.indices, matrix.data, x, y)
+        (_multiply if x.ndim == 2 else _multiply_sides)(matrix.indptr, matrix.indices, matrix.data, x, y)
         return y
 
     return multiply
@@ -101,6 +101,29 @@ def _multiply(indptr, indices, values, x, y):
             y1 += values[k, 1, 0] * a + values[k, 1, 1] * b + values[k, 1, 2] * c
             y2 += values[k, 2, 0] * a + values[k, 2, 1] * b + values[k, 2, 2] * c
         y[i, 0], y[i, 1], y[i, 2] = y0, y1, y2
+
+
+@numba.njit(cache=True)
+def _multiply_sides(indptr, indices, values, x, y):
+    """Do as ``_multiply`` does for ``x`` (n, 3, k); each block is read once for all k."""
+    y[:] = 0.0
+    for i in range(len(y)):
+        for k in range(indptr[i], indptr[i + 1]):
+            add_block(values[k], x[indices[k]], y[i])
+
+
+@numba.njit(cache=True, inline="always")
+def add_block(block, x, y):
+    """Add the product of ``block`` (3, 3) with ``x`` (3, k) to ``y`` (3, k)."""
+    a, b, c = block[0, 0], block[0, 1], block[0, 2]
+    d, e, f = block[1, 0], block[1, 1], block[1, 2]
+    g, h, w = block[2, 0], block[2, 1], block[2, 2]
+    x0, x1, x2, y0, y1, y2 = x[0], x[1], x[2], y[0], y[1], y[2]
+    for s in range(len(y0)):
+        p, q, r = x0[s], x1[s], x2[s]
+        y0[s] += a * p + b * q + c * r
+        y1[s] += d * p + e * q + f * r
+        y2[s] += g * p + h * q + w * r
 
 
 @numba.njit(cache=True)

@@ -14,28 +14,35 @@ def conjugate_gradients(
 ) -> tuple[np.ndarray, int, bool]:
     """Solve K x = ``right`` (n, 3) from zero; return x, the number of products, and whether all curvature was positive.
 
+    ``right`` may be k right sides (n, 3, k), none of them zero: each has its own steps, and the last one ends them all.
     Stops at ‖residual‖ ≤ ``relative_tolerance`` ‖right‖, after ``max_iterations``, or at the first direction along
     which K or the preconditioner has no positive curvature. The x found so far is then a descent direction, unless it
     is zero (Steihaug 1983).
     """
     x = np.zeros_like(right)
     residual = right.copy()
-    target = relative_tolerance * np.linalg.norm(right)
-    direction, previous = None, 1.0
+    target = relative_tolerance * np.sqrt(_products(right, right))
+    direction: np.ndarray | None = None
+    previous: np.ndarray | float = 1.0
     for iteration in range(1, max_iterations + 1):
         z = precondition(residual)
-        rho = np.vdot(residual, z)
-        if not rho > 0.0:
+        rho = _products(residual, z)
+        if not np.all(rho > 0.0):
             return x, iteration, False
         direction = z.copy() if direction is None else z + (rho / previous) * direction
         product = multiply(direction)
-        curvature = np.vdot(direction, product)
-        if not curvature > 0.0:
+        curvature = _products(direction, product)
+        if not np.all(curvature > 0.0):
             return x, iteration, False
         step = rho / curvature
         x += step * direction
         residual -= step * product
         previous = rho
-        if np.linalg.norm(residual) <= target:
+        if np.all(np.sqrt(_products(residual, residual)) <= target):
             break
     return x, iteration, True
+
+
+def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the scalar product of ``a`` and ``b`` (n, 3), or those (k,) of each right side of (n, 3, k)."""
+    return np.asarray(np.vdot(a, b) if a.ndim == 2 else np.einsum("nik,nik->k", a, b))

@@ -20,5 +20,6 @@ class Factor:
             raise ValueError("the stiffness matrix is singular") from error
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Solve for one right side (n, 3)."""
-        return self._lu.solve(right.ravel()).reshape(-1, 3)
+        """Solve for one right side (n, 3), or for k at once (n, 3, k)."""
+        flat = right.reshape(3 * len(right), *right.shape[2:])
+        return np.ascontiguousarray(self._lu.solve(flat)).reshape(right.shape)

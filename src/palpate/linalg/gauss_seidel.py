@@ -7,7 +7,7 @@ that a sweep and the residual after it read each block once; memory, and not ari
 import numba
 import numpy as np
 
-from palpate.linalg.block_pattern import BlockPattern
+from palpate.linalg.block_pattern import BlockPattern, add_block
 
 
 class Triangle:
@@ -39,18 +39,18 @@ class Sweeps:
         self._arrays = (where.indptr, where.indices, lower, inverses)
 
     def forward(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sweep from zero for ``right`` (n, 3); return x (n, 3) and the residual (n, 3) that it leaves."""
+        """Sweep from zero for ``right`` (n, 3), or k at once (n, 3, k); return x and the residual that it leaves."""
         x, residual = np.empty_like(right), np.zeros_like(right)
-        _forward(*self._arrays, right, x, residual)
+        (_forward if right.ndim == 2 else _forward_sides)(*self._arrays, right, x, residual)
         return x, residual
 
     def backward(self, x: np.ndarray, correction: np.ndarray) -> np.ndarray:
-        """Sweep backward from ``x`` + ``correction``, both (n, 3), where ``x`` is what ``forward`` returned; in place.
+        """Sweep backward from ``x`` + ``correction``, of one shape, where ``x`` is what ``forward`` returned; in place.
 
         As the forward sweep solved D x + L x = right for the diagonal D and the lower blocks L, the right side is not
         needed: what is left for a node is the lower blocks' product with the correction, and the upper ones' with x.
         """
-        _backward(*self._arrays, correction, np.zeros_like(x), x)
+        (_backward if x.ndim == 2 else _backward_sides)(*self._arrays, correction, np.zeros_like(x), x)
         return x
 
 
@@ -115,3 +115,41 @@ def _backward(indptr, indices, lower, inverses, correction, upper, x):
         for p in range(3):
             x[i, p] -= inverses[i, p, 0] * r0 + inverses[i, p, 1] * r1 + inverses[i, p, 2] * r2
         _spread(indptr[i + 1] - 1, indptr[i] - 1, -1, indices, lower, x[i, 0], x[i, 1], x[i, 2], upper)
+
+
+@numba.njit(cache=True)
+def _forward_sides(indptr, indices, lower, inverses, right, x, residual):
+    """Do as ``_forward`` does for k right sides (n, 3, k)."""
+    left = np.empty(right.shape[1:])
+    for i in range(len(right)):
+        _copy(-1.0, right[i], left)
+        for k in range(indptr[i], indptr[i + 1]):
+            add_block(lower[k], x[indices[k]], left)
+        _copy(-1.0, left, left)
+        x[i] = 0.0
+        add_block(inverses[i], left, x[i])
+        _copy(-1.0, x[i], left)
+        for k in range(indptr[i], indptr[i + 1]):
+            add_block(lower[k].T, left, residual[indices[k]])
+
+
+@numba.njit(cache=True)
+def _backward_sides(indptr, indices, lower, inverses, correction, upper, x):
+    """Do as ``_backward`` does for k right sides (n, 3, k)."""
+    left = np.empty(x.shape[1:])
+    for i in range(len(x) - 1, -1, -1):
+        _copy(1.0, upper[i], left)
+        for k in range(indptr[i + 1] - 1, indptr[i] - 1, -1):
+            add_block(lower[k], correction[indices[k]], left)
+        _copy(-1.0, left, left)
+        add_block(inverses[i], left, x[i])
+        for k in range(indptr[i + 1] - 1, indptr[i] - 1, -1):
+            add_block(lower[k].T, x[i], upper[indices[k]])
+
+
+@numba.njit(cache=True, inline="always")
+def _copy(factor, source, target):
+    """Set ``target`` (3, k) to ``factor`` times ``source`` (3, k), without an array in between."""
+    for p in range(3):
+        for s in range(source.shape[1]):
+            target[p, s] = factor * source[p, s]

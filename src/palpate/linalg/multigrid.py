@@ -48,7 +48,7 @@ class Multigrid:
         return values
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Apply one V-cycle from zero to the right side (n, 3): a symmetric linear map."""
+        """Apply one V-cycle from zero to the right side (n, 3), or to k at once (n, 3, k): a symmetric linear map."""
         return self._cycle(len(self.patterns) - 1, right)
 
     def _cycle(self, level: int, right: np.ndarray) -> np.ndarray:
@@ -56,9 +56,10 @@ class Multigrid:
             return self._bottom.solve(right)
         x, residual = self._sweeps[level - 1].forward(right)
         parents, weights = self._parents[level - 1]
-        coarse = np.zeros((self.patterns[level - 1].size, 3))
-        _restrict(parents, weights, residual, self.held[level - 1], coarse)
-        _prolongate(parents, weights, self._cycle(level - 1, coarse), residual)
+        coarse = np.zeros((self.patterns[level - 1].size, *right.shape[1:]))
+        fine = residual.reshape(len(residual), -1)
+        _restrict(parents, weights, fine, self.held[level - 1], coarse.reshape(len(coarse), -1))
+        _prolongate(parents, weights, self._cycle(level - 1, coarse).reshape(len(coarse), -1), fine)
         return self._sweeps[level - 1].backward(x, residual)
 
 
@@ -108,12 +109,12 @@ def _restrict(parents, weights, fine, held, coarse):
         for p in range(2):
             j = parents[i, p]
             if weights[i, p] != 0.0 and not held[j]:
-                for a in range(3):
+                for a in range(fine.shape[1]):
                     coarse[j, a] += weights[i, p] * fine[i, a]
 
 
 @numba.njit(cache=True)
 def _prolongate(parents, weights, coarse, fine):
     for i in range(len(fine)):
-        for a in range(3):
+        for a in range(fine.shape[1]):
             fine[i, a] = weights[i, 0] * coarse[parents[i, 0], a] + weights[i, 1] * coarse[parents[i, 1], a]

@@ -11,15 +11,16 @@ import numpy as np
 from palpate.errors import NotConverged
 from palpate.models.contact_workshop import Workshop
 from palpate.models.found_forces import forces_for
-from palpate.models.load import Answer, Load
+from palpate.models.load import Answer, Doubted, Load
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 from palpate.models.prepared_contacts import RESIDUAL, Prepared, prepare_contacts, spent
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
-GUARD, FAR = 0.4, 2.0
-"""Smallest det F of the cells of an answer, and its largest energy norm over that of the farthest snapshot; beyond
-either, the model says that it does not know."""
+GUARD, FAR, HARD = 0.68, 2.0, 1.05
+"""Smallest det F of the cells of an answer, its largest energy norm over that of the farthest snapshot, and its
+hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
+know."""
 
 OWN = 1e-3
 """RMSE over peak that an answer as far as the farthest snapshot says of itself; bounds find the factor to it."""
@@ -89,10 +90,13 @@ class ContactModes:
         model = self.prepare_contact(*(press.node for press in load.presses))
         given = [press.force for press in load.presses if press.force is not None]
         force = np.concatenate(given) if len(given) == len(load.presses) else _found(model, load)
-        q = _settled(model, force)
+        q, why, residual = _at_rest(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
-        return Answer(moved.reshape(-1, 3), found, OWN * float(np.linalg.norm(q)) / model.reach)
+        answer = Answer(moved.reshape(-1, 3), found, OWN * float(np.linalg.norm(q)) / model.reach)
+        if why:
+            raise Doubted(why, [residual], answer)
+        return answer
 
 
 def _found(model: Prepared, load: Load) -> np.ndarray:
@@ -109,13 +113,27 @@ def _found(model: Prepared, load: Load) -> np.ndarray:
 
 def _settled(model: Prepared, force: np.ndarray) -> np.ndarray:
     """Return the coordinates (r,) under ``force`` (3 k,) [N]; NotConverged where they are not to be believed."""
+    q, why, residual = _at_rest(model, force)
+    if why:
+        raise NotConverged(why, [residual])
+    return q
+
+
+def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
+    """Return the coordinates (r,) under ``force`` (3 k,) [N], why they are not to be believed or "", the residual.
+
+    NotConverged where there are none.
+    """
     q, residual, least = model.reduced.settle(force, RESIDUAL)
     if not residual <= RESIDUAL:
         raise NotConverged(f"the reduced model stopped at a residual of {residual:.1e}", [residual])
+    far = float(np.linalg.norm(q)) / model.reach
+    hard = float((model.bearing * force.reshape(-1, 3)).sum(axis=1).max())
+    why = ""
     if not least >= GUARD:
-        said = f"cells are squeezed to det F = {least:.2f}, beyond what the contact's model was made for"
-        raise NotConverged(said, [residual])
-    if not np.linalg.norm(q) <= FAR * model.reach:
-        far = np.linalg.norm(q) / model.reach
-        raise NotConverged(f"this goes {far:.1f} times as far as what the contact's model is made of", [residual])
-    return q
+        why = f"cells are squeezed to det F = {least:.2f}, beyond what the contact's model was made for"
+    elif not far <= FAR:
+        why = f"this goes {far:.1f} times as far as what the contact's model is made of"
+    elif not hard <= HARD:
+        why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
+    return q, why, residual

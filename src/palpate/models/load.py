@@ -94,6 +94,14 @@ class Answer(NamedTuple):
     error: float | None = None
 
 
+class Doubted(NotConverged):
+    """An answer that its model does not believe; it is kept so that doubts can be judged, and not to be used."""
+
+    def __init__(self, message: str, residuals: list[float], answer: Answer):
+        super().__init__(message, residuals)
+        self.answer = answer
+
+
 def displacement_of(answer: np.ndarray | Answer) -> np.ndarray:
     """Return the displacement (n_surface, 3) [m] of what a model has returned."""
     return answer.displacement if isinstance(answer, Answer) else answer

@@ -7,10 +7,11 @@ import numpy as np
 
 from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.models.contact_limits import bearing
 from palpate.models.contact_targets import target_columns, target_share
 from palpate.models.contact_workshop import Workshop
 from palpate.models.model import Case, Setting
-from palpate.reduction.contact_snapshots import ContactSnapshots, basis_of, thinned_model
+from palpate.reduction.contact_snapshots import ContactSnapshots, basis_of, coordinates, thinned_model
 from palpate.reduction.nested_targets import fitted, to_surface
 from palpate.reduction.reduced_contact import ReducedContact
 
@@ -24,6 +25,7 @@ class Prepared(NamedTuple):
     reach : the largest energy norm that snapshots have, of all contacts together
     columns : (3 n, 3 k) [m/N], the linear part; rest : (3 n, r) of what is beyond it, in single precision
     discs : (3 k, 3 k) [m/N] and (3 k, r), the same parts of the displacements of the discs
+    bearing : (k, 3) [1/N], whose products with forces are at most 1 where finer elements are known to have an answer
     """
 
     reduced: ReducedContact
@@ -31,6 +33,7 @@ class Prepared(NamedTuple):
     columns: np.ndarray
     rest: np.ndarray
     discs: tuple[np.ndarray, np.ndarray]
+    bearing: np.ndarray
 
     def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
@@ -52,7 +55,7 @@ def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
     """Return the time [s] that these contacts have taken, whichever setting has made them."""
     kind = tuple(setting[name] for name in ("modes", "rings", "thinned"))
     names = [("reduced", nodes, kind), ("target", nodes, kind, setting["target"])]
-    names += [(name, node) for name in ("snapshots", "before") for node in nodes]
+    names += [(name, node) for name in ("snapshots", "before", "bears") for node in nodes]
     return sum(shop.seconds.get(name, 0.0) for name in names)
 
 
@@ -78,7 +81,8 @@ def _brought(
     linear = linear + _at_discs(weights, columns - np.dstack([shop.reduced_columns(node) for node in nodes]))
     reach = sum(float(np.linalg.norm(_settled(reduced, k, each), axis=1).max()) for k, each in enumerate(shown))
     flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
-    return Prepared(reduced, reach, np.ascontiguousarray(columns.reshape(len(flat), -1)), flat, (linear, bent))
+    straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
+    return Prepared(reduced, reach, straight, flat, (linear, bent), bearing(shop, case.body, nodes))
 
 
 def _settled(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.ndarray:
@@ -90,9 +94,7 @@ def _settled(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.nda
 
 def _beyond(shown: ContactSnapshots, modes: np.ndarray, loads: np.ndarray) -> np.ndarray:
     """Return the coordinates (r, s) of a contact's snapshots, less those of their linear answers."""
-    each = np.moveaxis(shown.answers, 2, 0)
-    stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(answer)) for answer in each], axis=2)
-    return np.tensordot(modes, stiff, ((0, 1), (0, 1))) - loads @ shown.forces.T
+    return coordinates(shown, modes) - loads @ shown.forces.T
 
 
 def _disc_weights(case: Case, nodes: Sequence[int]) -> list[tuple[np.ndarray, np.ndarray]]:

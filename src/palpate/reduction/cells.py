@@ -57,11 +57,34 @@ def cells_of(elements: ElementsAtRest, modes: np.ndarray, exact: np.ndarray) -> 
     gradients = np.concatenate(
         [gradients.reshape(len(owner), elements.couples.shape[1], 3), elements.point_gradients(far).mean(axis=1)]
     )
-    slopes = _slopes(modes, elements.couples[source], gradients)
     volumes = np.concatenate([elements.volumes[owner] / points, elements.volumes[far]])
-    moduli = [modulus[source] for modulus in elements.moduli]
+    return _cells(elements, modes, source, gradients, volumes)
+
+
+def some_points(
+    elements: ElementsAtRest, modes: np.ndarray, near: np.ndarray, few: int, rng: np.random.Generator
+) -> Cells:
+    """Return as cells of ``modes`` (n, 3, r) all points of the elements ``near`` (m,), bool, and ``few`` of the others.
+
+    The others are drawn by ``rng``; all of them are taken if there are no more.
+    """
+    gradients = elements.point_gradients(np.arange(len(near)))
+    _, points, corners, _ = gradients.shape
+    close = np.repeat(near, points)
+    others = np.flatnonzero(~close)
+    drawn = rng.choice(others, min(few, len(others)), replace=False)
+    chosen = np.sort(np.append(np.flatnonzero(close), drawn))
+    source = chosen // points
+    return _cells(elements, modes, source, gradients.reshape(-1, corners, 3)[chosen], elements.volumes[source] / points)
+
+
+def _cells(
+    elements: ElementsAtRest, modes: np.ndarray, source: np.ndarray, gradients: np.ndarray, volumes: np.ndarray
+) -> Cells:
+    """Return cells of the elements ``source`` (k,), whose shape functions have ``gradients`` (k, a, 3) [1/m] there."""
+    slopes = _slopes(modes, elements.couples[source], gradients)
     flat = slopes.reshape(len(source), 9, modes.shape[2]).transpose(1, 0, 2)
-    return Cells(np.ascontiguousarray(flat), volumes, *moduli)
+    return Cells(np.ascontiguousarray(flat), volumes, *(modulus[source] for modulus in elements.moduli))
 
 
 def _slopes(modes: np.ndarray, couples: np.ndarray, gradients: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.reduction.elements_at_rest import ElementsAtRest
 
-LINEAR, SECOND = 1e-8, 1e-4
+LINEAR, SECOND = 1e-6, 1e-2
 """Relative residuals of the linear columns, and of those of second order, which are themselves corrections."""
 STEP = 0.01
 """Largest displacement of the differences, over the body's size."""

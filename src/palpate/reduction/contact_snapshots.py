@@ -6,16 +6,24 @@ from itertools import combinations
 
 import numpy as np
 
-from palpate.reduction.cells import cells_of, rings_around
+from palpate.errors import NotConverged
+from palpate.reduction.cells import cells_of, rings_around, some_points
 from palpate.reduction.columns import linear_columns, orthonormal, second_columns
 from palpate.reduction.elements_at_rest import ElementsAtRest
 from palpate.reduction.reduced_contact import ReducedContact
-from palpate.reduction.training_presses import RANDOM, SHARES, directions, hardest, random_directions
+from palpate.reduction.training_presses import FALL, FALLS, SHARES, directions, hardest
 
 STEPS = 4
 """Steps of L-BFGS on the elements that take a snapshot from the reduced answer to the right one."""
+MORE, LEFT = 26, 0.03
+"""Most further steps, and the residual over the load that ends them: where a thin lobe turns under its press 20 are
+needed, and none at most contacts."""
+INVERTED = 0.0
+"""Smallest det F of the elements in a snapshot; one below it, or not found, is of a weaker press."""
 NEAR = 1
 """Rings of elements around a disc whose points are cells, in the models that presses start from and are chosen with."""
+FEW = 4000
+"""Points beside those near a disc that cells are chosen from; with all of them answers are no better."""
 RESIDUAL = 1e-3
 
 
@@ -59,25 +67,43 @@ def whole_model(shown: Sequence[ContactSnapshots], modes: np.ndarray, rings: int
 
     Its forces are those of one contact after the other, (3 per contact,).
     """
-    elements, nodes = shown[0].elements, np.unique(np.concatenate([each.nodes for each in shown]))
-    loads = [np.tensordot(modes[each.nodes], each.shares, (0, 0)).T for each in shown]  # held nodes do not move
-    cells = cells_of(elements, modes, rings_around(elements, nodes, rings))
-    return ReducedContact(cells, np.hstack(loads), elements.law)
+    elements = shown[0].elements
+    return ReducedContact(cells_of(elements, modes, _around(shown, rings)), _loads(shown, modes), elements.law)
 
 
 def thinned_model(
     shown: Sequence[ContactSnapshots], modes: np.ndarray, rings: int, tolerance: float, seed: int
 ) -> ReducedContact:
-    """Return the model of few cells, chosen for random presses, to the relative ``tolerance`` of their pull.
+    """Return the model of few cells, which pull as all do at the snapshots, to the relative ``tolerance``.
 
-    How far these presses go is found with few points, which is near enough to choose by.
+    Where all points are cells the elements themselves say how all pull, and few points are chosen from: those near a
+    disc, and others that ``seed`` draws. Snapshots of several contacts are added up at random.
     """
-    model, growing = whole_model(shown, modes, NEAR), np.arange(1, RANDOM + 1)[:, None] / RANDOM
-    hard = [float(np.linalg.norm(each.forces[:: len(SHARES)], axis=1).min()) for each in shown]
-    ways = [random_directions(each.normal, seed + k) for k, each in enumerate(shown)]
-    presses = np.hstack([growing * newtons * way for newtons, way in zip(hard, ways, strict=True)])
-    answers = [model.settle(force, RESIDUAL).q for force in presses]
-    return (model if rings == NEAR else whole_model(shown, modes, rings)).thinned(answers, tolerance)
+    elements, rng = shown[0].elements, np.random.default_rng(seed)
+    states = np.sum([rng.permutation(coordinates(each, modes).T) for each in shown], axis=0)
+    if not _around(shown, rings).all():
+        return whole_model(shown, modes, rings).thinned(states, tolerance)
+    pulls = [-np.tensordot(modes, elements.force(modes @ q), ((0, 1), (0, 1))) - q for q in states]
+    cells = some_points(elements, modes, _around(shown, NEAR), FEW, rng)
+    unlike = np.zeros((modes.shape[2], modes.shape[2]))
+    return ReducedContact(cells, _loads(shown, modes), elements.law, unlike).thinned(states, tolerance, pulls)
+
+
+def coordinates(shown: ContactSnapshots, modes: np.ndarray) -> np.ndarray:
+    """Return the coordinates (r, s) of a contact's snapshots in orthonormal ``modes`` (n, 3, r)."""
+    each = np.moveaxis(shown.answers, 2, 0)
+    stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(answer)) for answer in each], axis=2)
+    return np.tensordot(modes, stiff, ((0, 1), (0, 1)))
+
+
+def _around(shown: Sequence[ContactSnapshots], rings: int) -> np.ndarray:
+    """Mark the elements (m,) up to so many ``rings`` around the discs."""
+    return rings_around(shown[0].elements, np.unique(np.concatenate([each.nodes for each in shown])), rings)
+
+
+def _loads(shown: Sequence[ContactSnapshots], modes: np.ndarray) -> np.ndarray:
+    """Return the unit forces of all contacts in coordinates, (r, 3 per contact); held nodes do not move."""
+    return np.hstack([np.tensordot(modes[each.nodes], each.shares, (0, 0)).T for each in shown])
 
 
 def press_contact(
@@ -93,8 +119,25 @@ def press_contact(
     modes = basis_of([bare], False)
     model = whole_model([bare], modes, NEAR)
     hard = [hardest(model, modes[nodes], way, newtons, elements.size) for way in directions(normal)]
-    forces = np.array([share * force for force in hard for share in SHARES])
-    starts = [modes @ model.settle(force, RESIDUAL).q for force in forces]
-    loads = [elements.nodal(nodes, shares, force) for force in forces]
-    found = [elements.settle(load, start, STEPS) for load, start in zip(loads, starts, strict=True)]
-    return replace(bare, forces=forces, answers=np.stack(found, axis=2))
+    wanted = [share * force for force in hard for share in SHARES]
+    forces, answers = zip(*[_snapshot(bare, model, modes, force) for force in wanted], strict=True)
+    return replace(bare, forces=np.array(forces), answers=np.stack(answers, axis=2))
+
+
+def _snapshot(
+    contact: ContactSnapshots, model: ReducedContact, modes: np.ndarray, force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a force (3,) [N] along ``force``, at most as large, and the displacement (n, 3) [m] under it.
+
+    NotConverged where even the weakest has none.
+    """
+    elements, left = contact.elements, np.inf
+    for _ in range(FALLS):
+        load = elements.nodal(contact.nodes, contact.shares, force)
+        moved = elements.settle(load, modes @ model.settle(force, RESIDUAL).q, STEPS)
+        moved = elements.settle(load, moved, MORE, LEFT)
+        left = float(np.linalg.norm(elements.force(moved) + load) / np.linalg.norm(load))
+        if left <= LEFT and elements.least_det(moved) > INVERTED:
+            return force, moved
+        force = FALL * force
+    raise NotConverged("a snapshot of a contact was not found", [left])

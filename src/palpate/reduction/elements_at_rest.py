@@ -9,12 +9,9 @@ from palpate.effects.law import PLAIN, Law, law_of
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.locking import PLAIN_POISSON, largest_poisson
 from palpate.errors import NotConverged
-from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.linear_response import linear_response
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.lbfgs import descend
-
-MOST = 3000
-"""Products after which conjugate gradients give up."""
 
 
 class ElementsAtRest:
@@ -22,7 +19,7 @@ class ElementsAtRest:
 
     size : of the body [m]; rest : (n, 3) [m]; couples : (m, a) the nodes of each element, 4 or 10; volumes : (m,) [m³]
     moduli : μ and λ of each element, two (m,) [Pa]; law : functions of the law, as kernels take them
-    multiply, precondition : the stiffness at rest and a multigrid cycle, functions of (n, 3)
+    multiply, precondition : the stiffness at rest and a multigrid cycle, functions of (n, 3) or (n, 3, k)
     Raises NotConverged for a body whose elements resist volume on average, so that a point has no energy of its own.
     """
 
@@ -57,16 +54,10 @@ class ElementsAtRest:
         return load
 
     def solve(self, loads: np.ndarray, tolerance: float) -> np.ndarray:
-        """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N], to the relative residual ``tolerance``."""
-        found = np.zeros_like(loads)
-        for k in range(loads.shape[2]):
-            right = np.ascontiguousarray(loads[:, :, k])
-            right[self._held] = 0.0
-            found[:, :, k], products, _ = conjugate_gradients(self.multiply, self.precondition, right, tolerance, MOST)
-            left = np.linalg.norm(right - self.multiply(found[:, :, k].copy()))
-            if not left <= 10 * tolerance * np.linalg.norm(right):
-                raise NotConverged(f"the linear response of a contact stopped after {products} products", [float(left)])
-        return found
+        """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N]; errors as of ``linear_response``."""
+        right = loads.copy()
+        right[self._held] = 0.0
+        return linear_response(self.multiply, self.precondition, right, tolerance)
 
     def force(self, moved: np.ndarray) -> np.ndarray:
         """Return the elastic force (n, 3) [N] under displacements (n, 3) [m], zero at held nodes."""

@@ -11,7 +11,7 @@ from palpate.reduction.elements_at_rest import ElementsAtRest
 
 STEPS, RESIDUAL = 20, 1e-4
 """Steps of L-BFGS on the coarser level, which is cheap, and the residual that ends them."""
-SMOOTH = 0.02
+SMOOTH = 0.005
 """Weight of the fit's penalty, over the largest singular value of what it is fitted to."""
 
 
@@ -55,7 +55,12 @@ def to_surface(up: sparse.csr_array, moved: np.ndarray) -> np.ndarray:
 
 
 def fitted(seen: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Fit the matrix (n, 3, r) whose products with ``seen`` (r, s) are ``wanted`` (n, 3, s), by penalised squares."""
-    left, sizes, right = np.linalg.svd(seen, full_matrices=False)
+    """Fit the matrix (n, 3, r) whose products with ``seen`` (r, s) are ``wanted`` (n, 3, s), by penalised squares.
+
+    Each of the s pairs counts over its size, so that weak presses are met as well as hard ones.
+    """
+    norms = np.linalg.norm(seen, axis=0)
+    weights = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
+    left, sizes, right = np.linalg.svd(seen * weights, full_matrices=False)
     damped = sizes / (sizes**2 + (SMOOTH * sizes[0]) ** 2)
-    return ((wanted @ right.T) * damped) @ left.T
+    return (((wanted * weights) @ right.T) * damped) @ left.T

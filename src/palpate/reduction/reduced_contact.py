@@ -1,5 +1,6 @@
 """A reduced model of one contact: a basis, cells, and what their energy lacks at rest."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,17 +43,24 @@ class ReducedContact:
         left, least, _ = settle(load, *cells, *self.law, tolerance, ITERATIONS, q)
         return Coordinates(q, left, least)
 
-    def thinned(self, answers: list[np.ndarray], tolerance: float) -> "ReducedContact":
+    def thinned(
+        self, answers: Sequence[np.ndarray], tolerance: float, wanted: Sequence[np.ndarray] | None = None
+    ) -> "ReducedContact":
         """Return a model of few cells, which pull as all do at the ``answers`` [(r,)], to the relative ``tolerance``.
 
         Only what is not linear is fitted, each answer by itself over its size; the linear part is exact in any case.
+        wanted : by what all pull beyond their linear part, [(r,)], if the cells are not all there are
         """
-        pulls = np.concatenate([self._pulls(q) for q in answers])
-        chosen, weights = few_of(pulls, pulls.sum(axis=1), tolerance)
+        pulls = [self._pulls(q) for q in answers]
+        sums = [each.sum(axis=1) for each in pulls] if wanted is None else wanted
+        sizes = [float(np.linalg.norm(each)) for each in sums]
+        rows = np.concatenate([each / size for each, size in zip(pulls, sizes, strict=True)])
+        target = np.concatenate([each / size for each, size in zip(sums, sizes, strict=True)])
+        chosen, weights = few_of(rows, target, tolerance)
         return ReducedContact(self.cells.take(chosen, weights), self.loads, self.law)
 
     def _pulls(self, q: np.ndarray) -> np.ndarray:
-        """Return what each cell adds to the gradient beyond its linear part, (r, k), over the size of their sum."""
+        """Return what each cell adds to the gradient beyond its linear part, (r, k)."""
         slopes, volumes, mu, lam = self.cells
         count = len(volumes)
         f, p, energies, sure = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
@@ -61,5 +69,4 @@ class ReducedContact:
         strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
         linear = 2.0 * mu * strain
         linear[[0, 4, 8]] += lam * (strain[0] + strain[4] + strain[8])
-        pulls = np.einsum("ck,ckr->rk", p - linear * volumes, slopes, optimize=True)
-        return pulls / np.linalg.norm(pulls.sum(axis=1))
+        return np.einsum("ck,ckr->rk", p - linear * volumes, slopes, optimize=True)

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+STILL = 1e-6
+"""Columns smaller than this part of the largest are not taken: rounding would choose them, with huge weights."""
+
 
 def few_of(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return numbers (k,) and weights (k,) > 0 of columns whose weighted sum is ``target``, to ``tolerance``.
@@ -12,11 +15,12 @@ def few_of(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.
     algorithm 1): columns are taken one by one, the one most like the remainder first, so that few are left.
     """
     size = np.linalg.norm(pulls, axis=0)
-    size = np.where(size > 0.0, size, np.inf)
+    size = np.where(size > STILL * size.max(), size, np.inf)
+    rough = pulls.astype(np.float32)  # enough to choose by, and half as long
     chosen: list[int] = []
     weights, left = np.empty(0), target
     while np.linalg.norm(left) > tolerance * np.linalg.norm(target) and len(chosen) < min(pulls.shape):
-        likeness = (left @ pulls) / size
+        likeness = (left.astype(np.float32) @ rough) / size
         likeness[chosen] = -np.inf
         best = int(np.argmax(likeness))
         if not likeness[best] > 0.0:

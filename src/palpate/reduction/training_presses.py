@@ -1,4 +1,4 @@
-"""Presses of one contact that its model is made from: in nine directions as hard as tissue bears, and random ones."""
+"""Presses of one contact that its model is made from: in nine directions as hard as tissue bears."""
 
 import numpy as np
 
@@ -11,7 +11,6 @@ SHARES = (1.0, 0.5)
 PRESSURE, PEAK, SQUEEZED = 0.25, 0.2, 0.5
 """The hardest press: peak pressure over Young's modulus and peak displacement over the body's size, neither of which
 it exceeds, and the smallest det F, which no cell falls below. Presses of the trade-off are limited alike."""
-RANDOM = 24
 FALL, FALLS = 0.8, 20
 """Factor by which a press that is too hard is lowered, and how often."""
 
@@ -19,13 +18,6 @@ FALL, FALLS = 0.8, 20
 def directions(normal: np.ndarray) -> np.ndarray:
     """Return the unit vectors (9, 3) of the presses on a surface of outward ``normal`` (3,)."""
     return np.array([_tilted(-normal, tilt, turn + 360.0 * k / n) for tilt, n, turn in TILTS for k in range(n)])
-
-
-def random_directions(normal: np.ndarray, seed: int) -> np.ndarray:
-    """Return RANDOM unit vectors (·, 3), evenly spread over the cone of the steepest tilt."""
-    rng, widest = np.random.default_rng(seed), np.deg2rad(TILTS[-1][0])
-    cosines = 1.0 - rng.random(RANDOM) * (1.0 - np.cos(widest))
-    return np.array([_tilted(-normal, np.rad2deg(np.arccos(c)), 360.0 * rng.random()) for c in cosines])
 
 
 def hardest(model: ReducedContact, moved: np.ndarray, direction: np.ndarray, newtons: float, size: float) -> np.ndarray:

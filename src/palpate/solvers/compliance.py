@@ -18,6 +18,8 @@ from palpate.solvers.equilibrium import Equilibrium
 ARRAYS = ("contacts", "fine", "restricted", "coarse")
 TOLERANCE = 1e-8
 """Relative residual of each response; models that are made of them are 1e-3 and more away from the truth."""
+TOGETHER = 4
+"""Contacts that are solved at once, so that the matrix is read once for twelve loads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +56,7 @@ def compute_compliance(
 ) -> Compliance:
     """Solve the linear problems of the coarsest and finest level for each contact (offline).
 
-    ``progress`` wraps the sequence of contacts, as ``tqdm`` does.
+    ``progress`` wraps the sequence of groups of contacts that are solved at once, as ``tqdm`` does.
     contacts : their coarse nodes, increasing, or how many, which ``kept_contacts`` spreads; None for all
     order : of the finest level's elements; quadratic ones (2) need a level more, which ``finer`` gives
     """
@@ -70,14 +72,24 @@ def compute_compliance(
     discs = [patch_shares(whole.levels[last], patch, order) for patch in pushed]
     means = np.empty((len(discs), len(chosen), 3, 3))
     solve_coarse = Equilibrium(body, 0).linear_solver(TOLERANCE) if last or order == 2 else solve_fine
-    for row, contact in enumerate(progress(chosen)):
-        for axis, unit in enumerate(np.eye(3)):
-            response = solve_fine(nodal_load(whole, last, contact, unit, radius_m, order))
-            fine[row, axis], restricted[row, axis] = response[surface], response[:n_coarse]
-            for disc, (nodes, shares) in enumerate(discs):
-                means[disc, row, axis] = shares @ response[nodes]
-            coarse[row, axis] = solve_coarse(nodal_load(body, 0, contact, unit, radius_m))
+    for rows in progress(np.split(np.arange(len(chosen)), range(TOGETHER, len(chosen), TOGETHER))):
+        response = solve_fine(_units(whole, last, chosen[rows], radius_m, order))
+        fine[rows], restricted[rows] = _by_contact(response[surface]), _by_contact(response[:n_coarse])
+        for disc, (nodes, shares) in enumerate(discs):
+            means[disc, rows] = _by_contact(shares @ np.moveaxis(response[nodes], 0, 1))
+        coarse[rows] = _by_contact(solve_coarse(_units(body, 0, chosen[rows], radius_m)))
     return Compliance(chosen, fine, restricted, coarse, perf_counter() - start, means if discs else None)
+
+
+def _units(body: Body, level: int, contacts: np.ndarray, radius_m: float, order: int = 1) -> np.ndarray:
+    """Return unit loads (n_nodes, 3, 3 k) [N] along x, y and z of each of k ``contacts``."""
+    pairs = [(int(contact), unit) for contact in contacts for unit in np.eye(3)]
+    return np.stack([nodal_load(body, level, contact, unit, radius_m, order) for contact, unit in pairs], axis=2)
+
+
+def _by_contact(responses: np.ndarray) -> np.ndarray:
+    """Return (k, 3, ...) of ``responses`` (..., 3 k), by contact and direction."""
+    return np.moveaxis(responses, -1, 0).reshape(-1, 3, *responses.shape[:-1])
 
 
 def save_compliance(compliance: Compliance, path: Path) -> None:

@@ -16,8 +16,8 @@ from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
-from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.linalg.factor import Factor
+from palpate.linalg.linear_response import linear_response
 from palpate.linalg.multigrid import Multigrid
 from palpate.solvers.newton import Product, Solution, minimise
 
@@ -130,23 +130,14 @@ class Equilibrium:
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.
 
-        It raises NotConverged if conjugate gradients do not reach ``tolerance``.
+        It takes k loads at once, too, (n_nodes, 3, k), and raises NotConverged if it does not reach ``tolerance``.
         """
         multiply, precondition = self.linearise(self.mesh.nodes)
 
         def respond(load: np.ndarray) -> np.ndarray:
-            right = np.where(self._held[:, None], 0.0, load)
-            if not right.any():
-                return right
-            response, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, 3000)
-            left = float(np.linalg.norm(right - multiply(response)) / np.linalg.norm(right))
-            if not left <= 10 * tolerance:
-                raise NotConverged(
-                    f"the linear response stopped after {products} products at a relative residual of {left:.1e}, "
-                    f"above the tolerance {tolerance:.0e}",
-                    [left],
-                )
-            return response
+            right = load.copy()
+            right[self._held] = 0.0
+            return linear_response(multiply, precondition, right, tolerance)
 
         return respond
 

@@ -19,7 +19,8 @@ LIMITS = (0.05, 0.01)
 def any_load(report: Report) -> str:
     """Return the figure, what to take for each kind of load, who refuses what, and the table."""
     table = report.tables["any_load"]
-    return report.figure("any_load") + _taken(table) + _refusals(table) + report.folded("any_load")
+    beyond = report.folded("beyond_design") if "beyond_design" in report.tables else ""
+    return report.figure("any_load") + _taken(table) + _refusals(table) + report.folded("any_load") + beyond
 
 
 def _taken(table: pd.DataFrame) -> str:

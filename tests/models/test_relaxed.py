@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.evaluation.accuracy import errors
@@ -14,7 +15,7 @@ from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 
 LONG = {
-    "xpbd": {"level": 0, "steps": 2000, "iterations": 1, "step": 0.3},
+    "xpbd": {"level": 0, "steps": 2000, "iterations": 1, "step": 0.25},
     "vertex_block_descent": {"level": 0, "sweeps": 1500, "radius": 0.99},
     "projective_dynamics": {"level": 0, "iterations": 200, "memory": 5},
 }
@@ -69,8 +70,51 @@ def test_the_equilibrium_is_where_nothing_moves(pressed, solver):
     there = mesh.nodes + simulation.displacement(load)
     held = np.zeros(len(mesh.nodes), dtype=bool)
     held[case.body.anchors[0]] = True
-    step = solver(LinearElements(mesh, case.body.tissue(0)), held).relax(there, simulation.nodal(load), 1, 0)
+    step = solver(LinearElements(mesh, case.body.tissue(0)), held).relax(there, simulation.nodal(load), 1, 0)[0]
     assert np.abs(step - there).max() < 1e-8 * np.abs(there - mesh.nodes).max()
+
+
+FEW = {
+    "xpbd": {"steps": 10, "step": 1.5},
+    "vertex_block_descent": {"sweeps": 10, "radius": 0.99},
+    "projective_dynamics": {"iterations": 3},
+}
+
+
+@pytest.mark.parametrize("method", LONG)
+def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, equilibrium, method):
+    """Nearer than from rest with as many steps, and not nearer than the frames' own steps let it: they are its own."""
+    case, load = pressed
+    following = relaxed.prepare(case, LONG[method] | FEW[method] | {"start": "frame"}, method)
+    following.precede(load)
+    found = errors(following.respond(load), equilibrium).rmse_of_peak
+    assert found < 0.5 * errors(ask(pressed, method, **FEW[method]), equilibrium).rmse_of_peak
+    none = relaxed.prepare(case, LONG[method] | FEW[method] | {"start": "frame"}, method)
+    assert np.array_equal(none.respond(load), ask(pressed, method, **FEW[method]))
+    fewest = {"xpbd": "steps", "vertex_block_descent": "sweeps", "projective_dynamics": "iterations"}[method]
+    lagging = relaxed.prepare(case, LONG[method] | FEW[method] | {"start": "frame", fewest: 1}, method)
+    lagging.precede(load)
+    assert errors(lagging.respond(load), equilibrium).rmse_of_peak > found
+
+
+def test_a_motion_goes_on_where_it_was_left(pressed):
+    """Ten steps at once are five and five."""
+    case, load = pressed
+    mesh, held = case.body.coarse, np.zeros(len(case.body.coarse.nodes), dtype=bool)
+    held[case.body.anchors[0]] = True
+    nodal = fem.Simulation(case, 0, 1e-8).nodal(load)
+    masses = particles_of(case.body, 0, surface=False).masses
+    relax = relaxed.relaxes(
+        "xpbd", LinearElements(mesh, case.body.tissue(0)), masses, held, LONG["xpbd"] | {"steps": 5}
+    )
+    whole, (middle, before) = relax(mesh.nodes, nodal, steps=10)[0], relax(mesh.nodes, nodal)
+    assert np.abs(relax(middle, nodal, before=before)[0] - whole).max() < 1e-9 * np.abs(whole).max()
+
+
+def test_a_radius_that_is_too_large_does_no_harm(pressed, equilibrium):
+    """Without a start anew the weights blow up."""
+    found = [errors(ask(pressed, "vertex_block_descent", sweeps=n, radius=0.99999), equilibrium) for n in (150, 600)]
+    assert found[1].rmse_of_peak < 0.5 * found[0].rmse_of_peak and found[1].rmse_of_peak < 0.02
 
 
 @pytest.mark.parametrize("method", LONG)

@@ -16,9 +16,9 @@ REACHES = np.geomspace(0.05, 3.0, 9)
 """Distances tried, over the body's size, at which two contacts know half of each other."""
 SQUARES = (0.0, 0.3, 3.0)
 """Shares tried of the square of the product of two forces, beside the product, for forces of the usual strength."""
-DECAYS = (1e-4, 1e-2)
+DECAYS = (1e-3, 1e-2, 1e-1)
 """Weight decays tried."""
-DESCENTS = 150
+DESCENTS = 300
 """Iterations of L-BFGS that a network is trained for."""
 
 
@@ -105,7 +105,8 @@ def _relative(found: np.ndarray, targets: np.ndarray) -> np.ndarray:
 def network(hidden: int) -> Callable:
     """Return a learner: a network of two layers of ``hidden`` tanh units; weight decay by cross-validation.
 
-    It knows the place, and gives the coefficients' derivatives by the force, of first and of second order.
+    It knows the place, from the mean one and over the spread of the training samples', and gives the coefficients'
+    derivatives by the force, of first and of second order.
     """
 
     def learn(
@@ -113,20 +114,27 @@ def network(hidden: int) -> Callable:
     ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         powers, size = _powers(forces), float(np.abs(targets).max()) or 1.0
         wanted = targets / size
+        middle, spread = places.mean(axis=0), places.std(axis=0)
+        spread = np.where(spread > 0.0, spread, 1.0)
+        about = (places - middle) / spread
 
         def trained(rows: np.ndarray, decay: float) -> list[np.ndarray]:
-            return _trained(places[rows], powers[rows], wanted[rows], hidden, decay, options.seed)
+            return _trained(about[rows], powers[rows], wanted[rows], hidden, decay, options.seed)
 
         def error(decay: float) -> float:
             wrong = 0.0
             for part in range(fold.max() + 1):
                 known, asked = fold != part, fold == part
-                found = _layered(trained(known, decay), places[asked], powers[asked])[2]
+                found = _layered(trained(known, decay), about[asked], powers[asked])[2]
                 wrong += float(_relative(found, wanted[asked]).sum())
             return wrong
 
         weights = trained(fold >= 0, min(DECAYS, key=error))
-        return lambda place, force: size * _layered(weights, place[None], _powers(force[None]))[2][0]
+
+        def answer(place: np.ndarray, force: np.ndarray) -> np.ndarray:
+            return size * _layered(weights, ((place - middle) / spread)[None], _powers(force[None]))[2][0]
+
+        return answer
 
     return learn
 

@@ -4,12 +4,15 @@ import numpy as np
 
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.enrichment.pod_of_loads import PodOfLoads, gaussian_process, network
+from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
 from palpate.models.load import Load
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 
 REDUCES, LAW = "p2", "the body's"
+FAR = 1.5
+"""Largest norm of an answer over that of the farthest sample; beyond it the model says that it does not know."""
 
 
 def settings(case: Case, learner: str) -> list[Setting]:
@@ -34,10 +37,18 @@ class Learnt:
         learn = network(setting["hidden"]) if "hidden" in setting else gaussian_process
         self._contacts = contacts_of(case.body)
         self._pod = PodOfLoads(fitting.db, fitting.training, setting["modes"], learn, fitting.options)
+        self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
         self.memory_mb = held_mb(self)
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
+        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``.
+
+        NotConverged beyond the guard FAR.
+        """
         contact, force = load.single()
         row_of(self._contacts, contact)
-        return self._pod.respond(contact, force)
+        moved = self._pod.respond(contact, force)
+        far = float(np.linalg.norm(moved)) / self._reach
+        if far > FAR:
+            raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
+        return moved

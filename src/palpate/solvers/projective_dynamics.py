@@ -31,14 +31,17 @@ class ProjectiveDynamics:
         self._lu = splu(matrix[self._free][:, self._free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         self._load = np.zeros((count, 3))
 
-    def relax(self, x: np.ndarray, load: np.ndarray, iterations: int, memory: int) -> np.ndarray:
-        """Return positions after so many iterations from ``x`` (n, 3) [m] under ``load`` (n, 3) [N].
+    def relax(
+        self, x: np.ndarray, load: np.ndarray, iterations: int, memory: int, before: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions after so many iterations from ``x`` (n, 3) [m] under ``load`` (n, 3) [N], and ``x``.
 
         memory : how many steps the matrix is improved by; 0 for the original
+        before : what the others go on with; the memory begins anew
         """
         self._load, self._rest = np.where(self._held[:, None], 0.0, load), x
         enough = ENOUGH * float(np.linalg.norm(self._load))
-        return descend(self, self._solve, x, enough, iterations, kept=memory).x
+        return descend(self, self._solve, x, enough, iterations, kept=memory).x, x
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""

@@ -25,22 +25,30 @@ class VertexBlockDescent:
         self._around = around // 4, around % 4
         self._starts = np.searchsorted(couples.ravel()[around], np.arange(len(held) + 1))
 
-    def relax(self, x: np.ndarray, load: np.ndarray, sweeps: int, radius: float) -> np.ndarray:
-        """Return positions after so many sweeps from ``x`` (n, 3) [m] under ``load`` (n, 3) [N].
+    def relax(
+        self, x: np.ndarray, load: np.ndarray, sweeps: int, radius: float, before: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions after so many sweeps from ``x`` (n, 3) [m], and those a sweep before, (n, 3) [m].
 
-        radius : the spectral radius that Chebyshev's semi-iterative method assumes of a sweep (Wang 2015); 0 for none
+        load : (n, 3) [N]; before : positions a sweep before ``x``, with which a descent goes on, or None for none
+        radius : the spectral radius that Chebyshev's semi-iterative method assumes of a sweep (Wang 2015); 0 for none.
+            It starts anew where a sweep goes against what it adds (O'Donoghue and Candès 2015), so that a radius which
+            is too large does no harm.
         """
         elements, turns = self._elements, np.zeros((len(self._elements.tetrahedra), 4))
-        x, before, weight = x.copy(), x, 1.0
-        for number in range(sweeps):
+        number, weight = (0, 1.0) if before is None else (DELAY, 1.0)
+        x, before = x.copy(), x if before is None else before
+        for _ in range(sweeps):
             reached = x.copy()
             _sweep(
                 reached, load, self._free, self._starts, *self._around, elements.tetrahedra, elements.gradients,
                 elements.volumes, *elements.moduli, turns,
             )  # fmt: skip
+            if np.vdot(reached - x, x - before) < 0.0:
+                number = 0
             weight = chebyshev(number, radius, weight)
-            x, before = before + weight * (reached - before), x
-        return x
+            x, before, number = before + weight * (reached - before), x, number + 1
+        return x, before
 
 
 def chebyshev(number: int, radius: float, weight: float) -> float:

@@ -1,9 +1,10 @@
 """Relax a body by its constraints: extended position-based dynamics to the equilibrium of corotational linear elements.
 
 The two terms of the law are constraints of each element with a compliance (Macklin and Müller 2021, who do so for a
-neo-Hookean law): ‖F − R‖ with 1/(2 μ V), tr(RᵀF) − 3 with 1/(λ V). Multipliers accumulate over the iterations of a
-step (Macklin, Müller, Chentanez 2016). The motion is stopped whenever its kinetic energy falls, so that it settles
-without a damping to be chosen. A step with too few iterations settles elsewhere; shorter steps need fewer.
+neo-Hookean law): ‖F − R‖ with 1/(2 μ V), tr(RᵀF) − 3 with 1/(λ V). Both are met at once, by the two equations that
+couple them (Ton-That, Kry and Andrews 2023). Multipliers accumulate over the iterations of a step (Macklin, Müller,
+Chentanez 2016). The motion is stopped whenever its kinetic energy falls, so that it settles without a damping to be
+chosen. A step with too few iterations settles elsewhere; shorter steps need fewer.
 """
 
 import numba
@@ -26,23 +27,40 @@ class Xpbd:
         self._elements, self._masses = elements, masses
         self._inverse = np.where(held, 0.0, 1.0 / masses)
 
-    def relax(self, x: np.ndarray, load: np.ndarray, steps: int, iterations: int, step_s: float) -> np.ndarray:
-        """Return positions after ``steps`` of ``step_s`` [s] from ``x`` (n, 3) [m] under ``load`` (n, 3) [N]."""
+    def relax(
+        self,
+        x: np.ndarray,
+        load: np.ndarray,
+        steps: int,
+        iterations: int,
+        step_s: float,
+        before: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions after ``steps`` of ``step_s`` [s] from ``x`` (n, 3) [m], and those a step before.
+
+        load : (n, 3) [N]; before : positions a step before ``x``, with which a motion goes on, or None for none
+        """
         elements, x = self._elements, x.copy()
         parts = elements.tetrahedra, elements.gradients, elements.volumes, *elements.moduli
         multipliers, turns = np.zeros((len(elements.tetrahedra), 2)), np.zeros((len(elements.tetrahedra), 4))
-        push, moved, energy = step_s**2 * self._inverse[:, None] * load, np.zeros_like(x), 0.0
+        push = step_s**2 * self._inverse[:, None] * load
+        moved = np.zeros_like(x) if before is None else x - before
+        energy = self._energy(moved)
         for _ in range(steps):
-            before = x.copy()
+            start = x.copy()
             x += moved + push
             multipliers[:] = 0.0
             for _ in range(iterations):
                 _meet(x, *parts, multipliers, turns, self._inverse, step_s)
-            moved = x - before
-            before_energy, energy = energy, float(np.sum(self._masses[:, None] * moved**2))
-            if energy < before_energy:
+            moved = x - start
+            energy_before, energy = energy, self._energy(moved)
+            if energy < energy_before:
                 moved[:], energy = 0.0, 0.0
-        return x
+        return x, x - moved
+
+    def _energy(self, moved: np.ndarray) -> float:
+        """Return twice the kinetic energy, times the step squared."""
+        return float(np.sum(self._masses[:, None] * moved**2))
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -69,22 +87,31 @@ def _constraints(x, element, gradients, turn, work, f, r, shape, swell):
 
 @numba.njit(cache=True, error_model="numpy")
 def _meet(x, tetrahedra, gradients, volumes, mu, lam, multipliers, turns, inverse, step_s):
-    """Correct each constraint once (Macklin, Müller, Chentanez 2016, equation 18)."""
+    """Correct the constraints of each element once (Macklin, Müller, Chentanez 2016, equation 18, for two at once)."""
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
-    both = np.empty((2, 4, 3))
+    shape, swell = np.empty((4, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
-        for which in range(2):
-            stiffness = volumes[e] * step_s**2 * (2.0 * mu[e] if which == 0 else lam[e])
-            if stiffness <= 0.0:
-                continue
-            found = _constraints(x, tetrahedra[e], gradients[e], turns[e], work, f, r, both[0], both[1])
-            weight = 1.0 / stiffness
-            left = found[which] + weight * multipliers[e, which]
-            for a in range(4):
-                g = both[which, a]
-                weight += inverse[tetrahedra[e, a]] * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
-            change = -left / weight
-            multipliers[e, which] += change
-            for a in range(4):
-                for i in range(3):
-                    x[tetrahedra[e, a], i] += inverse[tetrahedra[e, a]] * both[which, a, i] * change
+        away, trace = _constraints(x, tetrahedra[e], gradients[e], turns[e], work, f, r, shape, swell)
+        soft = 1.0 / (2.0 * mu[e] * volumes[e] * step_s**2)
+        a, b, c, left, more = soft, 0.0, 0.0, away + soft * multipliers[e, 0], 0.0
+        resists = lam[e] > 0.0
+        if resists:
+            c = 1.0 / (lam[e] * volumes[e] * step_s**2)
+            more = trace + c * multipliers[e, 1]
+        for k in range(4):
+            w = inverse[tetrahedra[e, k]]
+            for i in range(3):
+                a += w * shape[k, i] * shape[k, i]
+                if resists:
+                    b += w * shape[k, i] * swell[k, i]
+                    c += w * swell[k, i] * swell[k, i]
+        first, second = -left / a, 0.0
+        if resists:
+            determinant = a * c - b * b
+            first, second = (b * more - c * left) / determinant, (b * left - a * more) / determinant
+        multipliers[e, 0] += first
+        multipliers[e, 1] += second
+        for k in range(4):
+            w = inverse[tetrahedra[e, k]]
+            for i in range(3):
+                x[tetrahedra[e, k], i] += w * (shape[k, i] * first + swell[k, i] * second)

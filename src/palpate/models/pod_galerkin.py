@@ -1,0 +1,155 @@
+"""Answer with one reduced model of the whole body: POD modes of the samples, and few cells that give its energy.
+
+Proper orthogonal decomposition, a Galerkin projection and energy-conserving sampling and weighting (Farhat, Avery,
+Chapman and Cortial 2014): the textbook's way, whose modes have to do at contacts that no sample has pressed.
+"""
+
+from time import perf_counter
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from palpate.errors import NotConverged
+from palpate.models.contact_workshop import Workshop
+from palpate.models.fem_statics import ContactShares, Simulation
+from palpate.models.load import Load, loads_of
+from palpate.models.memory import held_mb
+from palpate.models.model import Case, Setting
+from palpate.reduction.cells import cells_of
+from palpate.reduction.elements_at_rest import ElementsAtRest
+from palpate.reduction.energy_pod import energy_pod
+from palpate.reduction.reduced_contact import ReducedContact
+from palpate.solvers.fast_equilibrium import FastEquilibrium
+
+REDUCES, LAW = "p2", "the body's"
+RESIDUAL = 1e-3
+"""Residual of an answer over its load, and of the volume that is found to a sample."""
+TINY = 1e-300
+CHOOSING, PARTS = 8, (1.0, 0.5)
+"""Samples, spread over all, that cells are chosen by, and the parts of their way at which cells pull as all do."""
+GUARD, FAR = 0.4, 2.0
+"""Smallest det F of an answer's cells, and its largest energy norm over that of the farthest sample; beyond either the
+model says that it does not know."""
+
+_kept: WeakKeyDictionary = WeakKeyDictionary()
+"""What all settings share, by training samples, and there by radius and size."""
+
+
+class Volumes(NamedTuple):
+    """Training samples on all nodes of quadratic elements.
+
+    answers : those that have settled, each (n, 3) [m]; rows : their numbers; seconds : what they took
+    """
+
+    answers: list[np.ndarray]
+    rows: np.ndarray
+    seconds: float
+
+
+def settings(case: Case) -> list[Setting]:
+    """List numbers of modes, at most one a training sample, with the last tolerance, and the most with the others."""
+    grid = case.grid["pod_galerkin"]
+    *fewer, most = sorted({min(count, case.n_training) for count in grid["modes"]})
+    *_, finest = grid["tolerances"]
+    return [{"modes": m, "thinned": finest} for m in fewer] + [
+        {"modes": most, "thinned": t} for t in grid["tolerances"]
+    ]
+
+
+def prepare(case: Case, setting: Setting) -> "PodGalerkin":
+    """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
+    return PodGalerkin(case, setting)
+
+
+class PodGalerkin:
+    """A Galerkin projection of quadratic elements; on the surface its modes are those of the samples themselves.
+
+    ``modes`` of a setting are at most so many; with ``thinned`` 0 all points of all elements are cells.
+    """
+
+    def __init__(self, case: Case, setting: Setting):
+        database = case.use_training()
+        kept = _kept.setdefault(case.database, {})
+        key = case.radius_m, case.grid["pod_galerkin"]["nodes"]
+        if key not in kept:
+            shop = Workshop(case.body, *key)
+            kept[key] = shop, _volumes(case, shop.level)
+        shop, volumes = kept[key]
+        case.charge("volumes", volumes.seconds)
+        elements = shop.elements(shop.level)
+        mixes, coordinates = energy_pod(elements, volumes.answers, setting["modes"])
+        self._modes = np.stack(volumes.answers, axis=2) @ mixes
+        self._surface = np.tensordot(database.fine[volumes.rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
+        self._shares = ContactShares(case, shop.level, 2)
+        self._pulls: dict[int, np.ndarray] = {}
+        asked = zip(database.contact[volumes.rows], database.force[volumes.rows], strict=True)
+        pulls = np.stack([force @ self._pull(int(contact)) for contact, force in asked], axis=1)
+        self._reduced = _reduced(elements, self._modes, coordinates, pulls, setting["thinned"])
+        self._reach = float(np.linalg.norm(coordinates, axis=0).max())
+        for contact in case.prepared_contacts:
+            self._pull(int(contact))
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory [MB] held for queries, with the modes of all nodes that places never prepared need."""
+        return held_mb((self._modes, self._reduced, self._surface, self._pulls))
+
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under ``load``; NotConverged beyond the guard."""
+        pull = np.sum([force @ self._pull(node) for node, force in load.forces()], axis=0)
+        q, residual, least = self._reduced.settle(pull, RESIDUAL)
+        if not residual <= RESIDUAL:
+            raise NotConverged(f"the reduced model stopped at a residual of {residual:.1e}", [residual])
+        if not least >= GUARD:
+            raise NotConverged(
+                f"cells are squeezed to det F = {least:.2f}, beyond what the modes are made of", [residual]
+            )
+        far = float(np.linalg.norm(q)) / self._reach
+        if not far <= FAR:
+            raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is known", [residual])
+        return (self._surface @ q).reshape(-1, 3)
+
+    def _pull(self, node: int) -> np.ndarray:
+        """Return the pull (3, r) of unit forces on the disc around fine surface ``node`` on the modes."""
+        if node not in self._pulls:
+            nodes, shares = self._shares.of(node)
+            self._pulls[node] = np.tensordot(shares, self._modes[nodes], 1)
+        return self._pulls[node]
+
+
+def _volumes(case: Case, level: int) -> Volumes:
+    """Find the displacements of all nodes under the training samples' loads: a database has those of the surface."""
+    begin, db = perf_counter(), case.database
+    simulation = Simulation(case, level, RESIDUAL, None, 2, FastEquilibrium)
+    answers, rows = [], []
+    for row, load in enumerate(loads_of(db.contact, db.force)):
+        try:
+            moved = simulation.displacement(load)
+        except NotConverged:
+            continue
+        if moved.any():
+            answers.append(moved)
+            rows.append(row)
+    if not answers:
+        raise NotConverged("no training sample has an answer on the level that is reduced", [float("nan")])
+    return Volumes(answers, np.array(rows), perf_counter() - begin)
+
+
+def _reduced(
+    elements: ElementsAtRest, modes: np.ndarray, coordinates: np.ndarray, pulls: np.ndarray, tolerance: float
+) -> ReducedContact:
+    """Return the model in ``modes`` (n, 3, r), whose cells pull as all do at the samples' ``coordinates`` (r, s).
+
+    pulls : (r, s) of the samples' loads. Cells are chosen for what is beyond the linear part, which may be the larger,
+    as where a body turns: the tolerance is of the smaller of the two.
+    """
+    cells = cells_of(elements, modes, np.ones(len(elements.couples), dtype=bool))
+    model = ReducedContact(cells, np.eye(modes.shape[2]), elements.law)
+    if tolerance == 0.0:
+        return model
+    chosen = np.unique(np.linspace(0, coordinates.shape[1] - 1, CHOOSING).round().astype(int))
+    beyond = np.linalg.norm(pulls - coordinates, axis=0)[chosen]
+    share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, TINY)))
+    ways = [part * q for q in coordinates.T[chosen] for part in PARTS]
+    return model.thinned(ways, min(1.0, share) * tolerance)

@@ -1,0 +1,110 @@
+"""One reduced model for all contacts: full Galerkin, small forces, weights, samples, two presses, refusals, guard."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from palpate.errors import InputError, NotConverged
+from palpate.evaluation.accuracy import errors
+from palpate.models import fem, pod_galerkin
+from palpate.models.contact_workshop import Workshop
+from palpate.models.load import Load, Press, Refused, loads_of
+
+RADIUS_M = 0.03
+GRID = {"pod_galerkin": {"nodes": 12000, "modes": [4, 100], "tolerances": [0.1, 0.01]}}
+SETTING = {"modes": 100, "thinned": 0.01}
+
+
+@pytest.fixture(scope="module")
+def case(slab_case):
+    """The slab with presses of a disc as samples, by quadratic elements on its last level but one."""
+    plain = replace(slab_case[0], radius_m=RADIUS_M, grid={**slab_case[0].grid, **GRID})
+    db = plain.database.take(np.arange(12))
+    elements = fem.prepare(plain, {"level": 0, "start": "rest", "tolerance": 1e-9}, 2)
+    fine = np.array([elements.respond(load) for load in loads_of(db.contact, 0.5 * db.force)])
+    return replace(plain, database=replace(db, force=0.5 * db.force, fine=fine))
+
+
+@pytest.fixture(scope="module")
+def solver(case):
+    return pod_galerkin.prepare(case, SETTING)
+
+
+def load_of(case, row=0):
+    return Load.at(int(case.database.contact[row]), case.database.force[row])
+
+
+def test_its_samples_are_its_answers(case, solver):
+    for row, fine in enumerate(case.database.fine):
+        assert errors(solver.respond(load_of(case, row)), fine).rmse_of_peak < 0.01
+
+
+def test_all_points_are_full_galerkin(case):
+    """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
+    low = replace(case, grid={"pod_galerkin": GRID["pod_galerkin"] | {"nodes": 1}})
+    solver = pod_galerkin.prepare(low, {"modes": 5, "thinned": 0.0})
+    elements, load = Workshop(case.body, RADIUS_M, 1).elements(0), load_of(case, 3)
+    modes, pull = solver._modes, load.presses[0].force @ solver._pull(load.presses[0].node)
+    assert modes.shape[2] == 5
+
+    def slope(q):
+        return -np.tensordot(modes, elements.force(modes @ q), ((0, 1), (0, 1))) - pull
+
+    def energy(q):
+        return elements._equilibrium.energy(elements.rest + modes @ q) - float(pull @ q)
+
+    found = minimize(energy, pull, jac=slope, method="BFGS", options={"gtol": 1e-7 * np.linalg.norm(pull)})
+    expected = (solver._surface @ found.x).reshape(-1, 3)
+    assert errors(solver.respond(load), expected).rmse_of_peak < 2e-3
+
+
+def test_few_cells_answer_as_all_do_with_weights_that_are_not_negative(case, solver):
+    whole = pod_galerkin.prepare(case, SETTING | {"thinned": 0.0})
+    assert (solver._reduced.cells.volumes > 0.0).all()
+    assert len(solver._reduced.cells.volumes) < 0.05 * len(whole._reduced.cells.volumes)
+    for row in (0, 5):
+        load = load_of(case, row).times(0.7)
+        assert errors(solver.respond(load), whole.respond(load)).rmse_of_peak < 0.01
+
+
+def test_a_small_force_gets_the_linear_answer_of_the_modes(case, solver):
+    node, force = load_of(case).single()
+    linear = (solver._surface @ (force @ solver._pull(node))).reshape(-1, 3)
+    found = 1e9 * solver.respond(Load.at(node, 1e-9 * force))
+    assert np.abs(found - linear).max() < 1e-8 * np.abs(linear).max()
+
+
+def test_small_presses_add_up_and_a_place_never_pressed_is_answered(case, solver):
+    body = case.body
+    inner = np.setdiff1d(body.fine.surface, np.concatenate([np.arange(len(body.coarse.nodes)), body.anchors[-1]]))
+    presses = [Press(int(node), 1e-9 * case.database.force[0]) for node in (inner[0], case.database.contact[0])]
+    one, two, both = (solver.respond(Load(tuple(each))) for each in (presses[:1], presses[1:], presses))
+    assert np.abs(one + two - both).max() < 1e-6 * np.abs(both).max() and np.abs(one).max() > 0.0
+
+
+def test_what_it_cannot_do_it_refuses(case, solver):
+    node, force = load_of(case).single()
+    with pytest.raises(InputError, match="not a free surface node"):
+        solver.respond(Load.at(int(case.body.anchors[0][0]), force))
+    with pytest.raises(Refused, match="depth"):
+        solver.respond(Load((Press(node, moved=np.ones(3)),)))
+    with pytest.raises(
+        NotConverged, match=r"beyond what the modes are made of|as far as any sample|stopped at a residual"
+    ):
+        solver.respond(Load.at(node, 100.0 * force))
+
+
+def test_answers_are_the_same_bits_again(case, solver):
+    again = pod_galerkin.prepare(replace(case, database=case.database.take(np.arange(12))), SETTING)
+    assert np.array_equal(again.respond(load_of(case)), solver.respond(load_of(case)))
+
+
+def test_settings_have_at_most_as_many_modes_as_samples_and_charge_them(case):
+    assert pod_galerkin.settings(case) == [
+        {"modes": 4, "thinned": 0.01}, {"modes": 12, "thinned": 0.1}, {"modes": 12, "thinned": 0.01}
+    ]  # fmt: skip
+    fresh = replace(case, used={})
+    pod_galerkin.prepare(fresh, SETTING)
+    assert set(fresh.used) == {"training", "volumes"}

@@ -13,7 +13,7 @@ from palpate.effects.linear_elements import shape_gradients
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.load import Load
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting, refuse_bed, refuse_regions
+from palpate.models.model import Case, Setting, on_own_levels, refuse_bed, refuse_regions
 
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"
@@ -21,7 +21,7 @@ STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"
 
 def settings(case: Case) -> list[Setting]:
     """List the grid's settings on levels that the body has."""
-    return [dict(each) for each in case.grid["mujoco_flex"]["runs"] if each["level"] < len(case.body.levels)]
+    return on_own_levels(case, case.grid["mujoco_flex"]["runs"])
 
 
 def prepare(case: Case, setting: Setting) -> "Flex":

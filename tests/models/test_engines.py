@@ -1,0 +1,97 @@
+"""MuJoCo's flex bodies and Newton's soft ones, if installed: they end at the equilibrium of their own law."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.material import LAWS, Tissue
+from palpate.effects.law import law_of
+from palpate.effects.own_law import fault
+from palpate.errors import InputError, NotConverged
+from palpate.evaluation.accuracy import errors
+from palpate.evaluation.hard_cases import engine_cases
+from palpate.models import fem, model_registry, quadratic_neo_hookean
+from palpate.models.load import Load
+
+RUNS = {
+    "mujoco": {"level": 0, "steps": 30, "iterations": 200},
+    "newton_vbd": {"level": 0, "steps": 300, "sweeps": 20, "step": 2.0},
+}
+SHORT = {"mujoco": {"steps": 1, "iterations": 5}, "newton_vbd": {"steps": 3, "sweeps": 2}}
+FAMILIES = {"mujoco": "mujoco_flex", "newton_vbd": "newton_vbd"}
+
+
+def test_an_engine_that_is_not_installed_is_named(monkeypatch):
+    monkeypatch.setattr(model_registry, "ENGINES", dict.fromkeys(RUNS, "no_such_package"))
+    assert model_registry.absent() == ["mujoco", "newton_vbd"]
+    assert "engines" in model_registry.unknown(["fem_p1", "newton_vbd"], {})
+    assert model_registry.unknown(["fem_p1"], {}) == ""
+    monkeypatch.setattr(engine_cases, "ENGINES", model_registry.ENGINES)
+    assert engine_cases.cases() == []
+
+
+def test_the_law_of_newton_is_a_law():
+    """Its energy is the published one, but for a constant; ``fault`` checks derivatives and moduli."""
+    law, mu, lam = law_of(quadratic_neo_hookean.__file__), 3.0, 5.0
+    assert fault(law) == ""
+    slopes, curvatures, derivatives = np.empty(3), np.empty((3, 3)), np.empty(2)
+
+    def published(s):
+        return 0.5 * mu * (s @ s - 3.0) + 0.5 * (lam + mu) * (s.prod() - 1.0 - mu / (lam + mu)) ** 2
+
+    for s in (np.array([1.4, 0.9, 0.5]), np.array([1.1, 0.7, -0.3])):
+        found = quadratic_neo_hookean.shape(s, mu, slopes, curvatures)
+        found += quadratic_neo_hookean.volume(s.prod(), mu, lam, derivatives)
+        assert found == pytest.approx(published(s) - published(np.ones(3)))
+
+
+def converged(case, engine, load):
+    """Return the equilibrium of the engine's law on the coarsest mesh."""
+    law = engine.law if engine.law in LAWS else quadratic_neo_hookean.__file__
+    body = replace(case.body, material=replace(case.body.material, law=law))
+    if body.regions is not None:
+        materials = tuple(replace(each, law=law) for each in body.regions.materials)
+        body = replace(body, regions=replace(body.regions, materials=materials))
+    return fem.prepare(replace(case, body=body), {"level": 0, "start": "rest", "tolerance": 1e-9}, 1).respond(load)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_it_ends_at_the_equilibrium_of_its_law(name, slab_case):
+    pytest.importorskip(model_registry.ENGINES[name])
+    engine = model_registry.model(name, {})
+    case, test, _ = slab_case
+    case = replace(case, radius_m=0.03)
+    load = Load.at(test.contact[0], test.force[0])
+    own = converged(case, engine, load)
+    solver = engine.prepare(case, RUNS[name])
+    answer = solver.respond(load)
+    assert errors(answer, own).rmse_of_peak < 1e-4
+    assert np.array_equal(solver.respond(load), answer)
+    few = engine.prepare(case, RUNS[name] | SHORT[name])
+    assert errors(few.respond(load), own).rmse_of_peak > 1e-3
+    with pytest.raises(InputError, match="not a free surface node"):
+        solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
+    case = replace(case, grid={FAMILIES[name]: {"runs": [RUNS[name], RUNS[name] | {"level": 5}]}})
+    assert engine.settings(case) == [RUNS[name]]
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_it_refuses_a_bed(name, slab_case):
+    pytest.importorskip(model_registry.ENGINES[name])
+    case = replace(slab_case[0], body=replace(slab_case[0].body, bed=object()))
+    with pytest.raises(NotConverged, match="have no elastic bed"):
+        model_registry.model(name, {}).prepare(case, RUNS[name])
+
+
+def test_newton_has_regions_of_several_stiffnesses(slab_case):
+    pytest.importorskip("newton")
+    case, test, _ = slab_case
+    soft, mesh = case.body.material, case.body.coarse
+    hard = mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < np.median(mesh.nodes[:, 0])
+    tissue = Tissue((soft, replace(soft, young_pa=5.0 * soft.young_pa)), hard.astype(np.int64))
+    several = replace(case, radius_m=0.03, body=replace(case.body, regions=tissue))
+    engine, load = model_registry.model("newton_vbd", {}), Load.at(test.contact[0], test.force[0])
+    answer = engine.prepare(several, RUNS["newton_vbd"]).respond(load)
+    assert errors(answer, converged(several, engine, load)).rmse_of_peak < 1e-3
+    assert errors(answer, converged(replace(case, radius_m=0.03), engine, load)).rmse_of_peak > 0.1

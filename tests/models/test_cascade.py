@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import sparse
 
-from palpate.errors import NotConverged
+from palpate.enrichment.warped_response import WarpedResponse
+from palpate.errors import InputError, NotConverged
 from palpate.models import cascade
-from palpate.models.cascade_stages import Turning, mesh_bound
+from palpate.models.cascade_stages import Turning, prepared_stage
 from palpate.models.conformal import bound_factor
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.linear_fem import Linear
 from palpate.models.load import Answer, Load, Press, Refused, loads_of
 from palpate.models.model import Model, setting_text
+from palpate.models.training_limits import Limits
 from palpate.samples.database import Database
 
 STAGES = [{"model": "linear_fem"}, {"model": "warped_compliance", "setting": {"samples": 0}}]
@@ -53,24 +56,38 @@ def test_settings_are_the_errors_that_are_asked_for_the_largest_first(case):
 
 
 def test_the_bound_is_found_on_the_training_contacts(case):
-    """The linear response is short of the made-up answers by 2 to 19 %, so that its factor is known."""
-    turning, scores = Turning(case), []
-    for each, fine in zip(loads_of(case.database.contact, case.database.force), case.database.fine, strict=True):
+    """The linear response is short of the made-up answers by 2 to 19 %, and of their limits by more."""
+    limits, scores = Limits(case), []
+    turning = Turning(case, limits.beyond)
+    for each, fine in zip(limits.loads, limits.fine, strict=True):
         missed = Linear(case).respond(each) - fine
         rms = np.sqrt(np.mean(np.sum(missed**2, axis=1))) / np.linalg.norm(fine, axis=1).max()
         scores.append(rms / turning.of(each))
     load = Load.at(case.database.contact[0], case.database.force[0])
-    bound = bound_factor(np.array(scores), case.database.contact) * turning.of(load) + mesh_bound(case)
+    bound = bound_factor(np.array(scores), limits.contact) * turning.of(load) + limits.unknown
     answer = cascade.prepare(case, {"asked": 1.01 * bound}).respond(load)
     np.testing.assert_allclose(answer.displacement, Linear(case).respond(load))
     assert answer.error == pytest.approx(bound)
     assert {"training", "compliance"} <= set(case.used)
-    turned = cascade.prepare(case, {"asked": 0.99 * bound}).respond(load)
-    assert not np.allclose(turned.displacement, answer.displacement)
 
 
-def test_what_the_fine_elements_lack_is_bounded_by_the_level_below(slab_case):
-    """Answers of quadratic elements on the coarse level, and of those on the fine one: their distance over 1.2."""
+def test_turning_is_that_of_the_warped_response_to_the_second_order(case):
+    """Of small forces the RMS of the whole change over the coarse nodes; twice the force turns twice as much."""
+    turning, stored = Turning(case, 0.0), case.response
+    same = sparse.eye_array(len(case.body.coarse.nodes), format="csr")
+    warped = WarpedResponse(replace(case.meshes, prolongation=same), replace(stored, fine=stored.restricted))
+    contact, force = int(stored.contacts[3]), 1e-3 * case.database.force[3]
+    flat = np.tensordot(force, stored.restricted[3], 1)
+    change = warped.answer(contact, force)[0] - flat
+    share = np.sqrt(np.mean(np.sum(change**2, axis=1))) / np.linalg.norm(flat[contact])
+    assert turning.of(Load.at(contact, force)) == pytest.approx(share, rel=1e-2)
+    assert turning.of(Load.at(contact, 2.0 * force)) == pytest.approx(2.0 * share, rel=1e-2)
+    with pytest.raises(InputError):
+        turning.of(Load.at(int(case.body.anchors[0][0]), force))
+
+
+def test_two_levels_are_extrapolated_as_if_ratios_were_between_two_and_four(slab_case):
+    """Answers of quadratic elements on the coarse level, and of those on the fine one: their distance over 4 and 12."""
     given = slab_case[0]
     contacts = given.prepared_contacts[:10]
     forces = np.resize(given.database.force, (10, 3))
@@ -80,15 +97,38 @@ def test_what_the_fine_elements_lack_is_bounded_by_the_level_below(slab_case):
         simulation, up = Simulation(given, level, 1e-6, order=2), to_surface(given.body, level, 2)
         found.append(np.array([up @ simulation.displacement(load) for load in loads]))
     db = replace(given.database.take(np.resize(np.arange(2), 10)), contact=contacts, force=forces, fine=found[1])
-    apart = np.sqrt(np.mean(np.sum((found[0] - found[1]) ** 2, axis=2), axis=1))
-    most = (apart / np.linalg.norm(found[1], axis=2).max(axis=1)).max()
-    assert mesh_bound(replace(given, database=db)) == pytest.approx(most / 1.2, rel=0.02)
-    assert mesh_bound(replace(given, database=db.take(np.arange(5)))) == np.inf
+    limits = Limits(replace(given, database=db))
+    change = found[1] - found[0]
+    np.testing.assert_allclose(limits.fine, found[1] + change * 7 / 12, atol=1e-3 * np.abs(change).max())
+    far = 0.25 * np.sqrt(np.mean(np.sum(change**2, axis=2), axis=1)) / np.linalg.norm(limits.fine, axis=2).max(axis=1)
+    assert limits.beyond == pytest.approx(np.median(far) * 7 / 3, rel=0.02)
+    assert limits.unknown == pytest.approx(far.max(), rel=0.02) and limits.contact.tolist() == contacts.tolist()
+    assert Limits(replace(given, database=db.take(np.arange(5)))).unknown == np.inf
+
+
+def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
+    """What a stage refuses at one of twelve training contacts is passed over at run time, and says nothing there."""
+    whole = Linear(case)
+
+    class Refuses:
+        memory_mb = 0.0
+
+        def respond(self, load):
+            if load.single()[0] == case.database.contact[0]:
+                raise NotConverged("not here", [1.0])
+            return whole.respond(load)
+
+    monkeypatch.setattr(
+        "palpate.models.model_registry.model", lambda *_: Model(lambda case: [{}], lambda *_: Refuses())
+    )
+    stage = prepared_stage(case, Turning(case), Limits(case), {"model": "refuses"})
+    assert np.isfinite(stage.factor)
 
 
 def of(case, asked, *stages, mesh=0.0):
     """A cascade of stages whose factors and solvers are given."""
-    return cascade.Cascade(Turning(case), mesh, [cascade.Stage(*each) for each in stages], asked)
+    prepared = cascade.Prepared(Turning(case), mesh, [cascade.Stage(*each) for each in stages], case)
+    return cascade.Cascade(case, prepared, asked)
 
 
 def test_a_bound_that_is_too_large_is_passed_over_without_asking(case):
@@ -120,13 +160,41 @@ def test_what_the_model_says_itself_counts_after_it_has_answered(case):
     assert (sure.asked, unsure.asked, last.asked) == (1, 1, 1)
 
 
-def test_a_stage_without_an_answer_is_passed_over_and_the_last_one_is_not(case):
+def test_where_no_bound_is_small_enough_the_least_one_answers(case):
+    """Also if that is not the last: one that has answered, or one that would have been passed over."""
+    load = Load.at(case.database.contact[0], case.database.force[0])
+    turned = Turning(case).of(load)
+    linear, sure, last = Known(case), Known(case, 0.1, own=0.05), Known(case, 0.2)
+    stages = [(linear, 0.2 / turned, False), (sure, 1.0, True), (last, 0.1 / turned, False)]
+    found = of(case, 0.01, *stages).respond(load)
+    assert (linear.asked, sure.asked, last.asked) == (0, 1, 0) and found.error == pytest.approx(0.05)
+    np.testing.assert_allclose(found.displacement, 1.1 * linear.linear.respond(load))
+    stages[0] = (linear, 0.02 / turned, False)
+    assert of(case, 0.01, *stages).respond(load).error == pytest.approx(0.02) and linear.asked == 1
+    stages[0] = (Known(case, fails=True), 0.02 / turned, False)  # what would have been surest has no answer
+    assert of(case, 0.01, *stages).respond(load).error == pytest.approx(0.05)
+
+
+def test_contacts_that_a_stage_prepares_are_charged_to_the_setting_that_is_asked(case):
+    class Prepares(Known):
+        def precede(self, load):
+            case.charge("contacts", 3.0)
+
+    fresh = replace(case, used={})
+    solver = of(case, 0.5, (Prepares(case), 0.0, False))
+    solver._case = fresh
+    solver.precede(Load.at(case.database.contact[0], case.database.force[0]))
+    assert fresh.used["contacts"] == 3.0 and solver.memory_mb > 0.0
+
+
+def test_a_stage_without_an_answer_is_passed_over_while_another_has_one(case):
     load = Load.at(case.database.contact[0], case.database.force[0])
     fails, works = Known(case, fails=True), Known(case)
     found = of(case, 0.5, (fails, 0.0, False), (works, np.inf, False)).respond(load)
     assert works.asked == 1 and found.error is None  # too few contacts for a bound
+    assert of(case, 0.5, (works, np.inf, False), (fails, np.inf, False)).respond(load).error is None
     with pytest.raises(NotConverged, match="no answer"):
-        of(case, 0.5, (works, np.inf, False), (fails, 0.0, False)).respond(load)
+        of(case, 0.5, (fails, 0.0, False), (fails, np.inf, False)).respond(load)
 
 
 def test_several_presses_and_depths_are_refused(case):

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.job import write_table
-from palpate.samples.folds import COLUMNS, asked_samples, deal, fold_sides, fold_table, read_folds
+from palpate.samples.folds import COLUMNS, asked_samples, deal, fold_sides, fold_table, read_folds, training_presses
 
 
 def test_contacts_are_dealt_whole_and_evenly():
@@ -46,3 +46,15 @@ def test_the_truth_is_needed_of_whoever_chooses_or_tests(db):
     both, tested = asked_samples(table, [1, 2])
     assert tested.tolist() == asked.tolist() and len(both) > len(asked)
     assert [each.tolist() for each in asked_samples(table, range(1, 6))] == [table["sample"].tolist()] * 2
+
+
+def test_every_training_contact_has_one_press_of_all_in_turn(db):
+    table = fold_table(db, 1)
+    training, *_ = fold_sides(table, 2)
+    found = training_presses(table, 2)
+    assert sorted(db.contact[found]) == sorted(set(db.contact[training])) and set(found) <= set(training)
+    contact = np.repeat([7, 3, 5, 9, 1], 3)
+    table = fold_table(db.take(np.resize(np.arange(len(db.contact)), 15)), 1).assign(
+        contact=contact, fold=[1] * 9 + [2] * 3 + [3] * 3
+    )
+    assert (training_presses(table, 2) % 3).tolist() == [2, 0, 1]  # of the contacts 7, 3 and 5 in their order

@@ -2,25 +2,26 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from palpate.enrichment.linear_fem import LinearFem
+from palpate.bodies.contacts import row_of
 from palpate.enrichment.warped_response import WarpedResponse
 from palpate.errors import NotConverged
 from palpate.models.conformal import bound_factor
-from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.load import Answer, Load, displacement_of, loads_of
+from palpate.models.load import Answer, Load, displacement_of
 from palpate.models.model import Case, Solver
+from palpate.models.training_limits import Limits, distance
 
 _LEAST = 1e-6
 """Estimates [of the peak] below this count as so much."""
-_RATIO = 2.2
-"""By how much a halving of the elements reduces their error at least, where the answer converges at all."""
-_TOLERANCE = 1e-3
-"""Relative residual of the elements of the level below, whose own error is far larger."""
+_SMALL = 1e-4
+"""Displacement over the body's size at which the second order of turning is found."""
+LAST = "last"
+"""The level of a stage's setting that is the body's finest."""
 
 
 class Stage(NamedTuple):
@@ -35,71 +36,74 @@ class Stage(NamedTuple):
 
 
 class Turning:
-    """The share by which turning a linear response with its own rotations changes it.
+    """The share by which turning a linear response with its own rotations changes it, to the second order.
 
-    RMS of the change over the coarse nodes, over the largest displacement of any; it costs less than the answer itself.
+    RMS of the change over the coarse nodes, over the displacement of the contact. The change is a square of the force,
+    so that a matrix (9, 9) of its products knows its mean square: it costs less than any answer.
+    floor : added to it, for what errors consist of that no turning shows, such as that of the mesh
     """
 
-    def __init__(self, case: Case):
+    def __init__(self, case: Case, floor: float = _LEAST):
+        self._floor = floor
         stored, meshes = case.use_compliance(), case.meshes
-        coarse = replace(stored, fine=stored.restricted)
-        self._linear = LinearFem(coarse)
         same = sparse.eye_array(len(meshes.coarse_nodes), format="csr")
-        self._turned = WarpedResponse(replace(meshes, prolongation=same), coarse)
+        turned = WarpedResponse(replace(meshes, prolongation=same), replace(stored, fine=stored.restricted))
+        self._contacts, self._known = stored.contacts, {}
+        for contact, columns in zip(stored.contacts, stored.restricted, strict=True):
+            here = columns[:, contact, :]
+            small = _SMALL * case.body.fine.size / np.abs(here).max()
+            bent = _second_order(lambda force, at=contact: turned.answer(int(at), force)[0], small).reshape(9, -1)
+            self._known[int(contact)] = here @ here.T, bent @ bent.T / len(columns[0])
 
     def of(self, load: Load) -> float:
-        """Return the share, at least _LEAST; Refused for a load that is not one force, InputError for a bad contact."""
+        """Return the share with the floor; Refused for a load that is not one force, InputError for a bad contact."""
         contact, force = load.single()
-        flat = self._linear.predict(None, contact, force)
-        change = self._turned.answer(contact, force)[0] - flat
-        largest = np.einsum("ni,ni->n", flat, flat).max()
-        mean = np.vdot(change, change) / len(change)
-        return max(float(np.sqrt(mean / largest)), _LEAST) if largest > 0 else _LEAST
+        if contact not in self._known:
+            row_of(self._contacts, contact)
+        near, bent = self._known[contact]
+        products = (force[:, None] * force).ravel()
+        moved = force @ near @ force
+        return self._floor + (sqrt(max(products @ bent @ products, 0.0) / moved) if moved > 0 else 0.0)
 
 
-def prepared_stage(case: Case, turning: Turning, entry: Mapping[str, Any]) -> Stage:
-    """Prepare the model of an ``entry`` of the grid, and find its factor; a sample without an answer has no bound."""
+def _second_order(answer: Any, small: float) -> np.ndarray:
+    """Return the second derivatives over 2, (3, 3, n, 3), of a response to forces (3,) by differences of ``small``."""
+    unit, rest = small * np.eye(3), answer(np.zeros(3))
+
+    def square(force: np.ndarray) -> np.ndarray:
+        return 0.5 * (answer(force) + answer(-force)) - rest
+
+    own = [square(each) for each in unit]
+    found = np.empty((3, 3, *rest.shape))
+    for i in range(3):
+        found[i, i] = own[i]
+        for j in range(i):
+            found[i, j] = found[j, i] = 0.5 * (square(unit[i] + unit[j]) - own[i] - own[j])
+    return found / small**2
+
+
+def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> Stage:
+    """Prepare the model of an ``entry`` of the grid, and find its factor; what it does not answer is no part of it."""
     from palpate.models.model_registry import model
 
-    solver = model(entry["model"], {}).prepare(case, entry.get("setting", {}))
-    db = case.use_training()
-    errors, turned, own = [], [], []
-    for load, fine in zip(loads_of(db.contact, db.force), db.fine, strict=True):
-        turned.append(turning.of(load))
+    last = len(case.body.levels) - 1
+    setting = {
+        key: last if (key, value) == ("level", LAST) else value for key, value in entry.get("setting", {}).items()
+    }
+    solver = model(entry["model"], {}).prepare(case, setting)
+    contact, errors, turned, own = [], [], [], []
+    for at, load, fine in zip(limits.contact, limits.loads, limits.fine, strict=True):
         try:
             answer = solver.respond(load)
         except NotConverged:
-            errors.append(np.inf)
-            own.append(1.0)
             continue
-        errors.append(_distance(displacement_of(answer), fine))
+        contact.append(at)
+        errors.append(distance(displacement_of(answer), fine))
+        turned.append(turning.of(load))
         own.append(own_estimate(answer))
-    by_itself = bool(np.isfinite(own).all())
-    factor = bound_factor(np.array(errors) / (own if by_itself else turned), db.contact)
+    by_itself = bool(contact) and bool(np.isfinite(own).all())
+    factor = bound_factor(np.array(errors) / np.array(own if by_itself else turned), np.array(contact))
     return Stage(solver, factor, by_itself)
-
-
-def mesh_bound(case: Case) -> float:
-    """Bound the distance of the fine quadratic elements from their limit by that of the level below from them.
-
-    Richardson's: what a halving changes, over _RATIO - 1. One sample of each training contact, the deepest.
-    """
-    db, level = case.use_training(), len(case.body.levels) - 2
-    order = np.lexsort((-db.peaks, db.contact))
-    deepest = order[np.unique(db.contact[order], return_index=True)[1]]
-    below, up = Simulation(case, level, _TOLERANCE, order=2), to_surface(case.body, level, 2)
-    changes = []
-    for load, fine in zip(loads_of(db.contact[deepest], db.force[deepest]), db.fine[deepest], strict=True):
-        try:
-            changes.append(_distance(up @ below.displacement(load), fine))
-        except NotConverged:
-            changes.append(np.inf)
-    return bound_factor(np.array(changes) / (_RATIO - 1.0), db.contact[deepest])
-
-
-def _distance(moved: np.ndarray, fine: np.ndarray) -> float:
-    """Return the RMS distance of two displacements (n_surface, 3) [m] over the peak of the second."""
-    return float(np.sqrt(np.mean(np.sum((moved - fine) ** 2, axis=1))) / np.linalg.norm(fine, axis=1).max())
 
 
 def own_estimate(answer: np.ndarray | Answer) -> float:

@@ -53,6 +53,17 @@ def fold_sides(samples: pd.DataFrame, split: int) -> tuple[np.ndarray, np.ndarra
     return tuple(samples.loc[side, "sample"].to_numpy() for side in (~test & ~chooses, chooses, test))
 
 
+def training_presses(samples: pd.DataFrame, split: int) -> np.ndarray:
+    """Return one sample number for each contact that trains in a ``split``, increasing, of all presses in turn.
+
+    A model that learns nothing errs there as at contacts that nobody has seen.
+    """
+    train, *_ = fold_sides(samples, split)
+    rows = samples.set_index("sample").loc[train].reset_index()
+    found = [own["sample"].iloc[i % len(own)] for i, (_, own) in enumerate(rows.groupby("contact", sort=True))]
+    return np.sort(np.array(found, dtype=int))
+
+
 def asked_samples(samples: pd.DataFrame, splits: Iterable[int]) -> tuple[np.ndarray, np.ndarray]:
     """Return the sample numbers that choose or test in any of ``splits``, and those that test, both increasing.
 

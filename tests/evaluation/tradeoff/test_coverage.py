@@ -36,3 +36,13 @@ def test_an_estimate_that_knows_the_error_is_sharper():
 def test_too_few_contacts_are_not_tried():
     found = Draws(np.repeat(np.arange(FEWEST), 3)).coverage(np.ones(27), np.ones(27))
     assert np.isnan(found).all()
+
+
+@pytest.mark.parametrize(("contacts", "known"), [(10, 9), (19, 9), (20, 19), (24, 19), (29, 19), (48, 39)])
+def test_so_many_contacts_calibrate_that_no_more_than_a_tenth_is_left_over(contacts, known):
+    """One sample a contact, all different: of 9 the largest of 9 is the bound, of 19 the second largest."""
+    scores = np.random.default_rng(3).permutation(np.arange(1.0, contacts + 1))
+    found = Draws(np.arange(contacts)).coverage(scores, np.ones(contacts))
+    assert found.coverage == pytest.approx(0.9, abs=0.03) == found.coverage_of_contacts
+    draws = Draws(np.arange(contacts))
+    assert (~draws._held).sum(axis=1).tolist() == [known] * DRAWS

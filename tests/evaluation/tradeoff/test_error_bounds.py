@@ -6,6 +6,7 @@ import pytest
 
 from palpate.evaluation.tradeoff.error_bounds import CONSTANT, OWN, SAMPLES, Scene, error_bounds
 from palpate.evaluation.tradeoff.estimates import EVERY, RESIDUAL
+from palpate.evaluation.tradeoff.judge import TRAINING
 from palpate.evaluation.tradeoff.tables import TABLES
 
 CONTACTS = 12
@@ -15,7 +16,12 @@ def scene(body, worse=1.0, failed=False):
     """A scene with a fast and a slow model; what is turned knows the errors of the fast one, up to a factor of two."""
     random = np.random.default_rng(len(body))
     hard = np.repeat(np.exp(random.standard_normal(CONTACTS)), 2)
-    place = {"split": 1, "sample": np.arange(2 * CONTACTS), "contact": np.repeat(np.arange(CONTACTS), 2)}
+    place = {
+        "split": 1,
+        "side": "test",
+        "sample": np.arange(2 * CONTACTS),
+        "contact": np.repeat(np.arange(CONTACTS), 2),
+    }
     rows = []
     for model, error in (("fast", 0.02 * worse * hard), ("slow", np.full(2 * CONTACTS, 0.003))):
         told = 0.5 * error if model == "slow" else np.nan
@@ -85,3 +91,22 @@ def test_contacts_of_several_bodies_are_different_ones():
 
 def test_what_did_not_answer_everything_has_no_bound():
     assert set(error_bounds([scene("liver", failed=True)]).query("error == 'rms'")["model"]) == {"fast"}
+
+
+def test_what_learns_nothing_is_known_at_more_contacts():
+    """Answers at training contacts count for the settings that gave them, and no others have to."""
+    known = scene("liver")
+    more = known.errors[known.errors["model"] == "fast"].iloc[:4]
+    more = more.assign(side=TRAINING, sample=100 + np.arange(4), contact=100 + np.arange(4))
+    more.loc[more.index[3], ["rmse_of_peak", "patch_rms_of_peak"]] = np.nan  # a failure there is left out
+    given = (
+        known.estimates[known.estimates["model"] == EVERY]
+        .iloc[:4]
+        .assign(sample=more["sample"].to_numpy(), contact=more["contact"].to_numpy())
+    )
+    whole = known._replace(errors=pd.concat([known.errors, more]), estimates=pd.concat([known.estimates, given]))
+    table = error_bounds([whole])
+    fast, slow = (row(table, model=name, error="rms", estimate="turned") for name in ("fast", "slow"))
+    assert (fast.contacts, fast.samples) == (CONTACTS + 3, 2 * CONTACTS + 3)
+    assert (slow.contacts, slow.samples) == (CONTACTS, 2 * CONTACTS)
+    assert set(table[(table["model"] == "fast") & (table["error"] == "rms")]["estimate"]) == {CONSTANT, "turned"}

@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.body_file import save
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import patch_nodes
-from palpate.evaluation.tradeoff.judge import judge, read_judged
+from palpate.evaluation.tradeoff.judge import TRAINING, judge, read_judged, trained
 from palpate.evaluation.tradeoff.truth import OWN, Truth
 from palpate.evaluation.tradeoff.truth_file import save_truth
 from palpate.job import write_table
@@ -78,3 +78,17 @@ def test_a_case_has_no_sample_that_is_judged(slab, slab_case, slab_compliance, a
     assert np.array_equal(case.response.contacts, slab_compliance.contacts)
     del files["compliance"]
     assert read_judged(files, "large", 3, 0.05, slab_case[0].options, 1e-8, {})[0].response is None
+
+
+def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_samples):
+    db, folds, truth = all_samples
+    found, more = judge(slab, db, folds, truth, 2, 0.05), trained(slab, db, folds, truth, 2, 0.05)
+    assert set(more.side) == {TRAINING} and found.more is None
+    assert set(more.samples.contact) | set(found.samples.contact) == set(db.contact)
+    assert not set(more.samples.contact) & set(found.samples.contact) and len(set(more.samples.contact)) == len(
+        more.side
+    )
+    assert np.allclose(more.truth[0], 1.1 * db.fine[more.numbers[0]])
+    lost = np.where(np.isin(truth.contact, db.contact[more.numbers]), "no limit", "").astype(object)
+    nothing = replace(truth, rejected=lost, displacement=np.full_like(truth.displacement, np.nan))
+    assert trained(slab, db, folds, nothing, 2, 0.05) is None

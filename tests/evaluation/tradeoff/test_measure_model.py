@@ -14,6 +14,7 @@ from palpate.evaluation.timing import WARM_UP
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
 from palpate.evaluation.tradeoff.bounds import bounds
 from palpate.evaluation.tradeoff.findings import ERRORS, ESTIMATED, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
+from palpate.evaluation.tradeoff.judge import TRAINING
 from palpate.evaluation.tradeoff.measure_model import ask, measure, warn_unanswered
 from palpate.evaluation.tradeoff.provenance import commit
 from palpate.models.load import Answer
@@ -41,8 +42,12 @@ class Scaled:
 
 def found(judge, miss, side):
     """The errors of answers that are short by ``miss``, of one side's samples."""
-    rows = [truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)]
-    return pd.DataFrame(rows)[judge.side == side]
+    return found_of(judge, miss)[judge.side == side]
+
+
+def found_of(judge, miss):
+    """The same of all samples."""
+    return pd.DataFrame([truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)])
 
 
 def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, slab_judge):
@@ -55,6 +60,29 @@ def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, s
     samples, _ = measure(slab_case[0], "sure", made, slab_judge, 6, 1.0)
     first = samples["contact"] == slab_judge.samples.contact[0]
     assert samples.loc[first, ESTIMATED].isna().all() and (samples.loc[~first, ESTIMATED] == 0.01).all()
+
+
+def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_judge):
+    """Such answers are rows of the samples, and no part of means, times and costs; who learns is not asked."""
+    more = replace(slab_judge, side=np.full(6, TRAINING))
+    judge = replace(slab_judge, more=more)
+
+    def prepare(fresh, setting):
+        if setting["learns"]:
+            fresh.use_training()
+        return Scaled(slab_judge, 0.9)
+
+    made = Model(
+        lambda case: [{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare
+    )
+    samples, settings = measure(slab_case[0], "scaled", made, judge, 6, 1.0, more_of="size=1")
+    asked = samples[samples["side"] == TRAINING]
+    assert len(asked) == 6 and set(asked["setting"]) == {"learns=false, size=1"}
+    assert asked["rmse_of_peak"].to_numpy() == pytest.approx(found_of(more, 0.1)["rmse_of_peak"])
+    alone, without = measure(slab_case[0], "scaled", made, slab_judge, 6, 1.0, more_of="size=1")
+    assert len(samples) == len(alone) + 6
+    errors = ["samples", "failures", *ERRORS, "validation_rmse_of_peak"]
+    pd.testing.assert_frame_equal(settings[errors], without[errors])
 
 
 def test_a_known_error_is_what_is_measured(slab_case, slab_judge):

@@ -8,6 +8,8 @@ import numpy as np
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.contacts import contacts_of
+from palpate.bodies.mesh import TetMesh
+from palpate.effects.locking import locking_is_measured
 from palpate.evaluation.hard_cases.hard_case import Answer, finite
 from palpate.evaluation.hard_cases.hard_case import Case as Hard
 from palpate.evaluation.hard_cases.pressed_samples import SETTINGS, database_of
@@ -37,24 +39,33 @@ GRID = {
 
 def cases() -> list[Hard]:
     """Return the declared cases of this family."""
-    found = []
-    for name, times, along, scene in (
-        ("twice_the_load", 2.0, False, "presses twice as hard as what bounds were found on"),
-        ("three_times_the_load", 3.0, False, "presses three times as hard as what bounds were found on"),
-        ("pulled", -1.0, False, "pulls, where bounds were found on presses"),
-        ("tangential", 1.0, True, "forces along the surface, where bounds were found on presses"),
-    ):
+
+    def case(name: str, scene: str, times: float = 1.0, along: bool = False, **body: float) -> Hard:
         words = (f"bound_{name}", "enrichment", "palpate", scene, "errors below the bounds that come with the answers")
         measure = "largest error against fine quadratic elements / its bound"
-        found.append(Hard.of(*words, measure, 1.0, run=partial(_asked, times, along), models=("cascade",)))
-    return found
+        return Hard.of(*words, measure, 1.0, run=partial(_asked, times, along, body), models=("cascade",))
+
+    return [
+        case("twice_the_load", "presses twice as hard as what bounds were found on", 2.0),
+        case("three_times_the_load", "presses three times as hard as what bounds were found on", 3.0),
+        case("pulled", "pulls, where bounds were found on presses", -1.0),
+        case("tangential", "forces along the surface, where bounds were found on presses", 1.0, True),
+        case("slivers", "a layer of elements with dihedral angles of a degree, of what bounds are found on, too",
+             degrees=1.0),
+        case("incompressible", "ν = 0.49, where linear elements lock; of what bounds are found on, too", poisson=0.49),
+    ]  # fmt: skip
 
 
 @cache
-def _case() -> tuple[Case, Case]:
+@locking_is_measured()
+def _case(poisson: float = 0.3, degrees: float = 0.0) -> tuple[Case, Case]:
     """Press a bar, held at one end, at CONTACTS contacts: what is learnt from, and what is asked for."""
     mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
-    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
+    if degrees:  # the second layer is as thin as the elements' angles are to be
+        places = np.array([0.0, 0.05, 0.05 + 0.025 * np.tan(np.radians(degrees)), 0.12, 0.2])
+        nodes = np.column_stack([np.interp(mesh.nodes[:, 0], np.linspace(0.0, 0.2, 5), places), mesh.nodes[:, 1:]])
+        mesh = TetMesh(nodes, mesh.tetrahedra)
+    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), replace(SOFT, poisson=poisson))
     able = np.array([contact for contact in contacts_of(body) if mesh.nodes[contact, 0] > 0.06])
     chosen = np.sort(np.random.default_rng(1).choice(able, CONTACTS, replace=False))
     stored = compute_compliance(body, RADIUS_M, contacts=chosen, order=2)
@@ -79,12 +90,13 @@ def _fine(case: Case) -> Simulation:
     return Simulation(case, len(case.body.levels) - 1, 1e-8, order=2)
 
 
-def _asked(times: float, along: bool, model: str) -> Answer:
+@locking_is_measured()
+def _asked(times: float, along: bool, body: dict[str, float], model: str) -> Answer:
     """Find what ``times`` the forces do at contacts not learnt from, judged by the bounds of these answers.
 
     along : whether the forces are turned about _AXIS, away from the normal
     """
-    learnt, held = _case()
+    learnt, held = _case(**body)
     solver, fine = cascade.prepare(learnt, {"asked": 0.05}), _fine(learnt)
     up, db = to_surface(learnt.body, len(learnt.body.levels) - 1, 2), held.database
     forces = times * (np.cross(db.force, _AXIS) if along else db.force)

@@ -26,12 +26,13 @@ def check(config: dict, file: Path) -> None:
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
     _check_bodies(file, config)
-    _check_any_load(file, config)
+    for block in ("any_load", "beyond_design"):
+        _check_asked(file, config, block)
 
 
-def _check_any_load(file: Path, config: dict) -> None:
-    """Raise InputError for models, bodies and regimes of ``any_load`` that there are not, or no regular expression."""
-    asked, place = config["tradeoff"]["any_load"], f"{file}: tradeoff.any_load"
+def _check_asked(file: Path, config: dict, block: str) -> None:
+    """Raise InputError for models, bodies and regimes of a ``block`` that there are not, or no regular expression."""
+    asked, place = config["tradeoff"][block], f"{file}: tradeoff.{block}"
     if asked is None:
         return
     if wrong := model_registry.unknown(list(asked["models"]), config["tradeoff"]["own_models"]):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.models.conformal import FEWEST, quantiles
+from palpate.models.conformal import FEWEST, LEVEL, quantiles
 
 DRAWS = 300
 """Divisions of the contacts into those that a bound is found on and those that it is tried on."""
@@ -28,12 +28,16 @@ class Coverage(NamedTuple):
 
 
 class Draws:
-    """DRAWS seeded divisions of the contacts (n,) of samples: half of them, or FEWEST, calibrate and the rest try."""
+    """DRAWS seeded divisions of the contacts (n,) of samples into those that calibrate and those that try.
+
+    FEWEST calibrate, or, where one is left to try, 19, 29 and so on: with these a bound is no larger than LEVEL asks.
+    """
 
     def __init__(self, contact: np.ndarray):
         _, self._unit, count = np.unique(contact, return_inverse=True, return_counts=True)
         total = len(count)
-        calibrate = max(FEWEST, total // 2)
+        step = round(1.0 / (1.0 - LEVEL))
+        calibrate = max(FEWEST, total // step * step - 1)
         draws = DRAWS if total > calibrate else 0
         ranks = np.random.default_rng(SEED).permuted(np.tile(np.arange(total), (draws, 1)), axis=1)
         self._held = (ranks >= calibrate)[:, self._unit]

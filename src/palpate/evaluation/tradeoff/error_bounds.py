@@ -12,6 +12,7 @@ from palpate.evaluation.tradeoff.coverage import Draws
 from palpate.evaluation.tradeoff.equal_settings import EXACT, KINDS, lasting
 from palpate.evaluation.tradeoff.estimates import EVERY, RESIDUAL
 from palpate.evaluation.tradeoff.findings import ESTIMATED
+from palpate.evaluation.tradeoff.judge import TRAINING
 from palpate.models.conformal import bound_factor, finite
 
 COLUMNS = [
@@ -21,7 +22,7 @@ COLUMNS = [
 ]  # fmt: skip
 CONSTANT, OWN = "constant", "own"
 """The same for every answer, and what the model itself says of its answer."""
-SAMPLES = ["model", "setting", "split", "sample", "contact", *KINDS.values(), ESTIMATED]
+SAMPLES = ["model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED]
 """The columns that are read of the samples' errors."""
 _SETTING, _ASKED = ["model", "setting"], ["split", "sample", "contact"]
 
@@ -29,7 +30,7 @@ _SETTING, _ASKED = ["model", "setting"], ["split", "sample", "contact"]
 class Scene(NamedTuple):
     """All that is known of one scene.
 
-    settings : its rows of accuracy_vs_time.csv; errors : of all models on validation and test samples, with SAMPLES
+    settings : its rows of accuracy_vs_time.csv; errors : of all models on all samples they were asked, with SAMPLES
     estimates : the table of ``estimates.estimates``, of all its splits
     """
 
@@ -39,29 +40,47 @@ class Scene(NamedTuple):
 
 
 class _Scored:
-    """The errors of one kind in one scene: a row a setting, a column an answer that all of them were asked for."""
+    """The errors of one kind in one scene, of each setting that answered all that validates and tests.
+
+    Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
+    """
 
     def __init__(self, scene: Scene, kind: str):
         self.body, self.regime = scene.settings[["body", "regime"]].iloc[0]
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
-        wide = errors.pivot_table(KINDS[kind], _SETTING, _ASKED).dropna()
-        self.contact = wide.columns.get_level_values("contact").to_numpy()
-        self.draws = Draws(self.contact)
-        self.errors = dict(zip(wide.index, wide.to_numpy(), strict=True))
-        self._estimates = {key: {CONSTANT: (np.ones(len(self.contact)), 0.0)} for key in self.errors}
+        asked = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
+        given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
+        self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in asked}
+        whole = {key: tuple(found.index) for key, found in self.errors.items()}
+        alike = {each: key for key, each in whole.items()}
+        self._alike = {key: alike[each] for key, each in whole.items()}
+        self._draws = {key: Draws(self.contact(key)) for key in alike.values()}
+        self._estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
         own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
         told = scene.estimates.assign(value=scene.estimates[kind])
         for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own):
             for (model, setting, name), found in rows.groupby([*_SETTING, "estimate"], sort=False):
-                self._add((model, setting), str(name), found.set_index(_ASKED), wide.columns)
+                self._add(
+                    str(name), found.set_index(_ASKED), list(self.errors) if model == EVERY else [(model, setting)]
+                )
 
-    def _add(self, key: tuple[str, str], name: str, found: pd.DataFrame, asked: pd.Index) -> None:
-        """Take the values of an estimate, for one setting or for all, unless an answer has none."""
-        values = found["value"].reindex(asked).to_numpy()
-        if np.isfinite(values).all():
-            entry = {name: (np.maximum(values, EXACT), float(found["seconds"].median()))}
-            for known in self.errors if key[0] == EVERY else [key]:
-                self._estimates[known] = self._estimates.get(known, {}) | entry
+    def contact(self, key: tuple[str, str]) -> np.ndarray:
+        """Return the contact (n,) of each error of a setting."""
+        return self.errors[key].index.get_level_values("contact").to_numpy()
+
+    def draws(self, key: tuple[str, str]) -> Draws:
+        """Return the divisions of its contacts; settings that were asked the same share them."""
+        return self._draws[self._alike[key]]
+
+    def _add(self, name: str, found: pd.DataFrame, keys: list[tuple[str, str]]) -> None:
+        """Take the values of an estimate for settings, unless one of their answers has none."""
+        known, seconds = {}, float(found["seconds"].median())
+        for key in filter(self.errors.__contains__, keys):
+            same = self._alike[key]
+            if same not in known:
+                known[same] = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
+            if np.isfinite(known[same]).all():
+                self._estimates[key] |= {name: (known[same], seconds)}
 
     def estimates(self, key: tuple[str, str]) -> dict[str, tuple[np.ndarray, float]]:
         """Return each estimate of the errors of a setting by its name: its values (n,) and what it takes [s]."""
@@ -76,8 +95,8 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
     """Tabulate a row for each kind of error, estimate, and setting that lasts on a front or is its model's best.
 
     A bound is a factor times the estimate, found by conformal prediction with contacts as the unit.
-    error_of_peak, bound_of_peak : medians over the answers, validation and test; factor and bound are of all contacts,
-        and empty where these are too few
+    error_of_peak, bound_of_peak : medians over the answers; factor and bound are of all contacts, and empty where
+        these are too few
     coverage, coverage_low, coverage_of_contacts, sharpness : as ``coverage.Coverage``
     coverage_elsewhere : share of the answers below bounds that were found on the other bodies, in the same regime
     """
@@ -91,17 +110,18 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
             for key in _chosen(scene.settings, own, kind):
                 for name, (values, seconds) in own.estimates(key).items():
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
-                    row |= _row(own, own.errors[key], values) | {"estimate_s": seconds}
+                    row |= _row(own, key, values) | {"estimate_s": seconds}
                     rows.append(row | {"coverage_elsewhere": _elsewhere(own, others, key, name)})
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _row(scored: _Scored, errors: np.ndarray, values: np.ndarray) -> dict:
-    factor = finite(bound_factor(errors / values, scored.contact))
+def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
+    errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
+    factor = finite(bound_factor(errors / values, contact))
     rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan
-    row = {"contacts": len(np.unique(scored.contact)), "samples": len(errors), "rank_correlation": rank}
+    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "rank_correlation": rank}
     row |= {"error_of_peak": np.median(errors), "bound_factor": factor, "bound_of_peak": np.median(factor * values)}
-    return row | scored.draws.coverage(errors, values)._asdict()
+    return row | scored.draws(key).coverage(errors, values)._asdict()
 
 
 def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estimate: str) -> float:
@@ -109,10 +129,10 @@ def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estima
     there = [each for each in others if key in each.errors and estimate in each.estimates(key)]
     if not there:
         return np.nan
-    scores = np.concatenate([each.errors[key] / each.estimates(key)[estimate][0] for each in there])
-    apart = 1 + max(each.contact.max() for each in there)
-    factor = bound_factor(scores, np.concatenate([each.contact + i * apart for i, each in enumerate(there)]))
-    kept = own.errors[key] <= factor * own.estimates(key)[estimate][0]
+    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates(key)[estimate][0] for each in there])
+    apart = 1 + max(each.contact(key).max() for each in there)
+    factor = bound_factor(scores, np.concatenate([each.contact(key) + i * apart for i, each in enumerate(there)]))
+    kept = own.errors[key].to_numpy() <= factor * own.estimates(key)[estimate][0]
     return float(np.mean(kept)) if np.isfinite(factor) else np.nan
 
 

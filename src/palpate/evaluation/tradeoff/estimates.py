@@ -30,14 +30,19 @@ _LOOSE = 1e-4
 
 
 def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.DataFrame:
-    """Tabulate estimates of the errors of answers to every sample of ``judge``: the columns COLUMNS.
+    """Tabulate estimates of the errors of answers to all samples of ``judge`` and its ``more``: the columns COLUMNS.
 
     linear : largest displacement of the linear response, over the size of the body
     turned : RMS change of the linear response when it is turned with its own rotations, over its largest displacement
-    distance : of the contact from the nearest one that was learnt from, over the size of the body
+    distance : of the contact from the nearest other one that is learnt from, over the size of the body
     residual : RMS of what one cycle of multigrid makes of the fine residual, over the answer's largest displacement;
         of the linear response, and of elements on the coarse level, for those of ``models``
     """
+    whole = [_of(case, part, models) for part in (judge, judge.more) if part]
+    return pd.concat(whole, ignore_index=True)
+
+
+def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     loads = loads_of(judge.samples.contact, judge.samples.force)
     rows = list(_cheap(case, loads))
     if asked := [model for model in models if model in SOLVED]:
@@ -53,7 +58,7 @@ def _cheap(case: Case, loads: list[Load]) -> Iterator[tuple]:
     stored, size = case.use_compliance(), case.body.fine.size
     linear, turned = LinearFem(stored), WarpedResponse(case.meshes, stored)
     nodes = case.body.coarse.nodes
-    learnt = nodes[np.unique(case.database.contact)]
+    learnt = np.unique(case.database.contact)
     for i, load in enumerate(loads):
         contact, force = load.single()
         begin = perf_counter()
@@ -61,7 +66,7 @@ def _cheap(case: Case, loads: list[Load]) -> Iterator[tuple]:
         peak = float(np.linalg.norm(flat, axis=1).max())
         change = float(np.sqrt(np.mean(np.sum((warped - flat) ** 2, axis=1)))) / peak
         seconds = perf_counter() - begin
-        away = float(np.linalg.norm(learnt - nodes[contact], axis=1).min())
+        away = float(np.linalg.norm(nodes[learnt[learnt != contact]] - nodes[contact], axis=1).min())
         for name, value in zip(CHEAP, (peak / size, change, away / size), strict=True):
             yield i, EVERY, "", name, value, value, seconds
 

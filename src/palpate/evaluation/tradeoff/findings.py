@@ -53,13 +53,17 @@ class Asked(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """The result of one setting; ``labels`` are the columns LABELS, ``kind`` those of KIND."""
+    """The result of one setting; ``labels`` are the columns LABELS, ``kind`` those of KIND.
+
+    more : the answers to ``judge.more``, which are rows of samples and no part of means
+    """
 
     labels: dict[str, str]
     asked: Asked
     offline_s: float
     memory_mb: float
     kind: Mapping[str, str | bool]
+    more: Asked | None = None
 
 
 def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
@@ -70,15 +74,19 @@ def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
 
 def found_rows(findings: list[Finding], judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate a row a sample and a row a setting; cells of errors and seconds are empty where nothing was answered."""
-    samples = [row for finding in findings for row in _sample_rows(finding, judge)]
+    samples: list[dict] = []
+    for finding in findings:
+        samples += _sample_rows(finding.labels, finding.asked, judge)
+        if finding.more and judge.more:
+            samples += _sample_rows(finding.labels, finding.more, judge.more)
     settings = [_setting_row(finding, judge) for finding in findings]
     return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
 
 
-def _sample_rows(finding: Finding, judge: Judge) -> list[dict]:
-    rows, asked = [], finding.asked
+def _sample_rows(labels: dict[str, str], asked: Asked, judge: Judge) -> list[dict]:
+    rows = []
     for i, found in enumerate(asked.errors):
-        row = {**finding.labels, "split": judge.split, "side": judge.side[i], "sample": judge.numbers[i]}
+        row = {**labels, "split": judge.split, "side": judge.side[i], "sample": judge.numbers[i]}
         row |= {"contact": judge.samples.contact[i], "failure": asked.failures[i]}
         if found is not None:
             seconds = np.median(asked.seconds[i]) if asked.seconds[i] else np.nan

@@ -1,7 +1,7 @@
 """Judge answers: the samples that are asked for in a split, their truth, and the errors of an answer to one of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,13 @@ from palpate.evaluation.tradeoff.truth import Truth
 from palpate.evaluation.tradeoff.truth_file import load_truth
 from palpate.models.model import Case
 from palpate.samples.database import Database, read
-from palpate.samples.folds import fold_sides, read_folds
+from palpate.samples.folds import fold_sides, read_folds, training_presses
 from palpate.solvers.compliance import load_compliance
 
 SIDES = ("validation", "test")
 """The names of the sides: settings are chosen on the first, and their errors reported on the second."""
+TRAINING = "training"
+"""The name of the side of the samples that models may learn from; those that do not are asked for some of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +30,11 @@ class Judge:
     """The k samples of one split that a model is asked for; n fine surface nodes.
 
     split : its number, from 1 on
-    numbers : (k,) sample numbers; side : (k,) of SIDES
+    numbers : (k,) sample numbers; side : (k,) of SIDES, or TRAINING
     samples : the database of these; its ``fine`` are converged answers of the fine operator
     truth : (k, n, 3) [m]; own : (k, ·) errors of the truth itself, as ``TruthErrors``; own_seconds : (k,) what it took
     patch : (k, n) bool, the nodes that are pressed
+    more : presses at training contacts, for bounds of models that learn nothing; or None
     """
 
     split: int
@@ -42,6 +45,7 @@ class Judge:
     own: np.ndarray
     own_seconds: np.ndarray
     patch: np.ndarray
+    more: "Judge | None" = None
 
     def errors(self, i: int, answer: np.ndarray) -> TruthErrors:
         """Measure an answer (n, 3) [m] to the i-th sample against the truth."""
@@ -59,7 +63,6 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
     db : of all samples; table : of ``samples.folds``; radius_m : of the patch [m]
     Raises InputError if a side has no sample left.
     """
-    numbers: list[int] = []
     side: list[str] = []
     rows: list[int] = []
     for name, asked in zip(SIDES, fold_sides(table, split)[1:], strict=True):
@@ -69,18 +72,24 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
                 f"{body.name}: no {name} sample of split {split} has an answer on all levels; press less "
                 "(regimes.*.peak_of_size), or refine the body."
             )
-        numbers, rows = [*numbers, *truth.sample[found]], [*rows, *found]
+        rows += list(found)
         side += [name] * len(found)
-    return Judge(
-        split,
-        np.array(numbers),
-        np.array(side),
-        db.take(np.array(numbers)),
-        truth.displacement[rows],
-        truth.own[rows],
-        truth.seconds[rows],
-        np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]]),
-    )
+    return _of(body, db, truth, split, radius_m, np.array(rows), np.array(side))
+
+
+def trained(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge | None:
+    """Collect a press of each training contact of ``split`` whose truth is believed; None where there is none."""
+    rows = truth.rows(training_presses(table, split))
+    return _of(body, db, truth, split, radius_m, rows, np.full(len(rows), TRAINING)) if len(rows) else None
+
+
+def _of(
+    body: Body, db: Database, truth: Truth, split: int, radius_m: float, rows: np.ndarray, side: np.ndarray
+) -> Judge:
+    numbers = truth.sample[rows]
+    patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]])
+    own = truth.displacement[rows], truth.own[rows], truth.seconds[rows]
+    return Judge(split, numbers, side, db.take(numbers), *own, patch)
 
 
 def read_judged(
@@ -91,13 +100,16 @@ def read_judged(
     options: FitOptions,
     tolerance: float,
     grid: Mapping[str, Mapping[str, Any]],
+    more: bool = False,
 ) -> tuple[Case, Judge]:
     """Read a case with the training samples of ``split``, and the judge of the others.
 
     files : body, database, samples (folds), truth, and perhaps compliance; the rest as in ``Case``
+    more : whether presses at training contacts are judged too
     """
     body, db, table = load(files["body"]), read(files["database"]), read_folds(files["samples"])
     linear = load_compliance(files["compliance"]) if files.get("compliance") else None
     training = db.take(fold_sides(table, split)[0])
     case = Case(body, regime, radius_m, training, linear, options, tolerance, grid)
-    return case, judge(body, db, table, load_truth(files["truth"]), split, radius_m)
+    rest = body, db, table, load_truth(files["truth"]), split, radius_m
+    return case, replace(judge(*rest), more=trained(*rest) if more else None)

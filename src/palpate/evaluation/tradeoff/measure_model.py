@@ -1,5 +1,6 @@
 """Measure one model on one case: its error against the truth, and what it costs before and at run time."""
 
+import re
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -27,10 +28,13 @@ def measure(
     repeats: int,
     budget_s: float,
     progress: Callable = iter,
+    more_of: str | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measure all settings of ``model`` on the samples of ``judge``: rows of both tables.
 
     ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
+    more_of : a regular expression; a setting in whose name it is found is asked for ``judge.more`` too, unless it has
+        learnt from training samples. This is not timed and no part of means: bounds of its errors know more contacts.
     On one BLAS thread. A setting that cannot be prepared has failed on every sample. InputError for one given twice.
     """
     from threadpoolctl import threadpool_limits
@@ -41,20 +45,29 @@ def measure(
         raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
     kind = {"sees": model.sees, "law": model.law_of(case)}
     with threadpool_limits(limits=1):
-        for setting in progress(settings):
+        for setting, text in zip(progress(settings), texts, strict=True):
             fresh = replace(case, used={})
             start = perf_counter()
             solver = _prepared(model, fresh, setting)
             offline = perf_counter() - start
+            more = None
             if isinstance(solver, NotConverged):
                 asked, memory = Asked.failed(solver, len(judge.numbers)), 0.0
             else:
-                asked = ask(solver, judge, repeats, budget_s, model.place, model.reduces != "")
+                given = model.place, model.reduces != ""
+                asked = ask(solver, judge, repeats, budget_s, *given)
                 memory = float(solver.memory_mb)
             offline += sum(fresh.used.values())  # with the contacts that were prepared when they were asked for
+            if not isinstance(solver, NotConverged) and judge.more and _asks_more(more_of, text, fresh):
+                more = ask(solver, judge.more, 0, 0.0, *given)
             told = kind | {"prepared": model.needs_contacts(setting)}
-            findings.append(Finding(labels_of(case, name, setting_text(setting)), asked, offline, memory, told))
+            findings.append(Finding(labels_of(case, name, text), asked, offline, memory, told, more))
     return found_rows(findings, judge)
+
+
+def _asks_more(pattern: str | None, text: str, case: Case) -> bool:
+    """Return whether a setting has learnt nothing of training contacts, and is to be asked there too."""
+    return "training" not in case.used and pattern is not None and re.search(pattern, text) is not None
 
 
 def ask(

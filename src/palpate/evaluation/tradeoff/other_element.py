@@ -10,8 +10,8 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
 from palpate.evaluation.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.evaluation.tradeoff.nested_levels import truth_levels
-from palpate.evaluation.tradeoff.richardson import limit, ratio
 from palpate.evaluation.tradeoff.truth import NEXT, Truth
+from palpate.models.richardson import limit, ratio
 from palpate.samples.loads import force_of
 from palpate.solvers.equilibrium import Equilibrium
 

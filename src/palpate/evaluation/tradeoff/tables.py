@@ -50,6 +50,12 @@ TABLES = {
         "disc pushed to a depth.",
         always=False,
     ),
+    "beyond_design": Table(
+        "scene body regime model setting kind samples unsound right doubted needless wrong rmse_most patch_max_most",
+        "Presses that models were not made for: how many answers are right, doubted by the model itself (needlessly), "
+        "or wrong without a word; unsound presses have no answer that would be right.",
+        always=False,
+    ),
     "limit_points": Table(
         "body contact pressure_of_young peak_of_size least_det converged",
         "The dent under a growing pressure, contact by contact: where the law itself has more than one answer.",

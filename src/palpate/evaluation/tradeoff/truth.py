@@ -14,13 +14,10 @@ from palpate.bodies.body import Body
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.evaluation.tradeoff.nested_levels import Ascent, ascend, truth_levels
-from palpate.evaluation.tradeoff.richardson import doubt, limit, ratio
+from palpate.models.richardson import RATIOS, doubt, limit, ratio
 
 NEXT = 1e-4
 """Tolerance of a solution that starts from the level before: with 1e-7 the limit is the same to 0.001 % of the peak."""
-RATIOS = (2.2, 8.0)
-"""Ratios of convergence between which a limit is believed: from the order 1.1, near what an anchor's edge leaves, to
-the order 3 that quadratic elements have where the answer is smooth."""
 SQUEEZED = 0.5
 """Determinants of the deformation gradient below this are counted, and not objected to: at the edge of an anchor or of
 a facet they fall with every halving, to 0.01 on the liver, where ratios are 2.3 to 2.5 and limits agree to 0.2 %."""

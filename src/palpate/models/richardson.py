@@ -7,6 +7,10 @@ to be used, and the caller has to say so.
 
 import numpy as np
 
+RATIOS = (2.2, 8.0)
+"""Ratios of convergence between which a limit is believed: from the order 1.1, near what an anchor's edge leaves, to
+the order 3 that quadratic elements have where the answer is smooth."""
+
 
 def ratio(levels: np.ndarray) -> float:
     """Return by how much the last halving has reduced the change, from the last three of ``levels`` (m, n, 3) [m].

@@ -28,8 +28,8 @@ from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import finer
 from palpate.effects import locking
 from palpate.effects.patch_load import patch_at, spread
-from palpate.evaluation.tradeoff.richardson import limit, ratio
 from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.models.richardson import limit, ratio
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -23,8 +23,7 @@ def test_hard_case(case):
 def test_wrong_is_declared_for_known_faults_alone():
     known = {(case.name, model) for case in CASES for model in case.models if "wrong" in case.acceptable(model)}
     locked = {("locking", model) for model in locking.LOCKED}
-    slow = {(f"relaxed_{name}", "vertex_block_descent") for name in ("from_inside_out", "incompressible")}
-    assert known == locked | slow | {("near_singular", model) for model in enrichment_cases.AMBIGUOUS}
+    assert known == locked | {("near_singular", model) for model in enrichment_cases.AMBIGUOUS}
     assert "nan" not in {outcome for case in CASES for model in case.models for outcome in case.acceptable(model)}
 
 

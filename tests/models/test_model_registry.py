@@ -52,11 +52,22 @@ def test_methods_of_enrichment_are_registered_once():
 
 def test_every_family_that_has_settings_stands_in_the_config(grid):
     families = model_registry.families(list(model_registry.MODELS), {})
-    assert set(grid) - {"coarse_answers"} == set(families) - {"linear_fem", "interpolation"}
+    assert set(grid) - {"coarse_answers"} == (set(families) - {"linear_fem", "interpolation"}) | set(
+        model_registry.BESIDE
+    )
 
 
 def test_coarse_answers_are_those_of_the_config(grid):
     assert list(COARSE_ANSWERS) == grid["coarse_answers"]
+
+
+def test_a_model_is_measured_beside_the_one_whose_contacts_serve_it():
+    """Where that is not measured it stands alone."""
+    assert list(model_registry.families(["contact_modes", "cascade"], {})["contact_modes"]) == [
+        "contact_modes",
+        "cascade",
+    ]
+    assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
 
 
 def test_a_diagram_shows_one_of_many_variants():
@@ -80,7 +91,7 @@ def test_what_a_model_is_told_stands_with_it():
     }  # fmt: skip
     assert {name for name, model in made.items() if not model.reduces} == {
         "fem_p1", "fem_p2", "fem_local", "interpolation",
-        "xpbd", "vertex_block_descent", "projective_dynamics", "mujoco",
+        "xpbd", "vertex_block_descent", "projective_dynamics", "mujoco", "newton_vbd",
     }  # fmt: skip
     assert all(model.law for model in made.values())
     assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})

@@ -76,7 +76,7 @@ def test_another_sigma_grid_reruns_the_sweep_and_no_fem_and_no_model(after):
 
 def test_other_settings_of_a_family_rerun_its_models_alone(after):
     def change(settings):
-        settings["tradeoff"]["settings"] = {"fem": {"iterations": [1]}}
+        settings["tradeoff"]["settings"] = settings["tradeoff"]["settings"] | {"fem": {"iterations": [1]}}
 
     jobs = after(change)
     assert jobs["measure_models"] == 1

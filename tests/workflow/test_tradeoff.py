@@ -52,6 +52,12 @@ def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(
     assert jobs["measure_any_load"] == 1 and jobs["merge_table"] == 1
 
 
+def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
+    trading["tradeoff"] |= {"beyond_design": {"models": {"fem_p1": "rest"}}}
+    jobs = plan(tmp_path, write_config(trading), "tradeoff")
+    assert jobs["measure_beyond_design"] == 1 and jobs["merge_table"] == 1
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -68,6 +74,7 @@ def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(
         ({"any_load": {"regimes": ["smal"]}}, "tradeoff.any_load.regimes names smal, which is unknown"),
         ({"any_load": {"models": {"fem_p3": ""}}}, "tradeoff.any_load.models names fem_p3, which is unknown"),
         ({"any_load": {"models": {"fem_p2": "["}}}, "tradeoff.any_load.models.fem_p2: [ is no regular expression"),
+        ({"beyond_design": {"bodies": ["livr"]}}, "tradeoff.beyond_design.bodies names livr, which is unknown"),
         ({"splits": [6]}, "tradeoff.splits[0] is 6, but must be at most 5"),
         ({"contacts": 4}, "tradeoff.contacts is 4, but must be at least 5"),
         (

@@ -15,8 +15,8 @@ SPLITS = config["tradeoff"]["splits"]
 # bodies that get all splits, and fingers of all radii
 IN_DEPTH = config["tradeoff"]["in_depth"] or PRESSED
 CHECKED = config["tradeoff"]["truth"]["check_samples"]
-# loads that models were not prepared for
-ANY_LOAD = config["tradeoff"]["any_load"]
+# loads that models were not prepared for, and presses that they were not made for
+ANY_LOAD, BEYOND = config["tradeoff"]["any_load"], config["tradeoff"]["beyond_design"]
 
 
 include: "functions/tradeoff.smk"
@@ -34,7 +34,15 @@ if config["tradeoff"]["limit_points"]:
 if ANY_LOAD:
     OPTIONAL += ["any_load"]
     TARGETS["tradeoff"] += figures("tradeoff", "any_load")
-    merged("any_load", [f"results/data/{body}/{regime}/any_load.csv" for body, regime in any_load_scenes()])
+    merged(
+        "any_load", [f"results/data/{body}/{regime}/any_load.csv" for body, regime in asked_scenes(ANY_LOAD)]
+    )
+if BEYOND:
+    OPTIONAL += ["beyond_design"]
+    merged(
+        "beyond_design",
+        [f"results/data/{body}/{regime}/beyond_design.csv" for body, regime in asked_scenes(BEYOND)],
+    )
 if FINGERS:
     OPTIONAL += ["advice_by_radius"]
     TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
@@ -56,6 +64,7 @@ rule simulate_truth:
     params:
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
         splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
+        more=lambda wildcards: bool(more_of(wildcards)),
         tolerance=config["tradeoff"]["truth"]["tolerance"],
         code=code_of("simulate_truth"),
     message:
@@ -90,6 +99,7 @@ rule measure_models:
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
         repeats=config["timing"]["repeats"],
         budget_s=config["tradeoff"]["budget_s"],
+        more_of=lambda wildcards: more_of(wildcards),
         code=lambda wildcards: code_of("measure_models", *modules_of(wildcards.family)),
     message:
         "measure the models of {wildcards.family}: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
@@ -137,6 +147,7 @@ rule estimate_errors:
         split=r"\d",
     params:
         models=config["tradeoff"]["residual_of"],
+        more=lambda wildcards: bool(more_of(wildcards)),
         regression=config["tradeoff"]["regression"],
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
@@ -263,7 +274,7 @@ rule measure_any_load:
         "results/logs/{body}/{regime}/measure_any_load.log",
     threads: HALF
     params:
-        models=any_load_models(),
+        models=asked_models(ANY_LOAD),
         samples=lambda wildcards: ANY_LOAD["samples"],
         split=SPLITS[0],
         grid=config["tradeoff"]["settings"],
@@ -274,11 +285,40 @@ rule measure_any_load:
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
         repeats=config["timing"]["repeats"],
         budget_s=config["tradeoff"]["budget_s"],
-        code=lambda wildcards: code_of("measure_any_load", *any_load_modules()),
+        code=lambda wildcards: code_of("measure_any_load", *asked_modules(ANY_LOAD)),
     message:
         "ask models for loads that they were not prepared for: {wildcards.body}, {wildcards.regime}"
     script:
         "../scripts/measure_any_load.py"
+
+
+rule measure_beyond_design:
+    input:
+        body="results/data/{body}/body.h5",
+        database="results/data/{body}/{regime}/database.h5",
+        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
+        samples="results/data/{body}/{regime}/samples.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
+        own=[file for name, file in OWN_MODELS.items() if name in (BEYOND or {"models": {}})["models"]],
+    output:
+        "results/data/{body}/{regime}/beyond_design.csv",
+    log:
+        "results/logs/{body}/{regime}/measure_beyond_design.log",
+    threads: HALF
+    params:
+        models=asked_models(BEYOND),
+        samples=lambda wildcards: BEYOND["samples"],
+        split=SPLITS[0],
+        grid=config["tradeoff"]["settings"],
+        regression=config["tradeoff"]["regression"],
+        seed=config["seed"],
+        tolerance=config["solver"]["tolerance"],
+        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
+        code=lambda wildcards: code_of("measure_beyond_design", *asked_modules(BEYOND)),
+    message:
+        "press harder than models were made for: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/measure_beyond_design.py"
 
 
 rule tabulate_limit_points:

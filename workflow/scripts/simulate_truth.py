@@ -4,12 +4,14 @@ from palpate.bodies.body_file import load
 from palpate.evaluation.tradeoff.truth import truth_of
 from palpate.evaluation.tradeoff.truth_file import save_truth
 from palpate.job import job, steps
-from palpate.samples.folds import asked_samples, read_folds
+from palpate.samples.folds import asked_samples, read_folds, training_presses
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     body, params = load(snakemake.input.body), snakemake.params
-    asked, tested = asked_samples(read_folds(snakemake.input.samples), params.splits)
+    folds = read_folds(snakemake.input.samples)
+    asked, tested = asked_samples(folds, params.splits)
     loads = pd.read_csv(snakemake.input.loads)
     progress = steps(say, f"{body.name}, {snakemake.wildcards.regime}: truth, solution")
-    chosen = loads[loads["sample"].isin(asked)]
+    more = training_presses(folds, params.splits[0]) if params.more else []
+    chosen = loads[loads["sample"].isin([*asked, *more])]
     save_truth(truth_of(body, chosen, set(tested), progress, params.tolerance), snakemake.output.truth)

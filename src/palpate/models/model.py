@@ -164,6 +164,11 @@ def refuse_regions(case: Case, what: str) -> None:
         raise NotConverged(f"{what} have one stiffness, and the regions of {case.body.name} differ", [float("nan")])
 
 
+def on_own_levels(case: Case, runs: Iterable[Setting]) -> list[Setting]:
+    """Return those of ``runs`` whose ``level`` the body has."""
+    return [dict(each) for each in runs if each["level"] < len(case.body.levels)]
+
+
 def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
     """Return ``shares`` of the training samples as increasing whole numbers, at least 4 each, but 0 for the share 0."""
     return sorted({max(4, round(share * case.n_training)) if share else 0 for share in shares})

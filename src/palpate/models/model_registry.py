@@ -29,7 +29,7 @@ def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
     return {name: (_ON_TOP[place], what) for name, (place, what) in METHODS.items() if place in places}
 
 
-ENGINES = {"mujoco": "mujoco"}
+ENGINES = {"mujoco": "mujoco", "newton_vbd": "newton"}
 """Models that an engine answers which is not in the environment, and the package that must be installed for each."""
 INSTALL = 'type .venv/bin/pip install -e ".[engines]"'
 RELAXED = ("xpbd", "vertex_block_descent", "projective_dynamics")
@@ -42,6 +42,7 @@ MODELS: dict[str, tuple[str, dict]] = {
     "fast_fem": ("palpate.models.fast_fem", {}),
     "fem_local": ("palpate.models.fem_local", {}),
     "contact_modes": ("palpate.models.contact_modes", {}),
+    "pod_galerkin": ("palpate.models.pod_galerkin", {}),
     "linear_fem": ("palpate.models.linear_fem", {}),
     "linear_residual": ("palpate.models.linear_residual", {}),
     "warped_compliance": ("palpate.models.warped_compliance", {}),
@@ -54,10 +55,14 @@ MODELS: dict[str, tuple[str, dict]] = {
     "springs_nodal_volume": ("palpate.models.mass_spring", {"nodal": True, "volume": True}),
     "shape_matching": ("palpate.models.shape_matching", {}),
     **{name: ("palpate.models.relaxed", {"method": name}) for name in RELAXED},
-    **{name: ("palpate.models.mujoco_flex", {}) for name in ENGINES},
+    "mujoco": ("palpate.models.mujoco_flex", {}),
+    "newton_vbd": ("palpate.models.newton_vbd", {}),
     **_enriched("blend"),
     "cascade": ("palpate.models.cascade", {}),
 }
+
+BESIDE = {"cascade": "contact_modes"}
+"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts."""
 
 SAVED_AGAINST = "fem_p2"
 """The model of whoever prepares nothing, at its last setting: the finest level, converged from rest."""
@@ -83,14 +88,15 @@ def absent() -> list[str]:
 
 
 def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, dict[str, Any]]]:
-    """Group ``names`` by the module they live in, as what one of them has prepared may serve the others.
+    """Group ``names`` by the module they live in, or BESIDE, as what one of them has prepared may serve the others.
 
     Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``keywords`` of
     ``load_model``, which is all that a job needs to measure it.
     """
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:
-        family = name if name in own else MODELS[name][0].rpartition(".")[2]
+        near = BESIDE[name] if BESIDE.get(name) in names else name
+        family = name if name in own else MODELS[near][0].rpartition(".")[2]
         found.setdefault(family, {})[name] = _recipe(name, own)
     return found
 

@@ -4,6 +4,10 @@ Smith, de Goes, Kim 2018, eq. 13, with the constants of their section 3.4. A fil
 so that a body may have this law and an engine's answers a truth.
 """
 
+from palpate.effects.laws.volume_ratio import measure
+
+__all__ = ["measure", "shape", "volume"]
+
 
 def shape(s, mu, slopes, curvatures):
     """Return W = μ/2 (Σ sᵢ² − 3) − μ (J − 1) + μ/2 (J − 1)², and write its derivatives."""
@@ -17,15 +21,6 @@ def shape(s, mu, slopes, curvatures):
             other = s[(j + 1) % 3] * s[(j + 2) % 3]
             curvatures[i, j] = mu * area * other + (mu if i == j else mu * (change - 1.0) * s[3 - i - j])
     return energy
-
-
-def measure(s, slopes, curvatures):
-    """Return θ = J, and write its derivatives."""
-    for i in range(3):
-        slopes[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
-        for j in range(3):
-            curvatures[i, j] = 0.0 if i == j else s[3 - i - j]
-    return s[0] * s[1] * s[2]
 
 
 def volume(theta, mu, lam, derivatives):

@@ -35,6 +35,7 @@ def memory_mb(job: Job, case: Case) -> float:
             QUADRATIC_MB * size.fine.elements + COPIES.get(job.wildcards["family"], 1) * compliance_mb(size)
         ),
         "measure_any_load": lambda: QUADRATIC_MB * size.fine.elements + 2 * compliance_mb(size),
+        "measure_beyond_design": lambda: QUADRATIC_MB * size.fine.elements + 2 * compliance_mb(size),
         **dict.fromkeys(("choose_loads", "evaluate_methods", "time_methods"), lambda: compliance_mb(size)),
     }
     return JOB_MB + (needed[job.rule]() if job.rule in needed else 0.0)

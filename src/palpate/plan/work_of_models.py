@@ -37,13 +37,23 @@ def local(job: Job, case: Case) -> Amounts:
 
 
 def reduced(job: Job, case: Case) -> Amounts:
-    """Count the contacts that are asked for, two fifths of all, and the kinds of thinned models of each."""
-    grid, contacts = _grid(job, case), 0.4 * case.config["tradeoff"]["contacts"]
+    """Count the contacts that are asked for, all where more than a split's are, and the kinds of models of each."""
+    grid, share = _grid(job, case), 1.0 if case.config["tradeoff"]["training_contacts_of"] else 0.4
+    contacts = share * case.config["tradeoff"]["contacts"]
     kinds = len(grid["rings"]) + len(grid["tolerances"])
     sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
     nodes = max([size for size in sizes if size <= grid["nodes"]], default=sizes[0])
     asked = kinds * len(grid["targets"]) * case.config["tradeoff"]["budget_s"]
     return {"contact_nodes": contacts * nodes, "asked_s": asked}
+
+
+def galerkin(job: Job, case: Case) -> Amounts:
+    """Count the training samples' volumes, and the modes that all settings choose cells for."""
+    grid, trained = _grid(job, case), case.trained()
+    sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
+    nodes = max([size for size in sizes if size <= grid["nodes"]], default=sizes[0])
+    kinds = [min(count, trained) for count in grid["modes"]] + [trained] * (len(grid["tolerances"]) - 1)
+    return {"volumes": trained * nodes, "modes": sum(kinds) * nodes}
 
 
 def corrected(job: Job, case: Case) -> Amounts:
@@ -117,6 +127,7 @@ FAMILIES = {
     "fast_fem": fast,
     "fem_local": local,
     "contact_modes": reduced,
+    "pod_galerkin": galerkin,
     "detail_correction": corrected,
     "warped_compliance": stored,
     "linear_fem": stored,
@@ -130,6 +141,7 @@ FAMILIES = {
     "shape_matching": shapes,
     "relaxed": relaxed,
     "mujoco_flex": lambda job, case: {},
+    "newton_vbd": lambda job, case: {},
     "pod_of_loads": lambda job, case: {},
 }
 """The work of each family of models; a user's own is not known before it has run."""

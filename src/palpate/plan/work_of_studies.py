@@ -36,6 +36,12 @@ def _any_load(job: Job, case: Case) -> Amounts:
     return {"solve_s": QUADRATIC * 3 * asked["samples"] * case.solve_s(size.fine.elements, 1) * case.harder(job)}
 
 
+def _beyond_design(job: Job, case: Case) -> Amounts:
+    """Count the solves of six presses of each contact, of which some have no answer; models take less."""
+    size, asked = case.sizes[job.wildcards["body"]], case.config["tradeoff"]["beyond_design"]
+    return {"solve_s": QUADRATIC * 6 * asked["samples"] * case.solve_s(size.fine.elements, 1) * case.harder(job)}
+
+
 def _trial(job: Job, case: Case) -> Amounts:
     """Count elements times steps, of which there are more, the less halving them may change a motion."""
     from palpate.scenes.contact_settings import bodies_in
@@ -149,6 +155,7 @@ STUDIES: dict[str, Callable[[Job, Case], Amounts]] = {
     **dict.fromkeys(("simulate_dynamic_reference", "measure_dynamic"), _trial),
     "compare_laws": _compared,
     "measure_any_load": _any_load,
+    "measure_beyond_design": _beyond_design,
     "time_methods": _time_methods,
     "time_complexity": _complexity,
     "compare_premises": _premises,

@@ -3,7 +3,7 @@
 
 def modules_of(family):
     """The modules of palpate that the models of a family live in; a user's own model is an input instead."""
-    stages = grid_of(family)[family].get("stages", [])
+    stages = grid_of(family)["cascade"]["stages"] if "cascade" in FAMILIES[family] else []
     places = {recipe["place"] for recipe in FAMILIES[family].values()} | {
         MODELS[stage["model"]][0] for stage in stages
     }
@@ -13,12 +13,23 @@ def modules_of(family):
 def grid_of(family):
     """What a family is tried with, and the coarse answers that several share."""
     settings = config["tradeoff"]["settings"]
-    return {"coarse_answers": settings["coarse_answers"], family: settings.get(family, {})}
+    names = {family, *(recipe["place"].rpartition(".")[2] for recipe in FAMILIES[family].values())}
+    if "cascade" in names:
+        names |= {MODELS[stage["model"]][0].rpartition(".")[2] for stage in settings["cascade"]["stages"]}
+    return {"coarse_answers": settings["coarse_answers"]} | {
+        name: settings.get(name, {}) for name in sorted(names)
+    }
 
 
 def splits_of(body, regime):
     """The splits of the contacts of a body that are measured in a regime."""
     return SPLITS if body in IN_DEPTH and regime not in FINGERS else SPLITS[:1]
+
+
+def more_of(wildcards):
+    """What models are asked at training contacts too: none where several splits hold out every contact in turn."""
+    several = len(splits_of(wildcards.body, wildcards.regime)) > 1
+    return {} if several or wildcards.regime in FINGERS else config["tradeoff"]["training_contacts_of"]
 
 
 def finger_scenes():
@@ -45,15 +56,15 @@ def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
     ]
 
 
-def any_load_scenes():
-    """The body and the regime of each scene in which models are asked for any load."""
-    bodies, regimes = ANY_LOAD["bodies"] or PRESSED, ANY_LOAD["regimes"] or REGIMES
+def asked_scenes(asked):
+    """The body and the regime of each scene in which models are asked what a block like any_load says."""
+    bodies, regimes = asked["bodies"] or PRESSED, asked["regimes"] or REGIMES
     return [(body, regime) for body in bodies for regime in regimes]
 
 
-def any_load_models():
-    """The recipe of each model that is asked for any load, and what its settings must have in their names."""
-    asked = (ANY_LOAD or {"models": {}})["models"]
+def asked_models(block):
+    """The recipe of each model that a block like any_load asks, and what its settings must have in their names."""
+    asked = (block or {"models": {}})["models"]
     recipes = {
         name: recipe
         for family in families(list(asked), OWN_MODELS).values()
@@ -62,9 +73,9 @@ def any_load_models():
     return {name: (recipes[name], pattern) for name, pattern in asked.items()}
 
 
-def any_load_modules():
+def asked_modules(block):
     """The modules of palpate that these models live in."""
-    places = {recipe["place"] for recipe, _ in any_load_models().values()}
+    places = {recipe["place"] for recipe, _ in asked_models(block).values()}
     return sorted(place for place in places if not place.endswith(".py"))
 
 

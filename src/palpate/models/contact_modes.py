@@ -124,9 +124,7 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
 
     NotConverged where there are none.
     """
-    q, residual, least = model.reduced.settle(force, RESIDUAL)
-    if not residual <= RESIDUAL:
-        raise NotConverged(f"the reduced model stopped at a residual of {residual:.1e}", [residual])
+    q, residual, least = model.reduced.at_rest(force, RESIDUAL)
     far = float(np.linalg.norm(q)) / model.reach
     hard = float((model.bearing * force.reshape(-1, 3)).sum(axis=1).max())
     why = ""

@@ -16,7 +16,7 @@ from palpate.models.fem_starts import BEFORE
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.load import Load, Refused
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting, refuse_bed
+from palpate.models.model import Case, Setting, on_own_levels, refuse_bed
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Xpbd
@@ -32,7 +32,7 @@ be given, too, to go on with the motion."""
 
 def settings(case: Case, method: str) -> list[Setting]:
     """List the grid's settings of ``method`` on levels that the body has."""
-    return [dict(each) for each in case.grid["relaxed"][method] if each["level"] < len(case.body.levels)]
+    return on_own_levels(case, case.grid["relaxed"][method])
 
 
 def prepare(case: Case, setting: Setting, method: str) -> "Relaxed":

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.effects.law import Law
+from palpate.errors import NotConverged
 from palpate.reduction.cells import Cells
 from palpate.reduction.settle import cell_stresses, settle
 from palpate.reduction.thinning import few_of
@@ -42,6 +43,13 @@ class ReducedContact:
         cells = (self._slopes, self.cells.volumes, self.cells.mu, self.cells.lam, self._rest)
         left, least, _ = settle(load, *cells, *self.law, tolerance, ITERATIONS, q)
         return Coordinates(q, left, least)
+
+    def at_rest(self, force: np.ndarray, tolerance: float) -> Coordinates:
+        """Return the coordinates under ``force`` (f,) [N]; NotConverged if none have so small a residual."""
+        found = self.settle(force, tolerance)
+        if not found.residual <= tolerance:
+            raise NotConverged(f"the reduced model stopped at a residual of {found.residual:.1e}", [found.residual])
+        return found
 
     def thinned(
         self, answers: Sequence[np.ndarray], tolerance: float, wanted: Sequence[np.ndarray] | None = None

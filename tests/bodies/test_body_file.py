@@ -85,7 +85,7 @@ def test_another_version_is_refused(stored):
     _, path = stored
     with h5py.File(path, "a") as file:
         file.attrs["version"] = 0
-    with pytest.raises(InputError, match="version is not 5"):
+    with pytest.raises(InputError, match="version is not 6"):
         load(path)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -12,6 +13,9 @@ from palpate.bodies.material import Material, Tissue, uniform
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import midpoints_between, refine
 from palpate.bodies.sheet import Sheet
+
+if TYPE_CHECKING:  # it checks the quality of bodies
+    from palpate.bodies.smooth_surface import SmoothSurface
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +30,8 @@ class Body:
     regions : the tissue of the coarse tetrahedra if they are of several materials; those that they are split into have
         the same. ``material`` is the body's own, of what lies in no region
     densities : at the nodes of each level [kg/m³], of a body whose masses are those of its CT; else the materials'
+    smooth : the surface that the surface nodes of every level lie on; without it, finer levels keep a level's facets.
+        Trap: levels then differ a little in shape, and only displacements are interpolated exactly between them
     """
 
     name: str
@@ -36,6 +42,7 @@ class Body:
     bed: Bed | None = None
     regions: Tissue | None = None
     densities: list[np.ndarray] | None = None
+    smooth: "SmoothSurface | None" = None
 
     @property
     def coarse(self) -> TetMesh | Sheet:
@@ -81,14 +88,17 @@ def nest(
     snap: Callable[[TetMesh, int], TetMesh] | None = None,
     bed: Bed | None = None,
     regions: Tissue | None = None,
+    smooth: "SmoothSurface | None" = None,
 ) -> Body:
     """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
 
     ``regions`` is the tissue of the coarse tetrahedra, if they are of several materials.
 
     ``snap``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements are
-    still interpolated linearly; only the rest positions then are not.
+    still interpolated linearly; only the rest positions then are not. ``smooth`` is for a body whose every level,
+    later ones too, is snapped to a surface that has a formula.
     """
+    snap = snap if smooth is None else smooth.snap
     levels: list[TetMesh | Sheet] = [coarse]
     prolongations: list[sparse.csr_array] = []
     held = [np.unique(anchors)]
@@ -99,4 +109,4 @@ def nest(
         levels.append(finer)
         prolongations.append(prolongation)
         held.append(midpoints_between(held[-1], prolongation))
-    return Body(name, levels, prolongations, held, material, bed, regions)
+    return Body(name, levels, prolongations, held, material, bed, regions, smooth=smooth)

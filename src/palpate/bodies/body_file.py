@@ -13,13 +13,14 @@ from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.sheet import Sheet
+from palpate.bodies.smooth_surface import SmoothSurface
 from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole
 
 if TYPE_CHECKING:
     import h5py
 
-VERSION = 5
+VERSION = 6
 """Number of the layout below; increase it with every change of the layout."""
 
 
@@ -33,6 +34,8 @@ def save(body: Body, path: str | Path) -> None:
         if body.bed is not None:
             given = {key: value for key, value in asdict(body.bed).items() if value is not None}
             file.create_group("bed").attrs.update(given)
+        if body.smooth is not None:
+            file.create_group("smooth").attrs.update(asdict(body.smooth))
         if body.regions is not None:
             _put(file, "regions/region", body.regions.region)
             for i, each in enumerate(body.regions.materials):
@@ -79,7 +82,7 @@ def _read(path: Path, file: "h5py.File") -> Body:
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
     name, material = str(attributes["name"]), _material(attributes)
     regions, densities = _regions(path, file, levels[0]), _densities(path, file, levels)
-    return Body(name, levels, prolongations, held, material, _bed(file), regions, densities)
+    return Body(name, levels, prolongations, held, material, _bed(file), regions, densities, _smooth(file))
 
 
 def _material(found: "h5py.AttributeManager") -> Material:
@@ -113,6 +116,13 @@ def _bed(file: "h5py.File") -> Bed | None:
     found = file["bed"].attrs
     radius_m, stiffness_n_m3 = float(found["radius_m"]), float(found["stiffness_n_m3"])
     return Bed(found["center_m"], radius_m, stiffness_n_m3, found.get("facing"))
+
+
+def _smooth(file: "h5py.File") -> SmoothSurface | None:
+    if "smooth" not in file:
+        return None
+    found = file["smooth"].attrs
+    return SmoothSurface(str(found["kind"]), float(found["size_m"]))
 
 
 def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:

@@ -81,6 +81,6 @@ def row_of(contacts: np.ndarray, contact: int, place: str = "") -> int:
 def refuse(contact: int, place: str = "") -> NoReturn:
     """Raise the InputError of a node that cannot be pressed; its sentence begins with ``place``."""
     raise InputError(
-        f"{place}contact {contact} is not a free surface node of the coarse mesh, or not one of the contacts that are "
-        "prepared; choose one that is."
+        f"{place}contact {contact} is not a free surface node of the mesh that is pressed, or not one of the contacts "
+        "that are prepared; choose one that is."
     )

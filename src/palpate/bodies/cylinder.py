@@ -6,6 +6,8 @@ from palpate.bodies.mesh import TetMesh
 
 RINGS = 2
 LAYERS = 14
+ASIDE = 1e-6
+"""Length of a unit normal's part across the axis above which it is not that of a flat end; not 0, for rounding."""
 _STEPS = np.array([[1, 0], [0, 1], [-1, 1], [-1, 0], [0, -1], [1, -1]])
 
 
@@ -33,6 +35,18 @@ def cylinder(length_m: float, radius_m: float) -> TetMesh:
     inverted = TetMesh(nodes, tetrahedra).volumes < 0
     tetrahedra[inverted] = tetrahedra[inverted][:, [1, 0, 2, 3]]
     return TetMesh(nodes, tetrahedra)
+
+
+def onto_cylinder(points: np.ndarray, facing: np.ndarray, radius_m: float) -> np.ndarray:
+    """Move points, (n, 3) [m], of the facets of the round side straight outward to the cylinder, whose axis is z.
+
+    facing : (n, 3), the outward normals where they are; those of the flat ends face along z and stay, and those of
+        their rims, which face both ways, move within the plane of the end
+    """
+    aside = np.linalg.norm(facing[:, :2], axis=1) > ASIDE
+    moved = points.copy()
+    moved[aside, :2] *= radius_m / np.linalg.norm(points[aside, :2], axis=1, keepdims=True)
+    return moved
 
 
 def _disc() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -69,7 +69,7 @@ class LocalRefinement:
             if body.densities is None
             else [all_of[kept] for all_of, kept in zip(body.densities, numbers, strict=False)]
         )
-        return LocalBody(*fixed, dense, tuple(numbers), tuple(roots))
+        return LocalBody(*fixed, dense, numbers=tuple(numbers), roots=tuple(roots))
 
     def _marks(self, center: np.ndarray, radius_m: float) -> list[np.ndarray]:
         """Return the edges of each level that are halved, (n_edges,) bool.

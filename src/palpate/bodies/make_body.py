@@ -15,6 +15,7 @@ from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.region_balls import balls_of
 from palpate.bodies.regions import read_regions
 from palpate.bodies.sheet import Sheet, sheet
+from palpate.bodies.smooth_surface import organ_shape, surface_of
 from palpate.errors import InputError
 from palpate.kept_warnings import about
 
@@ -41,7 +42,7 @@ def _make(name: str, entry: dict) -> Body:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
     made = kinds[entry["kind"]](entry)
-    # a smooth organ, a CT and a file show more of the surface than the coarse mesh has
+    # a CT and a file show more of the surface than the coarse mesh has
     mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
     bed = read_bed(name, entry["bed"], mesh) if "bed" in entry else None
     rule = entry.get("anchors") or (default_anchors(name, mesh) if bed is None else None)
@@ -53,7 +54,8 @@ def _make(name: str, entry: dict) -> Body:
     # a sheet has one level and no such entry
     anchors = choose_anchors(name, rule, mesh, bed)
     regions = read_regions(name, entry, mesh, material, _material, remeshed)
-    body = nest(name, mesh, entry.get("refinements", 0), anchors, material, snap, bed, regions)
+    smooth = surface_of(entry) if entry.get("smooth") else None
+    body = nest(name, mesh, entry.get("refinements", 0), anchors, material, snap, bed, regions, smooth)
     if moves_with_ct(entry):
         body = replace(body, densities=_weighed(name, entry, body))
     if entry["kind"] in ("file", "ct"):
@@ -67,15 +69,10 @@ def _cylinder(entry: dict) -> TetMesh:
     return cylinder(entry["length_m"], entry["radius_m"])
 
 
-def _organ(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
-    from palpate.bodies.kidney import kidney_shape
-    from palpate.bodies.liver import liver_shape
-    from palpate.bodies.smooth_shape import coarse_body, smooth_snap
-    from palpate.bodies.stomach import stomach_shape
+def _organ(entry: dict) -> TetMesh:
+    from palpate.bodies.smooth_shape import coarse_body
 
-    shape = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}[entry["kind"]]
-    snap = smooth_snap(shape, entry["length_m"]) if entry.get("smooth") else None
-    return coarse_body(shape, entry["length_m"], balls_of(entry)), snap, False
+    return coarse_body(organ_shape(entry["kind"]), entry["length_m"], balls_of(entry))
 
 
 def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:

@@ -50,12 +50,14 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
 
 
 def finer(body: "Body", count: int = 1) -> "Body":
-    """Return ``body`` with ``count`` more levels, of the shape that its finest level has.
+    """Return ``body`` with ``count`` more levels: of the shape that its finest level has, or on its smooth surface.
 
-    Trap: new nodes are midpoints on bodies whose levels were moved to a smooth surface, too.
+    Trap: new nodes are midpoints on bodies whose levels were moved to the dense surface of a file or a CT, too.
     """
     for _ in range(count):
         mesh, prolongation = refine(body.fine)
+        if body.smooth is not None:
+            mesh = body.smooth.snap(mesh, len(body.fine.nodes))
         held = midpoints_between(body.anchors[-1], prolongation)
         body = replace(
             body,
@@ -65,6 +67,15 @@ def finer(body: "Body", count: int = 1) -> "Body":
             densities=None if body.densities is None else [*body.densities, prolongation @ body.densities[-1]],
         )
     return body
+
+
+def with_midpoints(body: "Body", level: int) -> "Body":
+    """Return ``body`` with levels up to the one after ``level``, which are the nodes of quadratic elements on it.
+
+    A level after ``level`` that the body lacks is not moved to its smooth surface: sides of elements are straight.
+    """
+    body = finer(body, level + 1 - len(body.levels))
+    return finer(replace(body, smooth=None)) if level + 1 == len(body.levels) else body
 
 
 def midpoints_between(nodes: np.ndarray, prolongation: sparse.csr_array) -> np.ndarray:

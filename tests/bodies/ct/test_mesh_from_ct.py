@@ -119,14 +119,14 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     assert np.array_equal(kept, truth["liver"])
 
 
-@pytest.mark.parametrize("radius_m", [0.002, 0.005])
-def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m):
+@pytest.mark.parametrize(("radius_m", "voxels"), [(0.002, 1), (0.005, 3)])
+def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m, voxels):
     paths, _ = files
     image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
     places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
     tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
     mask = write_scan(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
-    with pytest.raises(InputError, match=r"the organ is too thin for its slices, and falls apart when they are smooth"):
+    with pytest.raises(InputError, match=f"the organ is {voxels} voxels thick along z, and 4 are needed"):
         mesh_from_ct.mesh(ABDOMEN | paths | {"mask": mask})
 
 

@@ -19,6 +19,9 @@ from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.volume import inflate
 from palpate.errors import InputError
 
+THINNEST = 4
+"""Voxels along each side of an organ with which there is a surface on both sides of some inside."""
+
 
 def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
     """Segment the scan of a config entry, by default the synthetic abdomen: image and organ, (nz, ny, nx) bool.
@@ -57,6 +60,7 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
     surface, so that the coarse body is some per cent too small and each finer one less so.
     """
     image, mask = segment_entry(entry)
+    refuse_thin(image, mask)
     wanted = entry["surface_nodes"]
     points, triangles = coarse_shell(mask, image, wanted)
     if not entry.get("snap"):
@@ -66,6 +70,17 @@ def build(entry: dict) -> tuple[TetMesh, Callable | None]:
         return filled, None
     dense, corners = dense_surface(mask, image)
     return filled, snapper(dense, vertex_normals(dense, corners))
+
+
+def refuse_thin(image: Image, mask: np.ndarray) -> None:
+    """Raise InputError for an organ of fewer than THINNEST voxels along a side, of which only a sheet is seen."""
+    for axis, name in enumerate("zyx"):
+        thick = int(mask.any(axis=tuple({0, 1, 2} - {axis})).sum())
+        if thick < THINNEST:
+            raise InputError(
+                f"{image.source}: the organ is {thick} voxels thick along {name}, and {THINNEST} are needed at least; "
+                "give an image with more slices through the organ, or another label or threshold."
+            )
 
 
 def _largest_piece(mask: np.ndarray, image: Image, source: str) -> np.ndarray:

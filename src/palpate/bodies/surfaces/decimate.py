@@ -44,11 +44,19 @@ def project(
 
     The dense surface is taken as flat around each of its vertices: a point moves along the normal of the nearest one.
     """
-    near = tree.query(points, k=8)[1]
-    alike = np.einsum("ni,nki->nk", facing, normals[near]) > 0
-    nearest = near[np.arange(len(near)), np.argmax(alike, axis=1)]
+    nearest = nearest_alike(points, facing, normals, tree)
     n = normals[nearest]
     return points - n * np.einsum("ni,ni->n", points - dense[nearest], n)[:, None]
+
+
+def nearest_alike(points: np.ndarray, facing: np.ndarray, normals: np.ndarray, tree: cKDTree) -> np.ndarray:
+    """Return the vertex (n,) of a dense surface that is nearest to each point (n, 3) and faces the same way.
+
+    facing, normals : of the points and of the vertices; if none of the eight nearest faces so, the nearest is taken
+    """
+    near = tree.query(points, k=8)[1]
+    alike = np.einsum("ni,nki->nk", facing, normals[near]) > 0
+    return near[np.arange(len(near)), np.argmax(alike, axis=1)]
 
 
 def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Snapping of finer meshes to a given dense surface instead of the coarse mesh's facets."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,27 +16,36 @@ HALVINGS = 3
 # fraction of the elements that may be bad if single nodes are to be moved
 FEW = 0.05
 
+Onto = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""A projection of points (n, 3) [m], with the outward normals (n, 3) of where they come from, to a surface."""
+
 
 def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int], TetMesh]:
-    """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, to the given surface.
+    """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, to the given dense surface.
 
     points, normals : places on the surface, dense enough to take it as flat around each, and its outward unit normals,
         (n, 3) [m] and (n, 3)
+    """
+    return snapper_onto(partial(project, dense=points, normals=normals, tree=cKDTree(points)))
+
+
+def snapper_onto(project_onto: Onto) -> Callable[[TetMesh, int], TetMesh]:
+    """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, by the given projection.
+
     New nodes inside move where that keeps elements well-shaped. Trap: surface nodes whose move would still make a bad
     element, or one whose refinement is bad, move back by halves, which may require that their neighbours do, too;
     this terminates, at the latest when all have moved back.
     """
-    tree = cKDTree(points)
 
     def snap(mesh: TetMesh, first: int) -> TetMesh:
         movable = np.arange(len(mesh.nodes)) >= first
         facing = mesh.normals
         nodes = mesh.nodes.copy()
         moving = mesh.surface[mesh.surface >= first]
-        nodes[moving] = project(nodes[moving], facing[moving], points, normals, tree)
+        nodes[moving] = project_onto(nodes[moving], facing[moving])
 
         def onto(places: np.ndarray, node: int) -> np.ndarray:
-            return project(places, np.repeat(facing[node : node + 1], len(places), axis=0), points, normals, tree)
+            return project_onto(places, np.repeat(facing[node : node + 1], len(places), axis=0))
 
         for _ in range(HALVINGS):
             # single moves mend single places
@@ -62,12 +72,12 @@ def _undo_bad(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:
-    """List the nodes of elements that are bad, or that have moved and whose refinement would be bad, increasing."""
-    elements = mesh.tetrahedra
+    """List the nodes of elements that have moved and are bad, or whose refinement would be bad, increasing."""
+    moved = (nodes != mesh.nodes).any(axis=1)
+    elements = mesh.tetrahedra[moved[mesh.tetrahedra].any(axis=1)]
     quality = element_quality(nodes, elements)
-    moved = (nodes != mesh.nodes).any(axis=1)[elements].any(axis=1)
     # long elements with large angles may have bad ones inside when refined
-    unsure = np.flatnonzero(moved & (quality >= LEAST_DEG))
+    unsure = np.flatnonzero(quality >= LEAST_DEG)
     # each element by itself, so that its eight children are next to each other; the first four have its own angles
     apart = np.arange(4 * len(unsure)).reshape(-1, 4)
     finer, _ = refine(TetMesh(nodes[elements[unsure]].reshape(-1, 3), apart))

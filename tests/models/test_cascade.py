@@ -213,3 +213,17 @@ def test_stages_are_prepared_once_and_their_time_is_charged_again(case, monkeypa
     again = replace(fresh, used={})
     cascade.prepare(again, {"asked": 0.5})
     assert len(prepared) == 2 and again.used["stages"] > 0 and "compliance" in again.used
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ({"model": "warped_compliance", "setting": {"samples": 8}}, "learns from the samples"),
+        ({"model": "warped_compliance", "setting": {}}, "lacks the setting 'samples'"),
+        ({"model": "fem_p1", "setting": {"level": 7}}, "the body has the levels"),
+    ],
+)
+def test_a_stage_learns_nothing_and_has_the_settings_of_its_model(case, entry, words):
+    limits = Limits(case)
+    with pytest.raises(InputError, match=words):
+        prepared_stage(case, Turning(case), limits, entry)

@@ -8,7 +8,8 @@ import pytest
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models import contact_modes, fem
-from palpate.models.load import Load, Press
+from palpate.models.load import Load, Press, Refused
+from palpate.solvers.compliance import compute_compliance
 
 OPERATOR = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 
@@ -30,6 +31,10 @@ def converged(pressed):
     return fem.prepare(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
 
 
+def nodes_of(case):
+    return case.grid["contact_modes"]["nodes"]
+
+
 def distance(found, expected):
     peak = np.linalg.norm(expected, axis=1).max()
     return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / peak)
@@ -43,6 +48,32 @@ def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, solver, c
         expected = converged.respond(load)
         assert distance(solver.respond(load).displacement, expected) < 0.002
         assert distance(columns.respond(load).displacement, expected) < 0.01
+
+
+def test_columns_alone_take_no_press_of_the_elements(pressed):
+    case = replace(pressed[0], body=replace(pressed[0].body, name="other"))
+    solver = contact_modes.prepare(case, OPERATOR | {"modes": "columns"})
+    solver.prepare_contact(pressed[1])
+    made = {name for name, *_ in contact_modes._kept[case.body][case.radius_m, nodes_of(case)].seconds}
+    assert "columns" in made and not made & {"snapshots", "to finer"}
+
+
+def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, converged):
+    """Of two levels the coarse one is reduced."""
+    case, contact, force = pressed
+    body = replace(case.body, name="of two levels")
+    grid = case.grid | {"contact_modes": case.grid["contact_modes"] | {"nodes": 1}}
+    columns = compute_compliance(body, case.radius_m, contacts=np.array([contact]), order=2)
+    case = replace(case, body=body, grid=grid, response=columns)
+    nodes, _ = patch_shares(body.fine, patch_at(body, contact, case.radius_m))
+    rows = np.searchsorted(body.fine.surface, nodes)
+    solvers = [contact_modes.prepare(case, OPERATOR | {"modes": modes}) for modes in ("snapshots", "finer")]
+    for share in (1.0, 0.5):
+        load = Load.at(contact, share * force)
+        expected = converged.respond(load)
+        peak = np.linalg.norm(expected, axis=1).max()
+        found = [np.linalg.norm(each.respond(load).displacement - expected, axis=1)[rows].max() for each in solvers]
+        assert found[1] < 0.6 * found[0] and found[1] < 0.005 * peak
 
 
 def test_a_small_force_gets_the_linear_answer(pressed, solver):
@@ -110,7 +141,7 @@ def test_what_it_does_not_know_is_refused_or_told(pressed, solver, refuses):
     with pytest.raises(NotConverged, match=r"as far as|squeezed|residual"):
         solver.respond(Load.at(contact, 30.0 * force))
     with pytest.raises(NotConverged, match="residual"):
-        solver.respond(Load.at(contact, np.array([np.nan, 0.0, 0.0])))
+        solver.respond(Load.at(contact, np.array([1e200, 0.0, 0.0])))
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(int(pressed[0].body.anchors[0][0]), force))
     with pytest.raises(NotConverged, match="no force was found"):
@@ -124,3 +155,41 @@ def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
     solver = contact_modes.prepare(case, settings[0])
     solver.precede(Load.at(pressed[1], pressed[2]))
     assert case.used["contacts"] > 0.0 and 0.0 < solver.memory_mb < 2.0
+
+
+def test_the_same_disc_cannot_be_pushed_to_two_depths(pressed, solver):
+    _, contact, _ = pressed
+    way = np.array([0.0, 0.0, -1e-3])
+    with pytest.raises(Refused, match="same place"):
+        solver.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
+
+
+@pytest.mark.parametrize("wrong", [{"modes": "colums"}, {"target": "limits"}])
+def test_words_that_no_setting_has_are_refused(pressed, wrong):
+    with pytest.raises(InputError, match=f"contact_modes: {next(iter(wrong))} is"):
+        contact_modes.prepare(pressed[0], OPERATOR | wrong)
+
+
+def test_discs_that_overlap_press_together(pressed, solver):
+    """Two presses that one disc alone would bear are doubted where their sum is not borne, and answered far apart."""
+    case, contact, _ = pressed
+    nodes, free = case.body.fine.nodes, sorted(set(case.prepared_contacts.tolist()) - {contact})
+    away = np.linalg.norm(nodes[free] - nodes[contact], axis=1)
+    far = free[int(away.argmax())]
+    assert away.max() > 2 * case.radius_m
+
+    def borne(node, share):
+        row = solver.prepare_contact(node).bearing[0]
+        return Press(node, share * row / (row @ row))
+
+    assert np.isfinite(solver.respond(Load((borne(contact, 0.3), borne(far, 0.3)))).displacement).all()
+    with pytest.raises(NotConverged, match=r"1\.20 times as hard"):
+        solver.respond(Load((borne(contact, 0.6), borne(contact, 0.6))))
+
+
+def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, solver):
+    _, contact, force = pressed
+    columns = solver.prepare_contact(contact).columns
+    for share in (1e-11, 1e-16, 1e-200):
+        found = solver.respond(Load.at(contact, share * force)).displacement
+        np.testing.assert_allclose(found.ravel(), columns @ (share * force), rtol=1e-9)

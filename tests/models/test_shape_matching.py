@@ -78,9 +78,6 @@ def test_shapes_refuse_what_they_cannot_answer(slab_case):
     solver = shape_matching.prepare(case, shape_matching.settings(case)[0])
     contact = int(test.contact[0])
     assert not np.abs(solver.respond(Load.at(contact, np.zeros(3)))).max() > 1e-12
-    assert not np.isfinite(
-        solver.respond(Load.at(contact, np.array([np.nan, 0.0, 0.0])))
-    ).all()  # refused by ``checked``
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
 

@@ -12,7 +12,14 @@ from palpate.errors import NotConverged
 from palpate.reduction import contact_snapshots
 from palpate.reduction.cells import cells_of, rings_around
 from palpate.reduction.columns import orthonormal
-from palpate.reduction.contact_snapshots import LEFT, basis_of, press_contact, thinned_model, whole_model
+from palpate.reduction.contact_snapshots import (
+    LEFT,
+    basis_of,
+    columns_of_contact,
+    press_contact,
+    thinned_model,
+    whole_model,
+)
 from palpate.reduction.elements_at_rest import ElementsAtRest
 from palpate.reduction.reduced_contact import ReducedContact
 from palpate.reduction.thinning import few_of
@@ -31,7 +38,7 @@ def pressed(slab):
         level = 2 - order
         elements = ElementsAtRest(body, level, order)
         disc = patch_shares(body.levels[level], patch_at(body, contact(body), RADIUS), order)
-        return press_contact(elements, *disc, body.fine.normals[contact(body)], NEWTONS)
+        return press_contact(columns_of_contact(elements, *disc, body.fine.normals[contact(body)], NEWTONS))
 
     return make
 
@@ -45,7 +52,7 @@ def contact(body):
 @pytest.mark.parametrize("law", LAWS)
 def test_all_points_as_cells_are_full_galerkin(pressed, order, law):
     shown = pressed(order, law)
-    elements, modes = shown.elements, basis_of([shown], True)
+    elements, modes = shown.elements, basis_of([shown])
     everything = np.ones(len(elements.couples), dtype=bool)
     cells = cells_of(elements, modes, everything)
     assert cells.stiffness == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
@@ -60,7 +67,7 @@ def test_all_points_as_cells_are_full_galerkin(pressed, order, law):
 @pytest.mark.parametrize("order", [1, 2])
 def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed, order):
     shown = pressed(order)
-    modes = basis_of([shown], True)
+    modes = basis_of([shown])
     model, thin = whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-3, 0)
     assert len(thin.cells.volumes) < 0.5 * len(model.cells.volumes) and (thin.cells.volumes > 0.0).all()
     for each in (model, thin):
@@ -71,10 +78,22 @@ def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(presse
             assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
 
 
+def test_one_mean_of_elements_that_come_from_one_is_that_of_the_whole(slab):
+    """Displacements that are linear in space have the same gradient everywhere, whichever elements are averaged."""
+    elements = ElementsAtRest(slab, 1, 1)
+    modes = (elements.rest @ np.array([[0.1, 0.2, 0.0], [0.0, -0.3, 0.1], [0.2, 0.0, 0.4]]))[:, :, None]
+    exact = rings_around(elements, np.array([0]), 0)
+    cells = cells_of(elements, modes, exact, 8)
+    assert len(exact) / 8 < len(cells.volumes) < 0.5 * len(exact)
+    assert cells.volumes.sum() == pytest.approx(elements.volumes.sum(), rel=1e-12)
+    gradient = np.array([[0.1, 0.2, 0.0], [0.0, -0.3, 0.1], [0.2, 0.0, 0.4]]).T.ravel()
+    assert cells.slopes[:, :, 0] == pytest.approx(np.tile(gradient[:, None], len(cells.volumes)), abs=1e-12)
+
+
 def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, monkeypatch):
     """With all elements exact, cells come from what is near the disc and a quarter of the rest."""
     shown = pressed(2)
-    modes, elements = basis_of([shown], True), shown.elements
+    modes, elements = basis_of([shown]), shown.elements
     far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, contact_snapshots.NEAR))
     monkeypatch.setattr(contact_snapshots, "FEW", far // 4)
     thin = thinned_model([shown], modes, 50, 1e-3, 0)
@@ -88,7 +107,7 @@ def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
     """At the free edge of a thin plate four steps leave more than the load itself."""
     thin = replace(slab, levels=[replace(mesh, nodes=mesh.nodes * [1.0, 1.0, 0.3]) for mesh in slab.levels])
     elements, disc = ElementsAtRest(thin, 0, 2), patch_shares(thin.coarse, patch_at(thin, contact(thin), RADIUS), 2)
-    shown = press_contact(elements, *disc, np.array([0.0, 0.0, 1.0]), NEWTONS)
+    shown = press_contact(columns_of_contact(elements, *disc, np.array([0.0, 0.0, 1.0]), NEWTONS))
     for k, force in enumerate(shown.forces):
         load = elements.nodal(shown.nodes, shown.shares, force)
         pull = elements.force(shown.answers[:, :, k]) + load
@@ -97,7 +116,7 @@ def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
 
 def test_the_modes_are_orthonormal_in_the_stiffness(pressed):
     shown = pressed(2)
-    modes = basis_of([shown], True)
+    modes = basis_of([shown])
     stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(m)) for m in np.moveaxis(modes, 2, 0)], axis=2)
     assert np.tensordot(modes, stiff, ((0, 1), (0, 1))) == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
     twice = orthonormal(shown.elements, np.dstack([shown.columns, shown.columns]))
@@ -119,7 +138,7 @@ def test_second_columns_are_what_a_small_press_adds(pressed):
 
 def test_the_minimum_is_that_of_another_search(pressed):
     shown = pressed(2)
-    modes = basis_of([shown], False)
+    modes = basis_of([replace(shown, found=False)])
     model, force = whole_model([shown], modes, 1), shown.forces[0]
     load = model.loads @ force
 

@@ -7,7 +7,7 @@ from palpate.bodies.mesh import Mesh
 from palpate.bodies.quadratic import POINTS, shape_slopes, ten_nodes
 from palpate.effects.elements import Elements
 from palpate.effects.linear_elements import shape_gradients
-from palpate.effects.quadratic_kernel import add_stiffness, energy_and_force
+from palpate.effects.quadratic_kernel import add_stiffness, energy_and_force, least_det
 from palpate.linalg.block_pattern import BlockPattern
 
 
@@ -39,11 +39,7 @@ class QuadraticElements(Elements):
 
     def least_det(self, x: np.ndarray) -> float:
         """Return the smallest det F at the elements' points; an element is inverted where it is negative."""
-        places, least = x[self.couples], np.inf
-        for slopes in self._slopes:
-            f = np.einsum("eai,ac,ecj->eij", places, slopes, self.gradients[:, 1:], optimize=True)
-            least = min(least, float(np.linalg.det(f).min()))
-        return least
+        return float(least_det(x, self.couples, self._slopes, self.gradients))
 
     def mean_det(self, x: np.ndarray) -> np.ndarray:
         """Return det F of each element, its mean over the four points, (n_elements,)."""

@@ -45,6 +45,31 @@ def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, 
 
 
 @numba.njit(cache=True, error_model="numpy")
+def least_det(x, ten, slopes, gradients):
+    """Return the smallest det F of all points."""
+    d, f, least = np.empty((3, 3)), np.empty((3, 3)), np.inf
+    for e in range(len(ten)):
+        for q in range(POINTS):
+            d[:] = 0.0
+            for a in range(10):
+                for i in range(3):
+                    for c in range(3):
+                        d[i, c] += x[ten[e, a], i] * slopes[q, a, c]
+            for i in range(3):
+                for j in range(3):
+                    g = gradients[e]
+                    f[i, j] = d[i, 0] * g[1, j] + d[i, 1] * g[2, j] + d[i, 2] * g[3, j]
+            det = (
+                f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
+                - f[0, 1] * (f[1, 0] * f[2, 2] - f[1, 2] * f[2, 0])
+                + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
+            )
+            if det < least or det != det:
+                least = det
+    return least
+
+
+@numba.njit(cache=True, error_model="numpy")
 def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10)."""
     places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from palpate.bodies.contacts import row_of
 from palpate.enrichment.warped_response import WarpedResponse
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.models.conformal import bound_factor
 from palpate.models.load import Answer, Load, displacement_of
 from palpate.models.model import Case, Solver
@@ -84,13 +84,7 @@ def _second_order(answer: Any, small: float) -> np.ndarray:
 
 def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> Stage:
     """Prepare the model of an ``entry`` of the grid, and find its factor; what it does not answer is no part of it."""
-    from palpate.models.model_registry import model
-
-    last = len(case.body.levels) - 1
-    setting = {
-        key: last if (key, value) == ("level", LAST) else value for key, value in entry.get("setting", {}).items()
-    }
-    solver = model(entry["model"], {}).prepare(case, setting)
+    solver = _prepared(case, entry["model"], entry.get("setting", {}))
     contact, errors, turned, own = [], [], [], []
     for at, load, fine in zip(limits.contact, limits.loads, limits.fine, strict=True):
         try:
@@ -104,6 +98,29 @@ def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[
     by_itself = bool(contact) and bool(np.isfinite(own).all())
     factor = bound_factor(np.array(errors) / np.array(own if by_itself else turned), np.array(contact))
     return Stage(solver, factor, by_itself)
+
+
+def _prepared(case: Case, name: str, given: Mapping[str, Any]) -> Solver:
+    """Prepare the model of a stage; InputError for a setting that it does not have, and for one that learns.
+
+    Bounds are found on the training contacts, which a stage that learns from them has seen.
+    """
+    from palpate.models.model_registry import model
+
+    stage, last, place = model(name, {}), len(case.body.levels) - 1, f"tradeoff.settings.cascade.stages: {name}"
+    setting = {key: last if (key, value) == ("level", LAST) else value for key, value in given.items()}
+    if setting.get("level", 0) not in range(last + 1):
+        raise InputError(f"{place}.level is {setting['level']}; the body has the levels 0 to {last}, or {LAST}.")
+    limits = case.used.pop("training", None)
+    try:
+        solver = stage.prepare(case, setting)
+    except KeyError as missing:
+        raise InputError(f"{place} lacks the setting {missing} or does not know it; see docs/glossary.md.") from missing
+    if "training" in case.used:
+        raise InputError(f"{place} learns from the samples that bounds are found on; take a model that learns nothing.")
+    if limits is not None:
+        case.charge("training", limits)
+    return solver
 
 
 def own_estimate(answer: np.ndarray | Answer) -> float:

@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.models.contact_workshop import Workshop
 from palpate.models.found_forces import forces_for
 from palpate.models.load import Answer, Doubted, Load
@@ -17,10 +17,14 @@ from palpate.models.model import Case, Setting
 from palpate.models.prepared_contacts import RESIDUAL, Prepared, prepare_contacts, spent
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
+WORDS = {"modes": ("columns", "snapshots", "finer"), "target": ("operator", "limit")}
 GUARD, FAR, HARD = 0.68, 2.0, 1.05
 """Smallest det F of the cells of an answer, its largest energy norm over that of the farthest snapshot, and its
 hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
 know."""
+
+TINY = 1e-9
+"""Linear answers that are this much smaller than the farthest snapshot are the answer; rounding hides the rest."""
 
 OWN = 1e-3
 """RMSE over peak that an answer as far as the farthest snapshot says of itself; bounds find the factor to it."""
@@ -30,18 +34,25 @@ _kept: WeakKeyDictionary = WeakKeyDictionary()
 
 
 def settings(case: Case) -> list[Setting]:
-    """List the columns alone, snapshots with fewer rings, and with all of them thinned more and less, by target."""
+    """List columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer, by target."""
     grid = case.grid["contact_modes"]
     *fewer, rings = grid["rings"]
     *_, finest = tolerances = grid["tolerances"]
     kinds: list[Setting] = [{"modes": "columns", "rings": rings, "thinned": finest}]
     kinds += [{"modes": "snapshots", "rings": r, "thinned": finest} for r in fewer]
     kinds += [{"modes": "snapshots", "rings": rings, "thinned": t} for t in tolerances]
+    kinds += [{"modes": "finer", "rings": rings, "thinned": finest}]
     return [kind | {"target": target} for kind in kinds for target in grid["targets"]]
 
 
 def prepare(case: Case, setting: Setting) -> "ContactModes":
-    """Set up the elements; each contact is prepared when it is asked for first, and charged then."""
+    """Set up the elements; each contact is prepared when it is asked for first, and charged then.
+
+    InputError for words that it does not know.
+    """
+    for name, known in WORDS.items():
+        if setting[name] not in known:
+            raise InputError(f"contact_modes: {name} is {setting[name]}; take one of {', '.join(known)}.")
     return ContactModes(case, setting)
 
 
@@ -63,6 +74,11 @@ class ContactModes:
         self._shop.elements(self._shop.level), self._shop.up(self._shop.level)
 
     @property
+    def shop(self) -> Workshop:
+        """The workshop of its contacts, for those who need more of them than answers."""
+        return self._shop
+
+    @property
     def memory_mb(self) -> float:
         """The memory [MB] that the prepared contacts hold; what prepares others can be dropped."""
         return held_mb(self.prepared)
@@ -78,9 +94,13 @@ class ContactModes:
         """
         if nodes not in self.prepared:
             self.prepared[nodes] = prepare_contacts(self._shop, self._case, self._setting, nodes)
-            self._seconds += spent(self._shop, self._setting, nodes)
+            self._seconds += self.seconds_of(*nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
+
+    def seconds_of(self, *nodes: int) -> float:
+        """Return the time [s] that preparing these contacts takes, what other settings have made included."""
+        return spent(self._shop, self._setting, nodes)
 
     def respond(self, load: Load) -> Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, and the forces found if a disc is pushed.
@@ -124,9 +144,13 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
 
     NotConverged where there are none.
     """
+    linear = model.reduced.loads @ force
+    if float(np.linalg.norm(linear)) <= TINY * model.reach:
+        return linear, "", 0.0
     q, residual, least = model.reduced.at_rest(force, RESIDUAL)
     far = float(np.linalg.norm(q)) / model.reach
-    hard = float((model.bearing * force.reshape(-1, 3)).sum(axis=1).max())
+    inward = np.maximum((model.bearing * force.reshape(-1, 3)).sum(axis=1), 0.0)
+    hard = float((model.together @ inward).max())
     why = ""
     if not least >= GUARD:
         why = f"cells are squeezed to det F = {least:.2f}, beyond what the contact's model was made for"

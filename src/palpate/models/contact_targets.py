@@ -6,8 +6,10 @@ the columns of all levels there are; what is beyond it, by the two levels that a
 
 import numpy as np
 
+from palpate.bodies.contacts import kept_contacts
 from palpate.models.contact_workshop import Workshop
-from palpate.models.model import Case
+from palpate.models.model import Case, Setting
+from palpate.reduction.nested_targets import Change
 
 TARGETS = ("operator", "limit")
 LEAST = 1.5
@@ -22,15 +24,34 @@ def target_columns(shop: Workshop, case: Case, target: str, node: int) -> np.nda
         return fine
     if gap:
         return fine + (fine - reduced) / (target_ratio(shop, case, node) ** gap - 1.0)
-    return fine + (fine - shop.before(node).linear) / (target_ratio(shop, case, node) - 1.0)
+    return fine + (fine - shop.columns_before(node)) / (target_ratio(shop, case, node) - 1.0)
 
 
-def target_share(shop: Workshop, case: Case, target: str, node: int) -> float:
-    """Return the part of the last level's change by which what is beyond the linear part is extrapolated."""
-    if shop.level == 0 or (target == "operator" and shop.gap == 0):
-        return 0.0
-    ratio = target_ratio(shop, case, node)
-    return _steps(ratio, shop.gap) if target == "operator" else 1.0 / (ratio - 1.0)
+def target_change(shop: Workshop, case: Case, setting: Setting, node: int, borne: float) -> Change | None:
+    """Return by how much answers beyond their linear part are to be changed for the target of ``setting``; or None.
+
+    With the modes "finer" it is what the next level changes, if there is one, else what has changed since the last one.
+    borne : part of the hardest press that the next level is known to bear
+    """
+    target, modes, gap = setting["target"], setting["modes"], shop.gap
+    if target == "operator" and gap == 0:
+        return None
+    if modes == "finer" and gap:
+        found = shop.to_finer(node, borne)
+        linear = _fine_columns(shop, case, node) - shop.reduced_columns(node)
+        share = 1.0 if gap == 1 and target == "operator" else _share(target, target_ratio(shop, case, node), gap - 1, 1)
+    elif shop.level == 0:
+        return None
+    else:
+        found = shop.from_coarser(node, "columns" if modes == "columns" else "snapshots")
+        linear = shop.reduced_columns(node) - shop.columns_before(node)
+        share = _share(target, target_ratio(shop, case, node), gap, 0)
+    return found._replace(change=share * (found.change - linear @ found.forces.T))
+
+
+def _share(target: str, ratio: float, count: int, first: int) -> float:
+    """Return the sum of so many changes after one of size 1, or of all of them; and of that ``first`` one, too."""
+    return first + (_steps(ratio, count) if target == "operator" else 1.0 / (ratio - 1.0))
 
 
 def target_ratio(shop: Workshop, case: Case, node: int) -> float:
@@ -38,9 +59,9 @@ def target_ratio(shop: Workshop, case: Case, node: int) -> float:
 
     Otherwise at one contact for the whole body, which may take a level more than it has.
     """
-    stored = node in case.prepared_contacts
-    known = shop.gap == 1 and shop.level > 0 and stored
-    where = node if known else int(case.prepared_contacts[0]) if len(case.prepared_contacts) else node
+    stored = case.prepared_contacts
+    known = shop.gap == 1 and shop.level > 0 and node in stored
+    where = node if known else int(stored[0] if len(stored) else kept_contacts(case.body, 1)[0])
     return shop.make(("ratio", where), lambda: max(LEAST, _ratio(shop, case, where)))
 
 
@@ -54,7 +75,7 @@ def _fine_columns(shop: Workshop, case: Case, node: int) -> np.ndarray:
         return compliance.fine[compliance.row(node)].transpose(1, 2, 0)
     if shop.level == 0:
         return reduced
-    return reduced + _steps(target_ratio(shop, case, node), shop.gap) * (reduced - shop.before(node).linear)
+    return reduced + _steps(target_ratio(shop, case, node), shop.gap) * (reduced - shop.columns_before(node))
 
 
 def _steps(ratio: float, count: int) -> float:
@@ -64,7 +85,7 @@ def _steps(ratio: float, count: int) -> float:
 
 def _ratio(shop: Workshop, case: Case, node: int) -> float:
     if shop.gap == 1 and shop.level > 0 and node in case.prepared_contacts:
-        levels = [shop.before(node).linear, shop.reduced_columns(node), _fine_columns(shop, case, node)]
+        levels = [shop.columns_before(node), shop.reduced_columns(node), _fine_columns(shop, case, node)]
     else:
         levels = [shop.pressed_once(node, level) for level in shop.three_levels]
     before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))

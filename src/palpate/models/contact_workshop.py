@@ -15,9 +15,10 @@ from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import Patch, patch_at, patch_shares
 from palpate.models.fem_statics import to_surface, with_unknowns
-from palpate.reduction.contact_snapshots import ContactSnapshots, press_contact
+from palpate.reduction.columns import linear_columns
+from palpate.reduction.contact_snapshots import ContactSnapshots, columns_of_contact, press_contact
 from palpate.reduction.elements_at_rest import ElementsAtRest
-from palpate.reduction.nested_targets import CoarserLevel, coarser_level
+from palpate.reduction.nested_targets import Change, change_from_coarser, change_to_finer
 from palpate.reduction.nested_targets import to_surface as brought
 from palpate.reduction.training_presses import PRESSURE
 
@@ -70,21 +71,35 @@ class Workshop:
         """Return the interpolation (n_surface, n) from the nodes of the quadratic elements of a level."""
         return self.make(("up", level), lambda: to_surface(self._body, level, ORDER))
 
+    def refine(self, level: int) -> Any:
+        """Return the interpolation (n_finer, n) from the nodes of a level's quadratic elements to the next level's."""
+        levels = self._body.levels
+        return self.make(("refine", level), lambda: prolongation(levels[level], levels[level + 1]))
+
     def disc(self, node: int, level: int) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes (k,) and shares (k,) of the disc around fine surface ``node``."""
         return patch_shares(self._body.levels[level], self._patch(node), ORDER)
 
-    def snapshots(self, node: int) -> ContactSnapshots:
-        """Return columns and snapshots of the disc around ``node``."""
-        return self.make(("snapshots", node), lambda: self._press(node))
+    def shown(self, node: int, modes: str) -> ContactSnapshots:
+        """Return columns of the disc around ``node`` with answers: the elements' own if ``modes`` is "snapshots"."""
+        columns = self.make(("columns", node), lambda: self._columns(node))
+        return columns if modes == "columns" else self.make((modes, node), lambda: press_contact(columns))
 
-    def before(self, node: int) -> CoarserLevel:
-        """Return what the snapshots have changed since the level before."""
-        return self.make(("before", node), lambda: self._before(node))
+    def columns_before(self, node: int) -> np.ndarray:
+        """Return the linear columns (n_surface, 3, 3) [m/N] of the level before."""
+        return brought(self.up(self.level - 1), self._linear_before(node))
+
+    def from_coarser(self, node: int, modes: str) -> Change:
+        """Return what the hardest answers of ``shown`` have changed since the level before."""
+        return self.make(("from coarser " + modes, node), lambda: self._from_coarser(node, modes))
+
+    def to_finer(self, node: int, share: float) -> Change:
+        """Return what changes to the next level, under ``share`` of the hardest presses of a contact's snapshots."""
+        return self.make(("to finer", node), lambda: self._to_finer(node, share))
 
     def reduced_columns(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
-        return brought(self.up(self.level), self.snapshots(node).linear)
+        return brought(self.up(self.level), self.shown(node, "columns").linear)
 
     def pressed_once(self, node: int, level: int) -> np.ndarray:
         """Return the linear response (n_surface, 3) [m/N] of a level to a unit force into ``node``.
@@ -107,13 +122,23 @@ class Workshop:
         """The nodes of the fine surface that are not held."""
         return set(np.setdiff1d(self._body.fine.surface, self._body.anchors[-1]).tolist())
 
-    def _press(self, node: int) -> ContactSnapshots:
+    def _columns(self, node: int) -> ContactSnapshots:
         elements, young = self.elements(self.level), self._body.material.young_pa
         radius = self._radius_m or 0.05 * elements.size
         newtons = PRESSURE * young * np.pi * radius**2 / 2.0
-        return press_contact(elements, *self.disc(node, self.level), self._patch(node).normal, newtons)
+        return columns_of_contact(elements, *self.disc(node, self.level), self._patch(node).normal, newtons)
 
-    def _before(self, node: int) -> CoarserLevel:
-        snapshots, level = self.snapshots(node), self.level
-        coarse = self.elements(level - 1)
-        return coarser_level(snapshots, coarse, self.disc(node, level - 1), self.up(level), self.up(level - 1))
+    def _linear_before(self, node: int) -> np.ndarray:
+        coarse = self.elements(self.level - 1)
+        disc = self.disc(node, self.level - 1)
+        return self.make(("columns before", node), lambda: linear_columns(coarse, *disc))
+
+    def _from_coarser(self, node: int, modes: str) -> Change:
+        level, linear = self.level, self._linear_before(node)
+        coarse, ups = self.elements(level - 1), (self.up(level), self.up(level - 1))
+        return change_from_coarser(self.shown(node, modes), coarse, self.disc(node, level - 1), linear, ups)
+
+    def _to_finer(self, node: int, share: float) -> Change:
+        level, shown = self.level, self.shown(node, "snapshots")
+        finer, ups = self.elements(level + 1), (self.up(level), self.up(level + 1))
+        return change_to_finer(shown, share, finer, self.disc(node, level + 1), self.refine(level), ups)

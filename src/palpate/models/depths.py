@@ -7,13 +7,14 @@ from scipy.optimize import NoConvergence, broyden1
 
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import ContactShares
+from palpate.models.found_forces import WORST
 from palpate.models.load import Answer, Load, Refused
 from palpate.models.model import Case
 
 Presses = list[tuple[int, np.ndarray]]
 """Nodes and forces (3,) [N]."""
 CLOSE, MOST = 1e-6, 30
-"""Distance from the depths, as a share of them, at which a search ends; and after how many iterations it gives up."""
+"""Distance from the depths, as a share of the way there, at which a search ends; and its most iterations."""
 
 
 class Discs:
@@ -69,7 +70,7 @@ class Discs:
         """Return the matrix (3k, 3k) [m/N] from the forces of k pushed discs to their means."""
         discs = [disc for disc, _ in load.parted()[1]]
         gives = np.block([[self.means(disc, contact).T for contact in discs] for disc in discs])
-        if not np.linalg.cond(gives) < 1e12:
+        if not np.linalg.cond(gives) < WORST:
             raise Refused("two discs are pushed to a depth at the same place; push one of them")
         return gives
 
@@ -91,8 +92,9 @@ def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, giv
     Raises NotConverged after MOST iterations.
     """
     inverse, wanted = np.linalg.inv(gives), ways.ravel()
-    size = float(np.linalg.norm(wanted))
-    if size == 0.0:
+    # a disc that is held where other presses would move it has a way to go, too
+    size = float(max(np.linalg.norm(wanted), np.linalg.norm(wanted - means(np.zeros_like(ways)).ravel())))
+    if not 0.0 < size < np.inf:
         return np.zeros_like(ways)
 
     def missing(reached: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from palpate.effects.patch_load import Patch
 from palpate.models.fem_starts import STARTS
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.load import Answer, Load
@@ -62,6 +63,10 @@ class Fem:
     def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
         self._start.precede(load)
+
+    def place(self, number: int, patch: Patch) -> int:
+        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
+        return self._simulation.place(number, patch)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.

@@ -14,8 +14,8 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import row_of, surface_contacts
 from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.bodies.refinement import with_midpoints
+from palpate.effects.patch_load import Patch, patch_at, patch_shares
 from palpate.models.load import Load
 from palpate.models.model import Case
 from palpate.solvers.equilibrium import Equilibrium
@@ -70,6 +70,10 @@ class Simulation:
     def settled(self, load: Load) -> np.ndarray:
         """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever those of queries are."""
         return self._solve(load, self._converged)[0]
+
+    def place(self, number: int, patch: Patch) -> int:
+        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
+        return self._shares.place(number, patch)
 
     def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
         """Return the mean displacement (presses, 3) [m] of each disc under displacements (n_nodes, 3) [m]."""
@@ -174,6 +178,12 @@ class ContactShares:
             self._shares[contact] = self._integrate(contact)
         return self._shares[contact]
 
+    def place(self, number: int, patch: Patch) -> int:
+        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
+        name = -1 - number
+        self._shares[name] = patch_shares(self._body.levels[self._level], patch, self._order)
+        return name
+
     def _integrate(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
         mesh = self._body.levels[self._level]
         if self._radius_m == 0.0 and contact >= len(mesh.nodes):  # a point between nodes: as its displacement follows
@@ -185,7 +195,7 @@ class ContactShares:
 
 def with_unknowns(body: Body, level: int, order: int) -> Body:
     """Return ``body`` with the level that elements of ``order`` on ``level`` have their nodes on."""
-    return finer(body) if order == 2 and level == len(body.levels) - 1 else body
+    return with_midpoints(body, level) if order == 2 else body
 
 
 def to_surface(body: Body, level: int, order: int = 1) -> sparse.csr_array:

@@ -5,9 +5,12 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.errors import NotConverged
+from palpate.models.load import Refused
 
 CLOSE, MOST = 1e-4, 40
-"""What may be left, over the largest displacement that is asked for, and the most evaluations."""
+"""What may be left, over the largest displacement that is asked for or undone, and the most evaluations."""
+WORST = 1e12
+"""Condition of the responses of discs above which they are the same one."""
 
 
 def forces_for(
@@ -21,10 +24,15 @@ def forces_for(
 
     force : (f,) the given ones, and 0 where they are unknown; slope : (f, f) [m/N], the response to small forces
     Broyden's method (1965), from the linear response, with steps cut where they lead no nearer.
+    Refused for two discs that are pushed at the same place.
     """
-    force, inverse = force.copy(), np.linalg.inv(slope[np.ix_(unknown, unknown)])
-    scale = float(np.abs(wanted[unknown]).max()) or 1.0
+    gives = slope[np.ix_(unknown, unknown)]
+    if not np.linalg.cond(gives) < WORST:
+        raise Refused("two discs are pushed to a depth at the same place; push one of them")
+    force, inverse = force.copy(), np.linalg.inv(gives)
     left = _left(moved, force, wanted, unknown)
+    # a disc that is held where other presses would move it has a way to go, too
+    scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
     step = inverse @ left
     for _ in range(MOST):
         if np.abs(left).max() <= CLOSE * scale:

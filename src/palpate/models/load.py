@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 
 
 class Refused(NotConverged):
@@ -23,18 +23,30 @@ class Press:
     node : its number on the finest level; those that are coarse nodes too are the contacts
     force : (3,) [N], or None where ``moved`` is given and the force is to be found
     moved : (3,) [m], the displacement of the disc, averaged with the weights of its pressure; or None
+    InputError if both are given or none, and for a number that is not finite.
     """
 
     node: int
     force: np.ndarray | None = None
     moved: np.ndarray | None = None
 
+    def __post_init__(self) -> None:
+        given = [each for each in (self.force, self.moved) if each is not None]
+        if len(given) != 1:
+            raise InputError(f"the press at node {self.node} needs either a force or a displacement; give one of them.")
+        if not np.isfinite(given[0]).all():
+            raise InputError(f"the press at node {self.node} has a number that is not finite; give finite ones.")
+
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """All presses that act at once."""
+    """All presses that act at once, of which there is one at least."""
 
     presses: tuple[Press, ...]
+
+    def __post_init__(self) -> None:
+        if not self.presses:
+            raise InputError("a load without a press asks for nothing; give it one.")
 
     @staticmethod
     def at(node: int, force: np.ndarray) -> "Load":

@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
+from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.load import Load
 from palpate.models.memory import held_mb
@@ -33,7 +34,10 @@ class Flex:
     """A flex body that makes so many ``steps`` from rest, each with so many iterations of conjugate gradients."""
 
     def __init__(self, case: Case, setting: Setting):
-        import mujoco
+        try:
+            import mujoco
+        except ModuleNotFoundError as missing:
+            raise InputError("MuJoCo is not installed; docs/engines.md says how to install it.") from missing
 
         refuse_bed(case, "bodies of MuJoCo")
         refuse_regions(case, "bodies of MuJoCo")

@@ -12,6 +12,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
+from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.load import Load
 from palpate.models.memory import held_mb
@@ -41,7 +42,10 @@ class Vbd:
     """
 
     def __init__(self, case: Case, setting: Setting):
-        import warp
+        try:
+            import warp
+        except ModuleNotFoundError as missing:
+            raise InputError("Newton is not installed; docs/engines.md says how to install it.") from missing
 
         warp.config.log_level = warp.LOG_ERROR  # without a GPU it warns, and it says what it compiles
         import newton

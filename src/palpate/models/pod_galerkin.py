@@ -13,7 +13,7 @@ import numpy as np
 from palpate.errors import NotConverged
 from palpate.models.contact_workshop import Workshop
 from palpate.models.fem_statics import ContactShares, Simulation
-from palpate.models.load import Load, loads_of
+from palpate.models.load import Answer, Doubted, Load, loads_of
 from palpate.models.memory import held_mb
 from palpate.models.model import Case, Setting
 from palpate.reduction.cells import cells_of
@@ -96,17 +96,17 @@ class PodGalerkin:
         return held_mb((self._modes, self._reduced, self._surface, self._pulls))
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; NotConverged beyond the guard."""
+        """Return the displacement (n_surface, 3) [m] under ``load``; Doubted beyond the guard."""
         pull = np.sum([force @ self._pull(node) for node, force in load.forces()], axis=0)
         q, residual, least = self._reduced.at_rest(pull, RESIDUAL)
+        moved, far = (self._surface @ q).reshape(-1, 3), float(np.linalg.norm(q)) / self._reach
         if not least >= GUARD:
-            raise NotConverged(
-                f"cells are squeezed to det F = {least:.2f}, beyond what the modes are made of", [residual]
-            )
-        far = float(np.linalg.norm(q)) / self._reach
+            why = f"cells are squeezed to det F = {least:.2f}, beyond what the modes are made of"
+            raise Doubted(why, [residual], Answer(moved))
         if not far <= FAR:
-            raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is known", [residual])
-        return (self._surface @ q).reshape(-1, 3)
+            why = f"this goes {far:.1f} times as far as any sample, beyond what is known"
+            raise Doubted(why, [residual], Answer(moved))
+        return moved
 
     def _pull(self, node: int) -> np.ndarray:
         """Return the pull (3, r) of unit forces on the disc around fine surface ``node`` on the modes."""

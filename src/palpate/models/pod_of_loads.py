@@ -49,6 +49,6 @@ class Learnt:
         row_of(self._contacts, contact)
         moved = self._pod.respond(contact, force)
         far = float(np.linalg.norm(moved)) / self._reach
-        if far > FAR:
+        if not far <= FAR:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
         return moved

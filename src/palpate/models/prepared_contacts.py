@@ -8,11 +8,12 @@ import numpy as np
 from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.models.contact_limits import bearing
-from palpate.models.contact_targets import target_columns, target_share
+from palpate.models.contact_targets import target_change, target_columns
 from palpate.models.contact_workshop import Workshop
 from palpate.models.model import Case, Setting
 from palpate.reduction.contact_snapshots import ContactSnapshots, basis_of, coordinates, thinned_model
-from palpate.reduction.nested_targets import fitted, to_surface
+from palpate.reduction.elements_at_rest import ElementsAtRest
+from palpate.reduction.nested_targets import Change, fitted, to_surface
 from palpate.reduction.reduced_contact import ReducedContact
 
 RESIDUAL = 1e-3
@@ -26,6 +27,7 @@ class Prepared(NamedTuple):
     columns : (3 n, 3 k) [m/N], the linear part; rest : (3 n, r) of what is beyond it, in single precision
     discs : (3 k, 3 k) [m/N] and (3 k, r), the same parts of the displacements of the discs
     bearing : (k, 3) [1/N], whose products with forces are at most 1 where finer elements are known to have an answer
+    together : (k, k), the part of one disc's product that adds to another's, as they press on the same tissue
     """
 
     reduced: ReducedContact
@@ -34,6 +36,7 @@ class Prepared(NamedTuple):
     rest: np.ndarray
     discs: tuple[np.ndarray, np.ndarray]
     bearing: np.ndarray
+    together: np.ndarray
 
     def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
@@ -45,44 +48,68 @@ def prepare_contacts(shop: Workshop, case: Case, setting: Setting, nodes: tuple[
     for node in nodes:
         if node not in shop.pressable:
             refuse(node)
-    kind = tuple(setting[name] for name in ("modes", "rings", "thinned"))
-    modes, reduced = shop.make(("reduced", nodes, kind), lambda: _reduced(shop, case, setting, nodes))
-    made = ("target", nodes, kind, setting["target"])
-    return shop.make(made, lambda: _brought(shop, case, setting["target"], nodes, modes, reduced))
+    reduced_name, target_name = _names(setting, nodes)
+    modes, reduced = shop.make(reduced_name, lambda: _reduced(shop, case, setting, nodes))
+    return shop.make(target_name, lambda: _brought(shop, case, setting, nodes, modes, reduced))
 
 
 def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
     """Return the time [s] that these contacts have taken, whichever setting has made them."""
-    kind = tuple(setting[name] for name in ("modes", "rings", "thinned"))
-    names = [("reduced", nodes, kind), ("target", nodes, kind, setting["target"])]
-    names += [(name, node) for name in ("snapshots", "before", "bears") for node in nodes]
+    kind = _shown(setting)
+    parts = {"columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
+    parts |= {"to finer"} if setting["modes"] == "finer" else set()
+    names = [*_names(setting, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
     return sum(shop.seconds.get(name, 0.0) for name in names)
 
 
+def _shown(setting: Setting) -> str:
+    """Return what the modes of ``setting`` are made of: "finer" has those of snapshots."""
+    return "columns" if setting["modes"] == "columns" else "snapshots"
+
+
+def _names(setting: Setting, nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
+    """Return what the reduced model of a setting is called, which several may share, and the whole."""
+    reduced = (_shown(setting), setting["rings"], setting["thinned"])
+    return ("reduced", nodes, reduced), ("target", nodes, reduced, setting["modes"], setting["target"])
+
+
 def _reduced(shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedContact]:
-    shown = [shop.snapshots(node) for node in nodes]
-    modes = basis_of(shown, setting["modes"] == "snapshots")
+    shown = [shop.shown(node, _shown(setting)) for node in nodes]
+    modes = basis_of(shown)
     return modes, thinned_model(shown, modes, setting["rings"], setting["thinned"], case.options.seed)
 
 
 def _brought(
-    shop: Workshop, case: Case, target: str, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedContact
+    shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedContact
 ) -> Prepared:
-    """Take a reduced model to the surface, as ``target`` has it."""
-    shown, surface = [shop.snapshots(node) for node in nodes], shop.up(shop.level)
+    """Take a reduced model to the surface, as the target of ``setting`` has it."""
+    kind, target = _shown(setting), setting["target"]
+    shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
     rest, linear, bent = to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
-    shares, weights = [target_share(shop, case, target, node) for node in nodes], _disc_weights(case, nodes)
-    if any(shares):
-        seen = np.hstack([_beyond(each, modes, reduced.loads[:, 3 * k : 3 * k + 3]) for k, each in enumerate(shown)])
-        changes = [share * shop.before(node).bent for share, node in zip(shares, nodes, strict=True)]
-        more = fitted(seen, np.dstack(changes))
+    weights, known = _disc_weights(case, nodes), bearing(shop, nodes, kind)
+    hard = [
+        float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
+    ]
+    changes = [target_change(shop, case, setting, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
+    seen = [
+        (_beyond(each, k, shown[0].elements, modes, reduced), each.change) for k, each in enumerate(changes) if each
+    ]
+    if seen:
+        more = fitted(np.hstack([each for each, _ in seen]), np.dstack([change for _, change in seen]))
         rest, bent = rest + more, bent + _at_discs(weights, more)
     columns = np.dstack([target_columns(shop, case, target, node) for node in nodes])
     linear = linear + _at_discs(weights, columns - np.dstack([shop.reduced_columns(node) for node in nodes]))
     reach = sum(float(np.linalg.norm(_settled(reduced, k, each), axis=1).max()) for k, each in enumerate(shown))
     flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
     straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
-    return Prepared(reduced, reach, straight, flat, (linear, bent), bearing(shop, case.body, nodes))
+    return Prepared(reduced, reach, straight, flat, (linear, bent), known, _together(case, nodes))
+
+
+def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
+    """Return (k, k): 1 for discs whose centres are at most a radius apart, and 0 from two radii on."""
+    at = case.body.fine.nodes[list(nodes)]
+    apart = np.linalg.norm(at[:, None] - at[None], axis=2)
+    return np.clip(2.0 - apart / case.radius_m, 0.0, 1.0) if case.radius_m else (apart == 0.0).astype(float)
 
 
 def _settled(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.ndarray:
@@ -92,9 +119,9 @@ def _settled(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.nda
     return np.array([reduced.settle(force, RESIDUAL).q for force in forces])
 
 
-def _beyond(shown: ContactSnapshots, modes: np.ndarray, loads: np.ndarray) -> np.ndarray:
-    """Return the coordinates (r, s) of a contact's snapshots, less those of their linear answers."""
-    return coordinates(shown, modes) - loads @ shown.forces.T
+def _beyond(change: Change, k: int, elements: ElementsAtRest, modes: np.ndarray, reduced: ReducedContact) -> np.ndarray:
+    """Return the coordinates (r, s) of answers of the k-th contact, less those of their linear answers."""
+    return coordinates(elements, change.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ change.forces.T
 
 
 def _disc_weights(case: Case, nodes: Sequence[int]) -> list[tuple[np.ndarray, np.ndarray]]:

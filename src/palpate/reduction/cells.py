@@ -47,18 +47,36 @@ def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.
     return near
 
 
-def cells_of(elements: ElementsAtRest, modes: np.ndarray, exact: np.ndarray) -> Cells:
-    """Return the cells of ``modes`` (n, 3, r): each point of ``exact`` elements (m,), bool, and the others' means."""
-    near, far = np.flatnonzero(exact), np.flatnonzero(~exact)
+def cells_of(elements: ElementsAtRest, modes: np.ndarray, exact: np.ndarray, together: int = 1) -> Cells:
+    """Return the cells of ``modes`` (n, 3, r): each point of ``exact`` elements (m,), bool, and the others' means.
+
+    together : how many elements, one after another, share one mean where none of them is exact: 1 or, of elements that
+        come from split ones, 8
+    """
+    few = exact if together == 1 else np.repeat(exact.reshape(-1, together).any(axis=1), together)
+    near, alone, many = np.flatnonzero(exact), np.flatnonzero(few & ~exact), np.flatnonzero(~few)
     gradients = elements.point_gradients(near)
-    points = gradients.shape[1]
-    owner = np.repeat(near, points)
-    source = np.concatenate([owner, far])
-    gradients = np.concatenate(
-        [gradients.reshape(len(owner), elements.couples.shape[1], 3), elements.point_gradients(far).mean(axis=1)]
-    )
-    volumes = np.concatenate([elements.volumes[owner] / points, elements.volumes[far]])
-    return _cells(elements, modes, source, gradients, volumes)
+    owner = np.repeat(near, gradients.shape[1])
+    gradients = gradients.reshape(len(owner), elements.couples.shape[1], 3)
+    parts = [_cells(elements, modes, owner, gradients, elements.volumes[owner] / (len(owner) / max(len(near), 1)))]
+    for chosen, size in ((alone, 1), (many, together)):
+        if len(chosen):
+            means = _cells(elements, modes, chosen, elements.mean_gradients(chosen), elements.volumes[chosen])
+            parts.append(_averaged(means, size))
+    slopes, *rest = zip(*parts, strict=True)
+    return Cells(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in rest))
+
+
+def _averaged(cells: Cells, together: int) -> Cells:
+    """Return the means of so many cells, one after another, by their volumes."""
+    if together == 1:
+        return cells
+    volumes = cells.volumes.reshape(-1, together)
+    total = volumes.sum(axis=1)
+    shares = volumes / total[:, None]
+    slopes = np.einsum("ckjr,kj->ckr", cells.slopes.reshape(9, *shares.shape, -1), shares)
+    moduli = [(modulus.reshape(shares.shape) * shares).sum(axis=1) for modulus in (cells.mu, cells.lam)]
+    return Cells(slopes, total, *moduli)
 
 
 def some_points(
@@ -68,14 +86,14 @@ def some_points(
 
     The others are drawn by ``rng``; all of them are taken if there are no more.
     """
-    gradients = elements.point_gradients(np.arange(len(near)))
-    _, points, corners, _ = gradients.shape
+    points = elements.points
     close = np.repeat(near, points)
     others = np.flatnonzero(~close)
     drawn = rng.choice(others, min(few, len(others)), replace=False)
     chosen = np.sort(np.append(np.flatnonzero(close), drawn))
     source = chosen // points
-    return _cells(elements, modes, source, gradients.reshape(-1, corners, 3)[chosen], elements.volumes[source] / points)
+    gradients = elements.gradients_at(source, chosen % points)
+    return _cells(elements, modes, source, gradients, elements.volumes[source] / points)
 
 
 def _cells(

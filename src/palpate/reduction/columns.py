@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.reduction.elements_at_rest import ElementsAtRest
 
-LINEAR, SECOND = 1e-6, 1e-2
+LINEAR, SECOND = 1e-5, 3e-2
 """Relative residuals of the linear columns, and of those of second order, which are themselves corrections."""
 STEP = 0.01
 """Largest displacement of the differences, over the body's size."""
@@ -50,8 +50,7 @@ def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
     Columns are made of the same energy before, and what is dependent to DEPENDENT is left out.
     """
     flat = columns.reshape(-1, columns.shape[2])
-    stiff = np.stack([elements.multiply(np.ascontiguousarray(c)) for c in np.moveaxis(columns, 2, 0)], axis=2)
-    stiff = stiff.reshape(flat.shape)
+    stiff = elements.multiply(np.ascontiguousarray(columns)).reshape(flat.shape)
     size = np.sqrt(np.einsum("ik,ik->k", flat, stiff))
     flat, stiff = flat[:, size > 0.0] / size[size > 0.0], stiff[:, size > 0.0] / size[size > 0.0]
     values, vectors = np.linalg.eigh(flat.T @ stiff)

@@ -11,7 +11,7 @@ from palpate.effects.locking import PLAIN_POISSON, largest_poisson
 from palpate.errors import NotConverged
 from palpate.linalg.linear_response import linear_response
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.lbfgs import descend
+from palpate.solvers.lbfgs import Descent, descend
 
 
 class ElementsAtRest:
@@ -40,11 +40,28 @@ class ElementsAtRest:
         self.law: Law = PLAIN if tissue.law == LAWS[0] else law_of(tissue.law)
         self.multiply, self.precondition = self._equilibrium.linearise(self.rest)
 
+    @property
+    def points(self) -> int:
+        """The number of points of integration of an element."""
+        return len(self._slopes) if self.order == 2 else 1
+
     def point_gradients(self, elements: np.ndarray) -> np.ndarray:
         """Return gradients of the shape functions of k ``elements`` at their p points, (k, p, a, 3) [1/m]."""
+        count = self.points
+        flat = self.gradients_at(np.repeat(elements, count), np.tile(np.arange(count), len(elements)))
+        return flat.reshape(len(elements), count, *flat.shape[1:])
+
+    def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the same of one of its ``points`` (k,) for each of k ``elements``, (k, a, 3) [1/m]."""
         if self.order == 1:
-            return self._gradients[elements][:, None]
-        return np.einsum("qac,ecj->eqaj", self._slopes, self._gradients[elements, 1:], optimize=True)
+            return self._gradients[elements]
+        return np.matmul(self._slopes[points], self._gradients[elements, 1:])
+
+    def mean_gradients(self, elements: np.ndarray) -> np.ndarray:
+        """Return the means of the same over the points of each of k ``elements``, (k, a, 3) [1/m]."""
+        if self.order == 1:
+            return self._gradients[elements]
+        return np.matmul(self._slopes.mean(axis=0), self._gradients[elements, 1:])
 
     def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:
         """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...); held nodes carry none."""
@@ -67,14 +84,21 @@ class ElementsAtRest:
         """Return the smallest det F of all points under displacements (n, 3) [m]."""
         return self._equilibrium.least_det(self.rest + moved)
 
-    def settle(self, load: np.ndarray, moved: np.ndarray, iterations: int, tolerance: float = 0.0) -> np.ndarray:
+    def settle(
+        self, load: np.ndarray, moved: np.ndarray, iterations: int, tolerance: float = 0.0, least: int = 0
+    ) -> np.ndarray:
         """Return displacements (n, 3) [m] under ``load`` (n, 3) [N] after steps of L-BFGS from ``moved`` (n, 3) [m].
 
-        They are ``iterations``, or fewer once the residual is below ``tolerance`` times the load.
+        They are ``iterations``, or fewer once the residual is below ``tolerance`` times the load, but at ``least`` so
+        many.
         """
         enough = tolerance * float(np.linalg.norm(load))
+
+        def goes_on(way: Descent) -> bool:
+            return len(way.forces) <= least or way.forces[-1] > enough
+
         loaded = _Loaded(self._equilibrium, load)
-        return descend(loaded, self.precondition, self.rest + moved, enough, iterations).x - self.rest
+        return descend(loaded, self.precondition, self.rest + moved, 0.0, iterations, goes_on).x - self.rest
 
 
 class _Loaded:

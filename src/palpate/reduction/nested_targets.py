@@ -5,48 +5,100 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from palpate.reduction.columns import linear_columns
-from palpate.reduction.contact_snapshots import ContactSnapshots
+from palpate.reduction.contact_snapshots import LEFT, ContactSnapshots
 from palpate.reduction.elements_at_rest import ElementsAtRest
+from palpate.reduction.training_presses import CORNERS, SHARES, likeness
 
-STEPS, RESIDUAL = 20, 1e-4
+STEPS, RESIDUAL = 20, 1e-3
 """Steps of L-BFGS on the coarser level, which is cheap, and the residual that ends them."""
+NEAR = 0.01
+"""The residual over the load that ends the search on the finer level."""
 SMOOTH = 0.005
 """Weight of the fit's penalty, over the largest singular value of what it is fitted to."""
 
 
-class CoarserLevel(NamedTuple):
-    """The level before that of the snapshots, and what a snapshot changes on the way.
+class Change(NamedTuple):
+    """Keep what s answers to presses of a contact change from one level to the next.
 
-    linear : (n_surface, 3, 3) [m/N], the columns of the level before
-    bent : (n_surface, 3, s) [m], the part of each snapshot beyond its linear one: its change from that level
+    forces : (s, 3) [N]; answers : (n, 3, s) [m], on the level that is reduced; change : (n_surface, 3, s) [m]
     """
 
-    linear: np.ndarray
-    bent: np.ndarray
+    forces: np.ndarray
+    answers: np.ndarray
+    change: np.ndarray
 
 
-def coarser_level(
-    snapshots: ContactSnapshots,
+def change_from_coarser(
+    shown: ContactSnapshots,
     coarse: ElementsAtRest,
     carried: tuple[np.ndarray, np.ndarray],
-    up: sparse.csr_array,
-    up_coarse: sparse.csr_array,
-) -> CoarserLevel:
-    """Press the contact on the level before, under the forces of ``snapshots``.
+    linear: np.ndarray,
+    ups: tuple[sparse.csr_array, sparse.csr_array],
+) -> Change:
+    """Press as hard as ``shown`` does on the level before, and return the change to the answers there.
 
-    carried : nodes (k,) and shares (k,) of the disc on ``coarse``; up, up_coarse : from either level's nodes to the
-        surface, (n_surface, ·)
+    carried : nodes (k,) and shares (k,) of the disc on ``coarse``; linear : (n_coarse, 3, 3) [m/N], its columns
+    ups : from the nodes of the shown level, and of the coarse one, to the surface, (n_surface, ·)
     """
-    linear, count = linear_columns(coarse, *carried), len(coarse.rest)
+    if shown.found:
+        hardest = slice(None, len(shown.forces) // len(SHARES))
+        forces, answers = shown.forces[hardest], shown.answers[:, :, hardest]
+    else:  # a model of the columns is farther off than a level changes
+        forces = shown.forces[list(CORNERS)]
+        answers = np.stack([_settled(shown, k) for k in CORNERS], axis=2)
+    count = len(coarse.rest)
+    starts = answers[:count] + (linear - shown.linear[:count]) @ forces.T
     moved = [
-        coarse.settle(coarse.nodal(*carried, force), snapshots.answers[:count, :, s].copy(), STEPS, RESIDUAL)
-        for s, force in enumerate(snapshots.forces)
+        coarse.settle(coarse.nodal(*carried, force), np.ascontiguousarray(starts[:, :, s]), STEPS, RESIDUAL)
+        for s, force in enumerate(forces)
     ]
-    before = np.stack(moved, axis=2) - linear @ snapshots.forces.T
-    after = snapshots.answers - snapshots.linear @ snapshots.forces.T
-    bent = to_surface(up, after) - to_surface(up_coarse, before)
-    return CoarserLevel(to_surface(up_coarse, linear), bent)
+    return Change(forces, answers, to_surface(ups[0], answers) - to_surface(ups[1], np.stack(moved, axis=2)))
+
+
+def _settled(shown: ContactSnapshots, k: int) -> np.ndarray:
+    """Return the elements' answer (n, 3) [m] to the k-th press of ``shown``, from that of the model."""
+    load = shown.elements.nodal(shown.nodes, shown.shares, shown.forces[k])
+    return shown.elements.settle(load, np.ascontiguousarray(shown.answers[:, :, k]), STEPS, LEFT)
+
+
+def change_to_finer(
+    shown: ContactSnapshots,
+    share: float,
+    finer: ElementsAtRest,
+    carried: tuple[np.ndarray, np.ndarray],
+    refine: sparse.csr_array,
+    ups: tuple[sparse.csr_array, sparse.csr_array],
+) -> Change:
+    """Press on the next level, by ``share`` of the hardest straight and most tilted presses of ``shown``.
+
+    carried : as above, of ``finer``; refine : (n_finer, n), from the nodes of one level to those of the next
+    ups : as above, of the shown level and of the finer one
+    What has changed at one press tells where the search of the next begins. A press that is not found, or that inverts
+    an element, is left out.
+    """
+    elements = shown.elements
+    forces: list[np.ndarray] = []
+    answers: list[np.ndarray] = []
+    changes: list[np.ndarray] = []
+    for k in CORNERS:
+        force, moved = share * shown.forces[k], shown.answers[:, :, k]
+        if share < 0.99:  # rounding aside
+            load = elements.nodal(shown.nodes, shown.shares, force)
+            moved = elements.settle(load, shown.modelled(force), STEPS, NEAR)
+        start, load = refine @ moved, finer.nodal(*carried, force)
+        if forces:
+            start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
+        found = finer.settle(load, start, STEPS, NEAR)
+        left = np.linalg.norm(finer.force(found) + load) / np.linalg.norm(load)
+        if left <= NEAR and finer.least_det(found) > 0.0:
+            forces.append(force)
+            answers.append(moved)
+            changes.append(found - refine @ moved)
+    if not forces:
+        return Change(np.empty((0, 3)), shown.answers[:, :, :0], np.empty((ups[0].shape[0], 3, 0)))
+    before = np.stack(answers, axis=2)
+    after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
+    return Change(np.array(forces), before, to_surface(ups[1], after) - to_surface(ups[0], before))
 
 
 def to_surface(up: sparse.csr_array, moved: np.ndarray) -> np.ndarray:

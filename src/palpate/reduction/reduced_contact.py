@@ -8,7 +8,7 @@ import numpy as np
 from palpate.effects.law import Law
 from palpate.errors import NotConverged
 from palpate.reduction.cells import Cells
-from palpate.reduction.settle import cell_stresses, settle
+from palpate.reduction.settle import cell_stresses, pulled_by_each, settle
 from palpate.reduction.thinning import few_of
 
 ITERATIONS = 200
@@ -35,12 +35,12 @@ class ReducedContact:
     def __init__(self, cells: Cells, loads: np.ndarray, law: Law, rest: np.ndarray | None = None):
         self.cells, self.loads, self.law = cells, np.ascontiguousarray(loads), law
         self._slopes = cells.slopes.reshape(-1, cells.slopes.shape[2])
-        self._rest = np.eye(len(loads)) - cells.stiffness if rest is None else rest
+        self.rest = np.eye(len(loads)) - cells.stiffness if rest is None else rest
 
     def settle(self, force: np.ndarray, tolerance: float) -> Coordinates:
         """Return the coordinates under ``force`` (f,) [N], whose residual is above ``tolerance`` if none were found."""
         q, load = np.zeros(len(self.loads)), self.loads @ force
-        cells = (self._slopes, self.cells.volumes, self.cells.mu, self.cells.lam, self._rest)
+        cells = (self._slopes, self.cells.volumes, self.cells.mu, self.cells.lam, self.rest)
         left, least, _ = settle(load, *cells, *self.law, tolerance, ITERATIONS, q)
         return Coordinates(q, left, least)
 
@@ -59,22 +59,25 @@ class ReducedContact:
         Only what is not linear is fitted, each answer by itself over its size; the linear part is exact in any case.
         wanted : by what all pull beyond their linear part, [(r,)], if the cells are not all there are
         """
-        pulls = [self._pulls(q) for q in answers]
-        sums = [each.sum(axis=1) for each in pulls] if wanted is None else wanted
-        sizes = [float(np.linalg.norm(each)) for each in sums]
-        rows = np.concatenate([each / size for each, size in zip(pulls, sizes, strict=True)])
-        target = np.concatenate([each / size for each, size in zip(sums, sizes, strict=True)])
+        pulls = self._pulls(np.array(answers))
+        sums = pulls.sum(axis=0) if wanted is None else np.array(wanted)
+        sizes = np.linalg.norm(sums, axis=1)
+        pulls /= sizes[:, None]
+        rows, target = pulls.reshape(len(pulls), -1).T, (sums / sizes[:, None]).ravel()
         chosen, weights = few_of(rows, target, tolerance)
         return ReducedContact(self.cells.take(chosen, weights), self.loads, self.law)
 
-    def _pulls(self, q: np.ndarray) -> np.ndarray:
-        """Return what each cell adds to the gradient beyond its linear part, (r, k)."""
+    def _pulls(self, answers: np.ndarray) -> np.ndarray:
+        """Return what each cell adds to the gradient beyond its linear part at ``answers`` (s, r): (k, s, r)."""
         slopes, volumes, mu, lam = self.cells
         count = len(volumes)
         f, p, energies, sure = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
-        cell_stresses(q, self._slopes, volumes, mu, lam, *self.law, f, p, energies, sure)
-        moved = (self._slopes @ q).reshape(3, 3, count)
-        strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
-        linear = 2.0 * mu * strain
-        linear[[0, 4, 8]] += lam * (strain[0] + strain[4] + strain[8])
-        return np.einsum("ck,ckr->rk", p - linear * volumes, slopes, optimize=True)
+        found = np.empty((count, *answers.shape))
+        for s, q in enumerate(answers):
+            cell_stresses(q, self._slopes, volumes, mu, lam, *self.law, f, p, energies, sure)
+            moved = f.reshape(3, 3, count) - np.eye(3)[:, :, None]
+            strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
+            linear = 2.0 * mu * strain
+            linear[[0, 4, 8]] += lam * (strain[0] + strain[4] + strain[8])
+            pulled_by_each(p - linear * volumes, slopes, found[:, s])
+        return found

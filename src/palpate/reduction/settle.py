@@ -36,6 +36,16 @@ def cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, ene
 
 
 @numba.njit(cache=True, error_model="numpy")
+def pulled_by_each(p, slopes, pulls):
+    """Write what each of k cells adds to the gradient into ``pulls`` (k, r); p : (9, k) [J]; slopes : (9, k, r)."""
+    pulls[:] = 0.0
+    for i in range(9):
+        for k in range(pulls.shape[0]):
+            for j in range(pulls.shape[1]):
+                pulls[k, j] += p[i, k] * slopes[i, k, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
 def settle(load, slopes, volumes, mu, lam, rest, shape, measure, volume, tolerance, iterations, q):
     """Minimise Σ Ψ(F(q)) V + ½ qᵀ rest q − load · q from ``q`` (r,) in place, by L-BFGS that starts from the identity.
 

@@ -6,6 +6,8 @@ from palpate.reduction.reduced_contact import ReducedContact
 
 TILTS = [(0.0, 1, 0.0), (25.0, 4, 45.0), (45.0, 4, 0.0)]
 """Angle to the inward normal, number of directions, and where the first of them points [degrees]."""
+CORNERS = (0, 5, 6, 7, 8)
+"""Numbers of the straight direction and the most tilted ones."""
 SHARES = (1.0, 0.5)
 """Parts of the hardest press in a direction of which snapshots are taken."""
 PRESSURE, PEAK, SQUEEZED = 0.25, 0.2, 0.5
@@ -18,6 +20,20 @@ FALL, FALLS = 0.8, 20
 def directions(normal: np.ndarray) -> np.ndarray:
     """Return the unit vectors (9, 3) of the presses on a surface of outward ``normal`` (3,)."""
     return np.array([_tilted(-normal, tilt, turn + 360.0 * k / n) for tilt, n, turn in TILTS for k in range(n)])
+
+
+def likeness(known: np.ndarray, force: np.ndarray, order: int) -> np.ndarray:
+    """Return weights (s,) of what is ``known`` under forces (s, 3) [N], whose sum is expected under ``force`` (3,) [N].
+
+    It grows with the power ``order`` of the force, and the next one: kernel ridge regression with a kernel of these.
+    """
+    scale = np.linalg.norm(known, axis=1).max()
+
+    def kernel(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        product = a @ b.T / scale**2
+        return product**order + product ** (order + 1)
+
+    return np.linalg.solve(kernel(known, known) + 1e-3 * np.eye(len(known)), kernel(known, force))
 
 
 def hardest(model: ReducedContact, moved: np.ndarray, direction: np.ndarray, newtons: float, size: float) -> np.ndarray:

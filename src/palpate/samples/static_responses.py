@@ -13,7 +13,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.quadratic import POINTS, prolongation, shape_slopes, ten_nodes
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import with_midpoints
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import NotConverged
 from palpate.files import read_hdf5, write_whole
@@ -67,7 +67,7 @@ def press(
     for contact in loads["contact"]:
         row_of(able, int(contact), f"{body.name}, ")
     level %= len(body.levels)
-    solver = _Solver(body if level + order <= len(body.levels) else finer(body), level, order)
+    solver = _Solver(with_midpoints(body, level) if order == 2 else body, level, order)
     found = []
     for _, load in progress(list(loads.iterrows())):
         try:

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, row_of
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import with_midpoints
 from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -58,7 +58,7 @@ def compute_compliance(
 
     ``progress`` wraps the sequence of groups of contacts that are solved at once, as ``tqdm`` does.
     contacts : their coarse nodes, increasing, or how many, which ``kept_contacts`` spreads; None for all
-    order : of the finest level's elements; quadratic ones (2) need a level more, which ``finer`` gives
+    order : of the finest level's elements; quadratic ones (2) need a level more, which ``with_midpoints`` gives
     """
     start = perf_counter()
     chosen = contacts if isinstance(contacts, np.ndarray) else kept_contacts(body, contacts)
@@ -66,7 +66,7 @@ def compute_compliance(
     fine = np.empty((len(chosen), 3, len(surface), 3))
     restricted = np.empty((len(chosen), 3, n_coarse, 3))
     coarse = np.empty((len(chosen), 3, n_coarse, 3))
-    whole = finer(body) if order == 2 else body
+    whole = with_midpoints(body, last) if order == 2 else body
     solve_fine = Equilibrium(whole, last, order).linear_solver(TOLERANCE)
     pushed = [patch_at(whole, contact, radius_m) for contact in chosen] if order == 2 else []
     discs = [patch_shares(whole.levels[last], patch, order) for patch in pushed]

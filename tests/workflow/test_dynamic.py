@@ -54,3 +54,19 @@ def test_the_reasons_are_warnings(run, write_config, tmp_path, settings):
     said = "scenes.falls: models are not compared in it, as it has contact."
     assert (tmp_path / "results/data/dynamic/left_out.txt").read_text() == f"{said}\n"
     assert f"warning: {said}" in done.stdout.partition("warnings about these results:")[2]
+
+
+def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_path, settings):
+    push = {"at_m": [0.2, 0.025, 0.05], "force_n": [0, 0, -0.01], "radius_m": 0.02, "start_s": 0.0, "press_s": 0.1}
+    push |= {"hold_s": 0.1, "release_s": 0.1}
+    settings["scenes"]["mine"] |= {"effects": ["corotational", "held", "push"], "push": {"loads": [push]}}
+    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
+    jobs = plan(tmp_path, write_config(settings), "dynamic")
+    assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
+
+
+def test_other_places_are_refused_where_no_push_can_be_moved(run, write_config, tmp_path, settings):
+    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
+    done = run(tmp_path, write_config(settings), "--dry-run")
+    assert done.returncode == 1
+    assert "elsewhere moves the one push of a held body to other places, and the scene has 0 pushes" in done.stdout

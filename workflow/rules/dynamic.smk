@@ -17,10 +17,14 @@ FOLLOWED = {
     name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | own for name, own in FOLLOWED.items()
 }
 
+# scenes whose push is moved to other places, which bounds are made of
+ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
+OPTIONAL += ["motion_bounds"] if ELSEWHERE else []
+
 TARGETS["dynamic"] = (
     merged("dynamic_accuracy", expand("results/data/dynamic/{scene}/accuracy.csv", scene=FOLLOWED))
     + merged("dynamic_reference", expand("results/data/dynamic/{scene}/reference.csv", scene=FOLLOWED))
-    + tabulated("advice")
+    + tabulated("advice", *(["motion_bounds"] if ELSEWHERE else []))
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference")
 )
 WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
@@ -77,3 +81,38 @@ rule measure_dynamic:
         "measure models in motion: {wildcards.scene}"
     script:
         "../scripts/measure_dynamic.py"
+
+
+if ELSEWHERE:
+
+    rule measure_elsewhere:
+        input:
+            body=body_of_trial,
+        output:
+            "results/data/dynamic/{scene}/elsewhere.csv",
+        log:
+            "results/logs/dynamic/{scene}/measure_elsewhere.log",
+        params:
+            trial=trial_of,
+            settings=settings_of_trial,
+            own=lambda wildcards: FOLLOWED[wildcards.scene]["elsewhere"],
+            seed=config["seed"],
+            code=lambda wildcards: code_of("measure_elsewhere", *by_name(wildcards)),
+        message:
+            "push at other places: {wildcards.scene}"
+        script:
+            "../scripts/measure_elsewhere.py"
+
+    rule tabulate_motion_bounds:
+        input:
+            expand("results/data/dynamic/{scene}/elsewhere.csv", scene=ELSEWHERE),
+        output:
+            "results/tables/motion_bounds.csv",
+        log:
+            "results/logs/tabulate_motion_bounds.log",
+        params:
+            code=code_of("tabulate_motion_bounds"),
+        message:
+            "bound the errors of motions elsewhere"
+        script:
+            "../scripts/tabulate_motion_bounds.py"

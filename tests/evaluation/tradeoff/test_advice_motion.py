@@ -20,7 +20,9 @@ def motions():
     ]
     names = ["model", "setting", "rmse_of_peak", "real_time_factor", "step_p95_ms", "failures"]
     table = pd.DataFrame(told, columns=names)
-    return table.assign(scene="press", reference_level=1, reference_change=1e-4, p95_of_peak=2 * table["rmse_of_peak"])
+    return table.assign(
+        scene="press", varied="step", reference_level=1, reference_change=1e-4, p95_of_peak=2 * table["rmse_of_peak"]
+    )
 
 
 def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
@@ -73,3 +75,8 @@ def test_where_all_failed_there_is_none(motions):
     failed = motions.assign(failures=1)
     found = advise_motion(failed, [1], [0.1])
     assert list(found["model"]) == ["none", "none"] and set(found["why"]) == {"no model got through the scene"}
+
+
+def test_modes_for_another_place_are_measured_and_not_advised(motions):
+    found = advise_motion(motions.assign(varied=np.where(motions["model"] == "springs", "place", "step")), [16.7])
+    assert found["model"].tolist() == ["fem_coarse"]

@@ -3,6 +3,7 @@
 import pandas as pd
 from fixtures.material import CAPTIONS, material, numbers
 
+from palpate.evaluation.dynamic.motion_bounds import COLUMNS
 from palpate.evaluation.tradeoff.advice_motion import advise_motion
 from palpate.report import page as report
 from palpate.report.parts import dynamic
@@ -56,12 +57,17 @@ def test_the_report_shows_it(dynamic_table, tmp_path):
     dynamic_table.to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
     advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
     pd.concat(advice).to_csv(tmp_path / "tables/advice.csv", index=False)
+    row = dict.fromkeys(COLUMNS, 1.0) | {"scene": "liver_press", "model": "springs", "setting": "step_s=0.001"}
+    row |= {"estimate": "constant", "places": 12, "bound_of_peak": 0.07}
+    pd.DataFrame([row]).to_csv(tmp_path / "tables/motion_bounds.csv", index=False)
     columns = {"step_s": 0.01, "time_s": 0.1, "change_of_peak": 0.005, "bound": 0.01, "resolved": True}
     pd.DataFrame([{"scene": "liver_press"} | columns]).to_csv(tmp_path / "tables/dynamic_reference.csv", index=False)
     for name in ("dynamic_accuracy", "dynamic_reference"):
         for suffix in ("svg", "png"):
             (tmp_path / f"figures/{name}.{suffix}").write_text("<svg></svg>")
-    report.write(tmp_path, CAPTIONS, tmp_path / "report.html", ["dynamic"])
+    report.write(tmp_path, CAPTIONS, tmp_path / "report.html", ["dynamic"], more=["motion_bounds"])
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert 'id="dynamic_advice"' in page and "Error of at most 10\u00a0%: " in page
+    assert 'id="dynamic_bounds"' in page and "is moved to 12 other places" in page
+    assert "the own motion alone was measured of bar sag." in page
     assert '<figure id="figure_dynamic_accuracy">' in page and 'class="finding">The most accurate models' in page

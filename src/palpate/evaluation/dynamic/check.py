@@ -4,7 +4,7 @@ from pathlib import Path
 
 from palpate.errors import InputError
 from palpate.scenes.contact_settings import check_instruments
-from palpate.scenes.dynamic_check import check_trial, taught, trials, unable
+from palpate.scenes.dynamic_check import acts, check_trial, taught, trials, unable
 
 
 def check(config: dict, file: Path) -> None:
@@ -26,6 +26,8 @@ def check(config: dict, file: Path) -> None:
                     f"{place}.{name}.models names {model}, which cannot do it, as {name} {reason}; leave it out."
                 )
         _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
+        if "elsewhere" in own:
+            _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
 
 
 def _check_training(place: str, entry: dict, training: dict) -> None:
@@ -36,6 +38,16 @@ def _check_training(place: str, entry: dict, training: dict) -> None:
     if any(other["body"] != entry["body"] for other in training.get("others", [])):
         raise InputError(f"{place}.others names another body than {entry['body']}; name that one.")
     check_instruments(place, entry | {"contact": training.get("contact", {})})
+
+
+def _check_elsewhere(place: str, entry: dict, kind: str) -> None:
+    """Raise InputError, naming ``place``, for a scene without one push, or one that models cannot be asked in."""
+    pushes = len(entry.get("push", {}).get("loads", [])) if acts("push", entry) else 0
+    reason = unable("moving_modes", entry, kind) or ("" if pushes == 1 else f"has {pushes} pushes")
+    if reason:
+        raise InputError(
+            f"{place} moves the one push of a held body to other places, and the scene {reason}; leave it out."
+        )
 
 
 def _check_any(file: Path, scenes: dict, bodies: dict) -> None:

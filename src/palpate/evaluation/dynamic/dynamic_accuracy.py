@@ -15,6 +15,7 @@ from palpate.evaluation.dynamic.corrected_motion import corrects, fit_correction
 from palpate.evaluation.dynamic.dynamic_fit import Fitted, fit_shapes, fit_springs
 from palpate.evaluation.dynamic.dynamic_reference import Reference
 from palpate.evaluation.dynamic.dynamic_trial import Trial
+from palpate.evaluation.dynamic.motion_estimates import MotionEstimate, change_of_step, estimated
 from palpate.evaluation.dynamic.moving_modes import moving_modes
 from palpate.scenes.scene import Scene
 
@@ -40,7 +41,8 @@ def measure(
     names : the models to try, all that can do the scene if there is none
     Columns: failures is 1 for a motion that ended in NotConverged, or to which nothing could be fitted; its errors are
     then empty. ms_per_step, step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without
-    preparation. varied is what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
+    preparation. estimate_of_peak is what the model itself says of its error, found in estimate_s. varied is what a
+    setting changes: STEP or, at the same step, order, tolerance, gap, or place.
     ``progress`` wraps the models, as ``tqdm`` does.
     """
     whole_s = trial.duration_s
@@ -163,7 +165,8 @@ def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
     costs = _cost(seconds, run.step_p95_s, steps, trial.duration_s)
-    return row | _errors(moved, truth) | costs | {"offline_s": fitted.offline_s}
+    told = estimated(trial, fitted, steps, run.motion, moved)
+    return row | _errors(moved, truth) | costs | told._asdict() | {"offline_s": fitted.offline_s}
 
 
 def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
@@ -173,7 +176,12 @@ def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
     row = {"model": "fem_fine", "setting": f"step_s={step:.3g}", "varied": STEP, "level": last}
     row |= {"nodes": trial.nodes(last), "step_s": step, "steps": steps, "failures": 0}
     costs = _cost(float(truth.seconds[number]), float(truth.step_p95_s[number]), steps, whole_s)
-    return row | _errors(truth.tried[number], truth) | costs | {"offline_s": 0.0}
+    told = MotionEstimate()
+    if number and corrects(trial):  # the run at twice the step is there already
+        off = change_of_step(truth.tried[number - 1], truth.tried[number], trial.fem(steps).integrator)
+        peak = np.linalg.norm(truth.tried[number], axis=2).max()
+        told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
+    return row | _errors(truth.tried[number], truth) | costs | told._asdict() | {"offline_s": 0.0}
 
 
 def _errors(moved: np.ndarray, truth: Reference) -> dict:

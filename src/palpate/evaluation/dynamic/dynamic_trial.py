@@ -57,6 +57,14 @@ class Trial:
         gap = factor * vars(composed.effects["contact"])["gap_m"]
         return replace(self, loads=self.loads | {"contact": self.loads["contact"] | {"gap_m": gap}})
 
+    def cut(self, frames: int) -> "Trial":
+        """Follow only its first ``frames`` frames."""
+        return replace(self, frames=frames, duration_s=self.duration_s * frames / self.frames)
+
+    def joined(self, count: int) -> "Trial":
+        """Join ``count`` frames to one; their number must be a multiple of it."""
+        return replace(self, frames=self.frames // count)
+
     def fem(self, steps: int, order: int | None = None) -> Scene:
         """Compose finite elements, stepped implicitly, by an integrator of ``order``, the trial's own if not given."""
         integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"

@@ -11,12 +11,14 @@ from palpate.figures.model_looks import label, look
 from palpate.figures.number_format import percent
 from palpate.report import markup
 from palpate.report.material import Report, Section
-from palpate.report.parts.tradeoff import items, overview
-from palpate.report.words import spaced
+from palpate.report.motion_words import brief, sentence
+from palpate.report.parts.tradeoff import by_limit, items
+from palpate.report.words import listed, spaced
 
 __all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
 
 TITLE = "Models in motion"
+TAKEN = "What to take, its error, below what that stays where the push is elsewhere, and its speed"
 
 
 def numbers(report: Report) -> dict[str, str]:
@@ -28,6 +30,9 @@ def numbers(report: Report) -> dict[str, str]:
         "reference_levels": _levels(table),
         "mesh_errors": _meshes(report),
         "unresolved": _unresolved(table),
+        "bound_places": str(_places(report)),
+        "unbounded": _unbounded(report),
+        "bound_scenes": _bounded_scenes(report),
     }
 
 
@@ -88,14 +93,55 @@ def sections(report: Report) -> list[Section]:
     names = {scene: spaced(scene) for scene in tables.scenes(found)}
     moving = advice[advice["scene"].isin(names)]
     words = "".join(
-        f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s))}" for s, name in names.items()
+        f"<h4>{markup.escaped(name)}</h4>{items(tables.where(moving, scene=s), sentence)}" for s, name in names.items()
     )
-    taken = report.note("dynamic_advice") + overview(moving, names) + markup.fold("The same in words", words)
+    overview = by_limit(moving, names, TAKEN, brief)
+    taken = report.note("dynamic_advice") + overview + markup.fold("The same in words", words)
     return [
         ("dynamic_section", "Error over a scene against its cost", shown),
         ("dynamic_resolved", "How far the references are resolved", resolved),
+        *([("dynamic_bounds", "How wrong a motion may be elsewhere", _bounds(report))] if _places(report) else []),
         ("dynamic_advice", "What to take", taken),
     ]
+
+
+def _places(report: Report) -> int:
+    """Return at how many other places a push was measured, 0 if at none."""
+    bounds = report.tables.get("motion_bounds")
+    return 0 if bounds is None else int(bounds["places"].max())
+
+
+def _bounded_scenes(report: Report) -> str:
+    """Name the scenes whose push was moved."""
+    bounds = report.tables.get("motion_bounds")
+    return "" if bounds is None else listed([spaced(scene) for scene in tables.scenes(bounds)])
+
+
+def _unbounded(report: Report) -> str:
+    """Name the scenes whose push was not moved, so that they have no bounds."""
+    bounds = report.tables.get("motion_bounds")
+    known = set() if bounds is None else set(bounds["scene"])
+    rest = [spaced(scene) for scene in tables.scenes(report.tables["dynamic_accuracy"]) if scene not in known]
+    return f"the own motion alone was measured of {listed(rest)}." if rest else "every scene has it."
+
+
+def _bounds(report: Report) -> str:
+    """Show the bounds of motions elsewhere, by what each setting's error is known best."""
+    found = report.tables["motion_bounds"]
+    rows = pd.DataFrame(
+        {
+            "scene": [spaced(scene) for scene in found["scene"]],
+            "model": [label(row.model, row.setting) for row in found.itertuples()],
+            "estimated from": found["estimate"].map({"constant": "nothing", "own": "its own motion"}),
+            "places": found["places"],
+            "error, median [% of peak]": 100 * found["error_of_peak"],
+            "bound, median [% of peak]": 100 * found["bound_of_peak"],
+            "bound over error": found["sharpness"],
+            "rank correlation": found["rank_correlation"],
+            "places below their bound [%]": 100 * found["coverage"],
+        }
+    )
+    return report.note("motion_bounds") + markup.table(rows, "90 % bounds of a motion whose push is elsewhere")
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

@@ -14,6 +14,9 @@ with job(snakemake.log[0]):
         for (body, regime), settings in pd.read_csv(table).groupby(["body", "regime"], sort=False):
             families = [path for path, place in errors.items() if place == (body, regime)]
             found.append(advise(settings, errors_from(families, settings), **limits))
+    bounds = [table for path in snakemake.input.bounds for table in pd.read_csv(path).groupby("scene")]
+    asked = limits | {"speeds": snakemake.params.speeds}
     for path in snakemake.input.motions:
-        found += [advise_motion(rows, **limits) for _, rows in pd.read_csv(path).groupby("scene", sort=False)]
+        for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
+            found.append(advise_motion(rows, **asked, bounds=dict(bounds).get(scene)))
     write_table(pd.concat(found), snakemake.output[0])

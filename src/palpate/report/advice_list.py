@@ -8,10 +8,12 @@ from palpate.evaluation.tradeoff.equal_settings import KINDS
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.report.advice_words import WHERE, error_of, exceeded, limit
+from palpate.report.motion_words import brief, moves
+from palpate.report.motion_words import exceeded as beyond
 
 
 def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
-    """Return advice.csv as lines: each scene, and under it what to take for each limit, its error and its time.
+    """Return advice.csv as lines: each scene, and under it what to take for each limit, its error, bound and time.
 
     kind : of the errors; advice is that of the first split, with how many others agree
     """
@@ -22,7 +24,7 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
     found = []
     for scene, rows in advice.groupby("scene", sort=False):
         found.append(f"Advice for {scene} (mean error as a share {WHERE[kind]}; time of an answer):")
-        for _, asked in rows.groupby(["budget_ms", "max_error"], sort=False, dropna=False):
+        for _, asked in rows.groupby(["budget_ms", "max_error", "speed"], sort=False, dropna=False):
             found.append(f"  {limit(asked.iloc[0]):{width}}  {_choice(asked.iloc[0])}{_agreed(asked)}")
         # of moving scenes the reference's own error is that of its step, and is included; they have no interval
         own = rows["reference_error"].max() if rows["error_low"].notna().any() else 0.0
@@ -41,5 +43,8 @@ def _choice(row: pd.Series) -> str:
     if row["model"] == NONE:
         return f"none: {row['why']}"
     error, time = percent(error_of(row)), seconds(row["online_p95_s"])
-    said = f"{label(row['model'], row['setting'])}: {error}, {time}"
+    if moves(row):
+        return f"{brief(row)} (beware: {more})" if (more := beyond(row)) else brief(row)
+    bound = f" (nine in ten below {percent(row['bound_of_peak'])})" if row["bound_of_peak"] > 0 else ""
+    said = f"{label(row['model'], row['setting'])}: {error}{bound}, {time}"
     return f"{said} (beware: {more})" if (more := exceeded(row)) else said

@@ -18,36 +18,42 @@ WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement a
 def lines(advice: pd.Series, settings: pd.DataFrame, splits: str = "") -> str:
     """Return lines for the terminal about one row of advice.csv.
 
-    settings : its scene's and split's rows of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves
+    settings : its scene's and split's rows of accuracy_vs_time.csv
     splits : how many of them advise the same, if there are several
     """
     if advice["model"] == NONE:
-        return f"{advice['scene']}, {limit(advice)}: none\n  because   {advice['why']}".replace("\u00a0", " ")
-    row = settings[(settings["model"] == advice["model"]) & (settings["setting"] == advice["setting"])].iloc[0]
-    part = "budget" if np.isfinite(advice["budget_ms"]) else "error"
+        return refusal(advice)
+    row = advised(advice, settings)
+    part = "budget" if timed(advice) else "error"
     spent = f"{seconds(advice['online_p95_s'])} at the 95th percentile, on the machine that filled the tables"
-    if moves := "real_time_factor" in settings:
-        step = seconds(1e-3 * row["ms_per_step"])
-        spent = f"{row['real_time_factor']:.2g} s for a second of motion, {step} a step, {spent}"
-    else:
-        spent = f"{seconds(row['online_median_s'])} an answer, {spent}"
-    drawn = "" if moves else " in 90 % of draws of the test contacts"
-    if moves:
-        own, both = advice["reference_error"], advice["rmse_of_peak"] + advice["reference_error"]
-        drawn = f"; with the reference's own {percent(own)} added, {percent(both)}"
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
         *([f"  beware    {more}"] if (more := exceeded(advice)) else []),
-        f"  error     {percent(error_of(advice))} {WHERE[advice['error']]} ({interval(advice)}{drawn}); "
-        f"{_also(advice)}",
+        f"  error     {percent(error_of(advice))} {WHERE[advice['error']]} "
+        f"({interval(advice)} in 90 % of draws of the test contacts); {_also(advice)}",
         *([f"  bound     {bound}"] if (bound := bounded(advice)) else []),
-        f"  time      {spent}",
-        f"  margin    {_left(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
-        f"  before    {_preparation(row['offline_s'])}" + ("" if moves else f", {row['memory_mb']:.3g} MB"),
+        f"  time      {seconds(row['online_median_s'])} an answer, {spent}",
+        f"  margin    {left(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
+        f"  before    {preparation(row['offline_s'])}, {row['memory_mb']:.3g} MB",
         *([f"  agreed    {splits}"] if splits else []),
         f"  because   {advice['why']}",
     ]
     return "\n".join(found).replace("\u00a0", " ")
+
+
+def refusal(advice: pd.Series) -> str:
+    """Return lines for the terminal about a row of advice.csv that advises nothing."""
+    return f"{advice['scene']}, {limit(advice)}: none\n  because   {advice['why']}".replace("\u00a0", " ")
+
+
+def advised(advice: pd.Series, settings: pd.DataFrame) -> pd.Series:
+    """Return the row of ``settings`` that a row of advice.csv advises."""
+    return settings[(settings["model"] == advice["model"]) & (settings["setting"] == advice["setting"])].iloc[0]
+
+
+def timed(advice: pd.Series) -> bool:
+    """Return whether a row of advice.csv is about a time or a speed, and not about an error."""
+    return bool(np.isnan(advice["max_error"]))
 
 
 def error_of(advice: pd.Series) -> float:
@@ -69,20 +75,20 @@ def exceeded(advice: pd.Series) -> str:
     return f"on the test contacts its error is larger than asked, {percent(error_of(advice))}"
 
 
-def _left(margin: float) -> str:
+def left(margin: float) -> str:
+    """Return what is left of a limit, in words."""
     return percent(margin) if margin > 0 else "nothing"
 
 
 def _also(advice: pd.Series) -> str:
-    """Return the error of the other kind, or of a scene that moves that of most nodes."""
+    """Return the error of the other kind."""
     if advice["error"] == "patch":
         return f"over the whole surface {percent(advice['rmse_of_peak'])}"
-    if np.isnan(advice["patch_rms_of_peak"]):
-        return f"at 95 % of the nodes {percent(advice['p95_of_peak'])} at most"
     return f"at the patch {percent(advice['patch_rms_of_peak'])}"
 
 
-def _preparation(offline_s: float) -> str:
+def preparation(offline_s: float) -> str:
+    """Return how long the preparation takes, in words."""
     return f"{seconds(offline_s)} of preparation" if offline_s > 0 else "nothing to prepare"
 
 
@@ -91,15 +97,14 @@ def sentence(advice: pd.Series) -> str:
     asked = capital(limit(advice))
     if advice["model"] == NONE:
         return f"{asked}: none, because {plain(advice['why'])}."
-    timed = np.isfinite(advice["budget_ms"])
-    spare = f", which leaves {percent(advice['margin'])} of the time" if timed else ""
+    spare = f", which leaves {percent(advice['margin'])} of the time" if timed(advice) else ""
     return (
         f"{asked}: {label(advice['model'], advice['setting'])}. "
         f"{capital(more) + '. ' if (more := exceeded(advice)) else ''}"
         f"Its error{_at(advice)} is {percent(error_of(advice))} "
         f"({interval(advice)}), its time {seconds(advice['online_p95_s'])} at the 95th percentile{spare}. "
         f"{capital(bound) + '. ' if (bound := bounded(advice)) else ''}"
-        f"{capital(next_best(advice))}.{_terms(advice)}"
+        f"{capital(next_best(advice))}.{terms(advice)}"
     )
 
 
@@ -107,7 +112,7 @@ def _at(advice: pd.Series) -> str:
     return " at the patch" if advice["error"] == "patch" else ""
 
 
-def _terms(advice: pd.Series) -> str:
+def terms(advice: pd.Series) -> str:
     """Name what is faster and was passed over, what is added to the error, and where the truth is not known."""
     own, said = advice["reference_error"], ""
     if advice["faster_factor"] > 0:
@@ -137,13 +142,13 @@ def behind(advice: pd.Series) -> str:
 
     It was the next best on validation contacts, and may have the smaller error on test contacts.
     """
-    timed, factor = np.isfinite(advice["budget_ms"]), advice["factor"]
-    tie = EQUAL if timed else CLOSE
+    wrong, factor = timed(advice), advice["factor"]
+    tie = EQUAL if wrong else CLOSE
     if 1 / tie <= factor <= tie:
-        return "is as accurate" if timed else "is about as fast"
+        return "is as accurate" if wrong else "is about as fast"
     times = _times(factor) if factor < 1000 else "over 1000"
     less = " on test contacts" if factor < 1 else ""
-    return f"has {times} times the error{less}" if timed else f"takes {times} times as long"
+    return f"has {times} times the error{less}" if wrong else f"takes {times} times as long"
 
 
 def _times(factor: float) -> str:
@@ -151,7 +156,9 @@ def _times(factor: float) -> str:
 
 
 def limit(advice: pd.Series) -> str:
-    """Return what was asked for: "within 16.7 ms" or "error of at most 1 %"."""
+    """Return what was asked for: "within 16.7 ms", "error of at most 1 %" or "20 times as fast as life"."""
+    if np.isfinite(advice.get("speed", np.nan)):  # what is tabulated of presses alone has no speed
+        return f"{advice['speed']:g} times as fast as life"
     if np.isfinite(advice["budget_ms"]):
         return f"within {advice['budget_ms']:g}\u00a0ms"
     return f"error of at most {100 * advice['max_error']:.2g}\u00a0%"

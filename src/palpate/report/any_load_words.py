@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_any_load import AnyLoadAdvice
+from palpate.evaluation.tradeoff.advice_any_load import AnyLoadAdvice, doubts
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 
@@ -19,6 +19,8 @@ def lines(advice: AnyLoadAdvice) -> str:
         f"{head}: {who}",
         f"  error     {percent(advice.error_of_peak)} of the peak displacement, {percent(advice.most)} at most{force}; "
         "against the fine operator, whose own error comes on top",
+        f"  bound     {_bounded(advice)}",
+        *([f"  doubts    {_unanswered(advice)}"] if advice.doubted else []),
         f"  time      {seconds(advice.online_p95_s)} at the 95th percentile",
         f"  before    {seconds(advice.offline_s)} of preparation"
         + (f", {seconds(advice.preparation_s)} for a new press" if advice.preparation_s > 0 else ""),
@@ -27,8 +29,24 @@ def lines(advice: AnyLoadAdvice) -> str:
     return "\n".join(found).replace("\u00a0", " ")
 
 
+def _bounded(advice: AnyLoadAdvice) -> str:
+    """Return below what a single answer's error stays, and how surely."""
+    where = "of those that it answers, " if advice.doubted else ""
+    return (
+        f"{where}{percent(advice.sure)} of such loads at another place are answered with an error of less than "
+        f"{percent(advice.most)}, the largest that was found"
+    )
+
+
+def _unanswered(advice: AnyLoadAdvice) -> str:
+    share = percent(advice.doubted / advice.samples)
+    return f"{advice.doubted} of {advice.samples} loads ({share}): it says that it does not know, and gives no answer"
+
+
 def brief(advice: AnyLoadAdvice) -> str:
-    """Return model, error and time for a cell of a table."""
+    """Return model, mean and largest error, and time for a cell of a table."""
     if advice.model == NONE:
         return "none"
-    return f"{label(advice.model, advice.setting)}: {percent(advice.error_of_peak)} in {seconds(advice.online_p95_s)}"
+    error = f"{percent(advice.error_of_peak)}, at most {percent(advice.most)}"
+    said = f"{label(advice.model, advice.setting)}: {error}, in {seconds(advice.online_p95_s)}"
+    return f"{said}, {doubts(advice)}" if advice.doubted else said

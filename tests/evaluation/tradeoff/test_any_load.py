@@ -14,7 +14,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.evaluation.tradeoff import general_loads
 from palpate.evaluation.tradeoff.any_load import COLUMNS, measure_any
 from palpate.evaluation.tradeoff.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
-from palpate.models.load import Answer, Load
+from palpate.models.load import Answer, Doubted, Load
 from palpate.models.model import Model
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import compute_compliance
@@ -113,6 +113,26 @@ def test_refusals_are_counted_apart_from_failures(asked):
     assert "is not prepared" in rows.loc[NEW, "failure"] and np.isnan(rows.loc[NEW, "rmse_of_peak"])
 
 
+def test_a_model_that_says_that_it_does_not_know_has_not_failed(asked):
+    """Its doubts are counted apart, their answers are in no mean, and only contacts that it answers count."""
+    case, found = asked
+    doubted = next(question for question in found if question.kind == TWO)
+
+    def respond(load):
+        answer = Answer(np.zeros((case.n_surface, 3)))
+        if load is doubted.load:
+            raise Doubted("too far", [0.1], answer)
+        return answer
+
+    made = Model(lambda case: [{}], lambda case, setting: SimpleNamespace(memory_mb=1.0, respond=respond))
+    rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
+    assert rows["doubted"].to_dict() == {PREPARED: 0, NEW: 0, TWO: 1, DEPTH: 0} and (rows["failures"] == 0).all()
+    assert rows.loc[TWO, "failure"] == "too far" and rows.loc[TWO, "contacts"] == rows.loc[NEW, "contacts"] - 1 == 1
+    other = [question for question in found if question.kind == TWO][1]
+    peak = np.linalg.norm(other.truth, axis=1)
+    assert rows.loc[TWO, "rmse_of_peak"] == pytest.approx(np.sqrt(np.mean(peak**2)) / peak.max())
+
+
 def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
     case, found = asked
     nodes = []
@@ -129,12 +149,12 @@ def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
     made = Model(lambda case: [{"n": 1}, {"n": 2}], lambda case, setting: solver)
     table = measure_any(case, "mine", made, "n=2", found, 6, 0.01)
     assert list(table["setting"]) == ["n=2"] * 4
-    wanted = [(question.kind, *(press.node for press in question.load.presses)) for question in found]
-    assert [each for each in nodes if len(each) == 2] == [tuple(n) for kind, *n in wanted if kind == TWO]
-    assert len(nodes) == len(set(wanted))
+    wanted = [tuple(press.node for press in question.load.presses) for question in found]
+    assert nodes == list(dict.fromkeys(wanted))  # once, whichever kind of load asks first
     rows = table.set_index("kind")
     assert rows["failures"].to_dict() == {PREPARED: 0, NEW: 0, TWO: 2, DEPTH: 0} and rows.loc[TWO, "failure"] == "lost"
     assert (rows.drop(TWO)["preparation_s"] > 0).all()
+    assert rows.loc[DEPTH, "preparation_s"] == rows.loc[PREPARED, "preparation_s"]  # of the same places
     assert rows.loc[DEPTH, "force_error"] == 1.0 and 0.0 < rows.loc[NEW, "rmse_of_peak"] < 1.0
 
 

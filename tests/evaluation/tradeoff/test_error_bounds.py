@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from palpate.evaluation.tradeoff.error_bounds import CONSTANT, OWN, SAMPLES, Scene, error_bounds
-from palpate.evaluation.tradeoff.estimates import EVERY, RESIDUAL
+from palpate.evaluation.tradeoff.estimates import COARSER, EVERY, RESIDUAL
 from palpate.evaluation.tradeoff.judge import TRAINING
 from palpate.evaluation.tradeoff.tables import TABLES
 
@@ -27,6 +27,7 @@ def scene(body, worse=1.0, failed=False):
         told = 0.5 * error if model == "slow" else np.nan
         rows.append(pd.DataFrame({"model": model, "setting": "default"} | place | {"rmse_of_peak": error}))
         rows[-1] = rows[-1].assign(patch_rms_of_peak=2 * error, estimated_of_peak=told)
+        rows[-1] = rows[-1].assign(coarser_rmse_of_peak=0.9 * error, coarser_patch_rms_of_peak=np.nan)
     errors = pd.concat(rows)[SAMPLES]
     if failed:
         errors.loc[(errors["model"] == "slow") & (errors["sample"] == 3), "rmse_of_peak"] = np.nan
@@ -38,7 +39,10 @@ def scene(body, worse=1.0, failed=False):
     ]  # fmt: skip
     told = pd.DataFrame({"model": EVERY, "setting": "", "estimate": "turned"} | place | {"rms": hard, "patch": hard})
     seen = told.assign(model="fast", setting="default", estimate=RESIDUAL, rms=hard**0.5)
-    return Scene(pd.DataFrame(settings), errors, pd.concat([told, seen]).assign(seconds=1e-4))
+    timed = told.iloc[:3].assign(estimate=COARSER, rms=np.nan, patch=np.nan, seconds=0.02)
+    return Scene(
+        pd.DataFrame(settings), errors, pd.concat([told.assign(seconds=1e-4), seen.assign(seconds=1e-4), timed])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +60,17 @@ def row(table, **asked):
 def test_every_estimate_has_a_row_and_the_own_one_is_of_models_that_have_it(table):
     assert table.columns.tolist() == TABLES["error_bounds"].columns.split()
     fast = table[(table["model"] == "fast") & (table["scene"] == "liver_small") & (table["error"] == "rms")]
-    assert set(fast["estimate"]) == {CONSTANT, "turned", RESIDUAL}
-    assert set(table[table["model"] == "slow"]["estimate"]) == {CONSTANT, "turned", OWN}
+    assert set(fast["estimate"]) == {CONSTANT, "turned", RESIDUAL, COARSER}
+    assert set(table[table["model"] == "slow"]["estimate"]) == {CONSTANT, "turned", OWN, COARSER}
     assert (table["contacts"] == CONTACTS).all() and (table["samples"] == 2 * CONTACTS).all()
+
+
+def test_a_second_answer_tells_of_every_model_and_of_each_kind_of_error_by_itself(table):
+    """Its time is its own, and where the patch was not compared there is no such bound of errors there."""
+    second = table[table["estimate"] == COARSER]
+    assert set(second["model"]) == {"fast", "slow"} and set(second["error"]) == {"rms"}
+    assert (second["estimate_s"] == 0.02).all() and second["bound_factor"].to_numpy() == pytest.approx(1 / 0.9)
+    assert second["sharpness"].to_numpy() == pytest.approx(1.0)
 
 
 def test_an_estimate_that_ranks_is_sharp_and_one_that_does_not_is_loose(table):
@@ -109,4 +121,5 @@ def test_what_learns_nothing_is_known_at_more_contacts():
     fast, slow = (row(table, model=name, error="rms", estimate="turned") for name in ("fast", "slow"))
     assert (fast.contacts, fast.samples) == (CONTACTS + 3, 2 * CONTACTS + 3)
     assert (slow.contacts, slow.samples) == (CONTACTS, 2 * CONTACTS)
-    assert set(table[(table["model"] == "fast") & (table["error"] == "rms")]["estimate"]) == {CONSTANT, "turned"}
+    known = {CONSTANT, "turned", COARSER}  # what the residual says of training contacts nobody has looked at
+    assert set(table[(table["model"] == "fast") & (table["error"] == "rms")]["estimate"]) == known

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.evaluation.tradeoff.estimates import CHEAP, COLUMNS, EVERY, RESIDUAL, estimates
+from palpate.evaluation.tradeoff.estimates import CHEAP, COARSER, COLUMNS, EVERY, RESIDUAL, estimates
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.load import loads_of
 
@@ -52,6 +52,12 @@ def test_the_residual_ranks_the_distance_from_the_fine_elements(asked, slab_case
     found = asked[(asked["estimate"] == RESIDUAL) & (asked["model"] == "fem_p1")]["rms"].to_numpy()
     ratio = found / np.array(far)
     assert ratio.max() < 2 * ratio.min() and 0.3 < np.median(ratio) < 3.0
+
+
+def test_a_second_answer_is_timed_and_has_no_value_of_its_own(asked):
+    rows = asked[asked["estimate"] == COARSER]
+    assert 0 < len(rows) <= 6 and (rows["seconds"] > 0).all() and rows[["rms", "patch"]].isna().all(axis=None)
+    assert set(rows["model"]) == {EVERY}
 
 
 def test_a_converged_answer_has_no_residual(slab_case, slab_judge):

@@ -47,6 +47,19 @@ def test_every_sample_has_its_own_truth_side_and_patch(slab, all_samples):
     assert found.operator_error(0, found.samples.fine[0]) == 0.0
 
 
+def test_any_answer_can_be_compared_with_that_of_coarser_elements(slab, all_samples):
+    """Distances are shares of the coarser answer's peak; a body of one level has no such answer."""
+    db, folds, truth = all_samples
+    levels = np.stack([0.5 * truth.displacement, truth.displacement, truth.displacement], axis=1)
+    found = judge(slab, db, folds, replace(truth, levels=levels), 2, 0.05)
+    everywhere, patch = found.from_coarser(0, 0.6 * found.truth[0])
+    assert found.coarser is not None and np.allclose(found.coarser, 0.5 * found.truth)
+    lengths = np.linalg.norm(found.truth[0], axis=1)
+    assert everywhere == pytest.approx(0.1 * np.sqrt(np.mean(lengths**2)) / (0.5 * lengths.max()))
+    assert patch == pytest.approx(0.1 * np.sqrt(np.mean(lengths[found.patch[0]] ** 2)) / (0.5 * lengths.max()))
+    assert np.isnan(replace(found, coarser=None).from_coarser(0, found.truth[0])).all()
+
+
 def test_what_is_not_believed_is_not_asked_for(slab, all_samples):
     db, folds, truth = all_samples
     test = fold_sides(folds, 1)[2]

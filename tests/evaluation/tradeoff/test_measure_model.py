@@ -13,7 +13,7 @@ from palpate.evaluation.accuracy import truth_errors
 from palpate.evaluation.timing import WARM_UP
 from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
 from palpate.evaluation.tradeoff.bounds import bounds
-from palpate.evaluation.tradeoff.findings import ERRORS, ESTIMATED, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
+from palpate.evaluation.tradeoff.findings import COARSER, ERRORS, ESTIMATED, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
 from palpate.evaluation.tradeoff.judge import TRAINING
 from palpate.evaluation.tradeoff.measure_model import ask, measure, warn_unanswered
 from palpate.evaluation.tradeoff.provenance import commit
@@ -113,6 +113,17 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
     own = samples[samples["setting"] == "miss=0.5"]
     assert own["sample"].tolist() == judge.numbers.tolist() and own["side"].tolist() == judge.side.tolist()
     assert own["contact"].tolist() == judge.samples.contact.tolist()
+
+
+def test_answers_are_compared_with_those_of_coarser_elements(slab_case, slab_judge):
+    """Where there are any: half of the true answer is one whole answer away from coarser elements that say that."""
+    made = Model(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5))
+    alone = measure(slab_case[0], "half", made, slab_judge, 6, 0.0)[0]
+    assert alone[list(COARSER.values())].isna().all(axis=None)
+    judge = replace(slab_judge, coarser=slab_judge.truth)
+    compared = measure(slab_case[0], "half", made, judge, 6, 0.0)[0]
+    for kind, name in (("rms", "rmse_of_peak"), ("patch", "patch_rms_of_peak")):
+        assert compared[COARSER[kind]].to_numpy() == pytest.approx(compared[name].to_numpy())
 
 
 def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judge):

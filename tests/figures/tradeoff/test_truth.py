@@ -47,3 +47,12 @@ def test_validation_samples_and_the_own_error_of_checked_samples_are_drawn_besid
     assert crosses[0] == [pytest.approx(250 * rms) for rms, _ in OWN.values()] and len(crosses) == 2
     joined = [part.get_segments()[0][:, 0] for part in errors.collections[-2:]]
     assert joined == [pytest.approx([0.1, 0.2]), pytest.approx([1, 2])]
+
+
+def test_what_facets_change_is_drawn_where_it_was_measured():
+    table = made_up()
+    some = [0.05] + [float("nan")] * (len(table) - 1)
+    errors = truth.draw(table.assign(geometry_of_peak=some, geometry_patch_of_peak=0.08)).axes[0]
+    triangles = [line.get_xdata() for line in errors.lines if line.get_marker() == "^"]
+    assert triangles[0][0] == pytest.approx(5) and list(triangles[1]) == [pytest.approx(8)] * len(table)
+    assert not [line for line in truth.draw(table).axes[0].lines if line.get_marker() == "^"]

@@ -16,6 +16,7 @@ from palpate.enrichment.methods import build
 from palpate.enrichment.training_samples import FitOptions, Training
 from palpate.evaluation.hard_cases.stage import SOFT
 from palpate.samples.database import Database
+from palpate.samples.database_of_body import database_of
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -49,29 +50,6 @@ def pressed() -> tuple[Body, Database, Compliance]:
         for level, solver in enumerate(solvers)
     )
     return body, database_of(body, contacts, forces, coarse, fine), compliance
-
-
-def database_of(body: Body, contacts: np.ndarray, forces: np.ndarray, coarse: np.ndarray, fine: np.ndarray) -> Database:
-    """Return the samples of k ``contacts`` under ``forces`` (k, 3) [N], by responses (k, n, 3) [m] of both meshes."""
-    surface = body.fine.surface
-    return Database(
-        nodes_fine_surface=body.fine.nodes[surface],
-        triangles=np.searchsorted(surface, body.fine.triangles),
-        coarse_nodes=body.coarse.nodes,
-        coarse_tetrahedra=body.coarse.tetrahedra,
-        coarse_surface=body.coarse.surface,
-        prolongation=body.prolongation[surface].tocsr(),
-        contact_normals=body.coarse.normals[body.coarse.surface],
-        contact=contacts,
-        force=forces,
-        fine=fine[:, surface],
-        coarse_paper=fine[:, : len(body.coarse.nodes)],
-        coarse_live=coarse,
-        residual=np.full(len(contacts), 1e-8),
-        seconds=np.zeros(len(contacts)),
-        material=body.material,
-        config_digest="hard cases",
-    )
 
 
 def chosen(db: Database, rows: np.ndarray) -> Database:

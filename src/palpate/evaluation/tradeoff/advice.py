@@ -36,6 +36,8 @@ class Advice(NamedTuple):
         max_error
     faster, faster_setting, faster_error, faster_high, faster_factor : what is this many times as fast and was passed
         over, as its error may be above max_error: the error that it was judged by, and up to where it may be
+    speed, times_life : of a scene that moves, seconds of motion in a second: asked for, and reached
+    bound_on : of a scene that moves, what bound_of_peak was measured on; or why there is none
     """
 
     scene: str
@@ -64,6 +66,9 @@ class Advice(NamedTuple):
     faster_error: float = np.nan
     faster_high: float = np.nan
     faster_factor: float = np.nan
+    speed: float = np.nan
+    times_life: float = np.nan
+    bound_on: str = ""
     why: str = ""
 
 
@@ -116,7 +121,7 @@ class _Question:
         fits = self.able[1e3 * self.able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
         if fits.empty:
             return none._replace(why=reasons.late(self.able, self.known, budget_ms))
-        best, rival = choice(fits, by_error(self.known.chosen_by), self.known.floor)
+        best, rival = choice(fits, by_error(self.known.chosen_by), self.known.choosing)
         least = self.means.loc[fits.index].min().clip(lower=self.known.floor)
         sure = float((self.means.loc[best.name] <= EQUAL * least).mean())
         return none._replace(
@@ -135,7 +140,7 @@ class _Question:
         fits = self.able[(self.highest <= max_error).to_numpy()]
         if fits.empty:
             return none._replace(why=reasons.wrong(self.able, self.highest, self.known, max_error))
-        best, rival = choice(fits, by_time(self.known.chosen_by), self.known.floor)
+        best, rival = choice(fits, by_time(self.known.chosen_by), self.known.choosing)
         passed = passed_over(self.able, self.highest, best, "online_median_s", max_error, self.known.chosen_by)
         said = self._said(best)
         return none._replace(

@@ -20,6 +20,7 @@ class Known:
     settings : the rows; column : of the errors on test samples; chosen_by : of those on validation samples
     own : the truth's own error, the larger of that on the test and on the validation samples; NaN where not known
     floor : below which errors cannot be told apart: that, or what nobody could measure
+    choosing : the same of the errors that settings are chosen by, on validation samples alone
     where : the samples on which the truth is known less well, in words
     """
 
@@ -27,7 +28,7 @@ class Known:
         self.settings, self.column, self.chosen_by = settings, column, f"validation_{column}"
         tests, chooses = truth_error(settings, column), truth_error(settings, self.chosen_by)
         self.own = float(np.fmax(tests, chooses))
-        self.floor = float(np.fmax(EXACT, self.own))
+        self.floor, self.choosing = (float(np.fmax(EXACT, each)) for each in (self.own, chooses))
         self.where = "validation contacts" if chooses > tests else "test contacts"
 
 

@@ -15,15 +15,16 @@ from palpate.evaluation.accuracy import truth_errors
 from palpate.evaluation.timing import said, time_calls
 from palpate.evaluation.tradeoff.findings import LABELS, labels_of
 from palpate.evaluation.tradeoff.general_loads import Question
-from palpate.models.load import Answer, Load, Refused
+from palpate.models.load import Answer, Doubted, Load, Refused
 from palpate.models.model import Case, Model, Solver, checked, setting_text
 
 MEANS = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error"]
 MOST = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]
 """The errors whose largest one is tabulated beside their mean: there are few loads of a kind."""
 COLUMNS = [
-    *LABELS, "kind", "samples", "refused", "failures", *MEANS, *(f"{name}_most" for name in MOST),
-    "online_median_s", "online_p95_s", "preparation_s", "offline_s", "memory_mb", "failure",
+    *LABELS, "kind", "samples", "refused", "doubted", "failures", "contacts", *MEANS,
+    *(f"{name}_most" for name in MOST), "online_median_s", "online_p95_s", "preparation_s",
+    "offline_s", "memory_mb", "failure",
 ]  # fmt: skip
 
 
@@ -40,9 +41,11 @@ def measure_any(
     """Measure those settings of ``model`` whose text ``pattern`` is found in: a row each kind of question, COLUMNS.
 
     repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
-    Errors are means over what was answered, against the fine operator; ``refused`` of the ``samples`` are loads of a
-    sort that the model does not answer, ``failures`` those that it should have. ``preparation_s`` is the median time
-    of what a solver prepares for a press beforehand, if it has ``prepare_contact(*nodes)``. On one BLAS thread.
+    Errors are means over what was answered, at so many ``contacts``, against the fine operator; ``refused`` of the
+    ``samples`` are loads of a sort that the model does not answer, ``doubted`` those whose answer it does not believe,
+    ``failures`` the others that it should have answered. ``preparation_s`` is the median time of what a solver prepares
+    for a press beforehand, if it has ``prepare_contact(*nodes)``, or of what it counts itself in
+    ``seconds_of(*nodes)``. On one BLAS thread.
     """
     from threadpoolctl import threadpool_limits
 
@@ -57,22 +60,32 @@ def measure_any(
                 solver = failure
             told = labels_of(case, name, setting_text(setting))
             offline = perf_counter() - start + sum(fresh.used.values())
+            ready: dict[tuple[int, ...], float] = {}
             for kind in dict.fromkeys(question.kind for question in asked):
                 one = [question for question in asked if question.kind == kind]
                 found = {**told, "kind": kind, "samples": len(one), "offline_s": offline}
                 if isinstance(solver, NotConverged):
-                    rows.append(found | {"refused": 0, "failures": len(one), "failure": said(solver)})
+                    rows.append(
+                        found
+                        | {"refused": 0, "doubted": 0, "failures": len(one), "contacts": 0, "failure": said(solver)}
+                    )
                 else:
-                    rows.append(found | _asked(solver, one, repeats, budget_s, case.n_surface, model.place))
+                    rows.append(found | _asked(solver, one, ready, repeats, budget_s, case.n_surface, model.place))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _asked(
-    solver: Solver, questions: Sequence[Question], repeats: int, budget_s: float, n_surface: int, place: str
+    solver: Solver,
+    questions: Sequence[Question],
+    ready: dict[tuple[int, ...], float],
+    repeats: int,
+    budget_s: float,
+    n_surface: int,
+    place: str,
 ) -> dict:
-    """Ask the questions of one kind; return what of a row follows from the answers."""
+    """Ask the questions of one kind; return what of a row follows from the answers; ``ready`` as in ``_Queries``."""
     found: dict[int, Mapping[str, float]] = {}
-    queries = _Queries(solver, questions)
+    queries = _Queries(solver, questions, ready)
 
     def receive(i: int, answer: np.ndarray | Answer) -> None:
         moved = checked(answer, n_surface, place)
@@ -81,10 +94,13 @@ def _asked(
 
     timed = time_calls(queries, repeats, budget_s, receive)
     wrong = [i for i, failure in enumerate(timed.failures) if failure]
-    row: dict[str, Any] = {"refused": len(queries.refused), "failures": len(set(wrong) - queries.refused)}
+    row: dict[str, Any] = {"refused": len(queries.refused), "doubted": len(queries.doubted)}
+    row["failures"] = len(set(wrong) - queries.refused - queries.doubted)
     row["failure"] = next((timed.failures[i] for i in wrong), "")
     row["memory_mb"] = float(solver.memory_mb)
-    errors = pd.DataFrame([found[i] for i in sorted(set(found) - set(wrong))], columns=MEANS, dtype=float)
+    answered = sorted(set(found) - set(wrong))
+    row["contacts"] = len({tuple(press.node for press in questions[i].load.presses) for i in answered})
+    errors = pd.DataFrame([found[i] for i in answered], columns=MEANS, dtype=float)
     row |= errors.mean().to_dict()
     row |= {f"{name}_most": errors[name].max() for name in MOST}
     if seconds := [s for calls in timed.seconds for s in calls]:
@@ -104,13 +120,17 @@ def _errors(question: Question, moved: np.ndarray, forces: np.ndarray | None) ->
 class _Queries(Sequence):
     """One query for each question; what comes before it is done when it is looked up, off the clock.
 
-    refused : those that the model does not answer; prepared : seconds that preparing each press took, where it was new
+    ready : by the nodes that are pressed at once, seconds a press that preparing them took; questions of another kind
+        that came before have prepared some
+    refused : those that the model does not answer; doubted : those whose answer it does not believe
+    prepared : what ``ready`` says of each question's nodes, once
     """
 
-    def __init__(self, solver: Solver, questions: Sequence[Question]):
-        self._solver, self._questions = solver, questions
-        self._ready: set[tuple[int, ...]] = set()
+    def __init__(self, solver: Solver, questions: Sequence[Question], ready: dict[tuple[int, ...], float]):
+        self._solver, self._questions, self._ready = solver, questions, ready
+        self._counted: set[tuple[int, ...]] = set()
         self.refused: set[int] = set()
+        self.doubted: set[int] = set()
         self.prepared: list[float] = []
 
     def __len__(self) -> int:
@@ -129,16 +149,23 @@ class _Queries(Sequence):
     def _prepare(self, load: Load) -> None:
         prepare: Callable[..., object] | None = getattr(self._solver, "prepare_contact", None)
         nodes = tuple(press.node for press in load.presses)
-        if prepare is None or nodes in self._ready:
+        if prepare is None or nodes in self._counted:
             return
-        start = perf_counter()
-        prepare(*nodes)
-        self.prepared.append((perf_counter() - start) / len(nodes))
-        self._ready.add(nodes)
+        if nodes not in self._ready:
+            start = perf_counter()
+            prepare(*nodes)
+            counted: Callable[..., float] | None = getattr(self._solver, "seconds_of", None)
+            seconds = counted(*nodes) if counted else perf_counter() - start  # what settings share, the first has made
+            self._ready[nodes] = seconds / len(nodes)
+        self._counted.add(nodes)
+        self.prepared.append(self._ready[nodes])
 
     def _respond(self, i: int, load: Load) -> np.ndarray | Answer:
         try:
             return self._solver.respond(load)
+        except Doubted:
+            self.doubted.add(i)
+            raise
         except (Refused, InputError) as failure:
             return self._fail(i, failure)
 

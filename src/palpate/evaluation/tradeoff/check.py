@@ -20,8 +20,9 @@ def check(config: dict, file: Path) -> None:
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
     stages = [stage["model"] for stage in config["tradeoff"]["settings"]["cascade"]["stages"]]
-    if wrong := describe_unknown(stages, [name for name in model_registry.MODELS if name != "cascade"]):
+    if wrong := model_registry.unknown(stages, {}) or describe_unknown(stages, _staged()):
         raise InputError(f"{place}.settings.cascade.stages names {wrong}")
+    _check_models(f"{place}.training_contacts_of", config["tradeoff"]["training_contacts_of"], own)
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
@@ -30,21 +31,31 @@ def check(config: dict, file: Path) -> None:
         _check_asked(file, config, block)
 
 
+def _staged() -> list[str]:
+    """List the models that may be a stage of a cascade."""
+    return [name for name in model_registry.MODELS if name != "cascade"]
+
+
 def _check_asked(file: Path, config: dict, block: str) -> None:
     """Raise InputError for models, bodies and regimes of a ``block`` that there are not, or no regular expression."""
     asked, place = config["tradeoff"][block], f"{file}: tradeoff.{block}"
     if asked is None:
         return
-    if wrong := model_registry.unknown(list(asked["models"]), config["tradeoff"]["own_models"]):
-        raise InputError(f"{place}.models names {wrong}")
+    _check_models(f"{place}.models", asked["models"], config["tradeoff"]["own_models"])
     for key, known in (("bodies", pressed_bodies(config)), ("regimes", list(config["regimes"]))):
         if wrong := describe_unknown(asked[key] or [], known):
             raise InputError(f"{place}.{key} names {wrong}")
-    for name, pattern in asked["models"].items():
+
+
+def _check_models(place: str, patterns: dict[str, str], own: dict) -> None:
+    """Raise InputError for models that there are not, and for patterns of their settings that are none."""
+    if wrong := model_registry.unknown(list(patterns), own):
+        raise InputError(f"{place} names {wrong}")
+    for name, pattern in patterns.items():
         try:
             re.compile(pattern)
         except re.error as error:
-            raise InputError(f"{place}.models.{name}: {pattern} is no regular expression ({error}).") from error
+            raise InputError(f"{place}.{name}: {pattern} is no regular expression ({error}).") from error
 
 
 def _check_bodies(file: Path, config: dict) -> None:

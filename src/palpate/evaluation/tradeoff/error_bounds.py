@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from palpate.evaluation.tradeoff import findings
 from palpate.evaluation.tradeoff.bootstrap import BOUNDS
 from palpate.evaluation.tradeoff.coverage import Draws
 from palpate.evaluation.tradeoff.equal_settings import EXACT, KINDS, lasting
-from palpate.evaluation.tradeoff.estimates import EVERY, RESIDUAL
-from palpate.evaluation.tradeoff.findings import ESTIMATED
+from palpate.evaluation.tradeoff.estimates import COARSER, EVERY, RESIDUAL
 from palpate.evaluation.tradeoff.judge import TRAINING
 from palpate.models.conformal import bound_factor, finite
 
@@ -22,7 +22,10 @@ COLUMNS = [
 ]  # fmt: skip
 CONSTANT, OWN = "constant", "own"
 """The same for every answer, and what the model itself says of its answer."""
-SAMPLES = ["model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED]
+ESTIMATED, APART = findings.ESTIMATED, findings.COARSER
+SAMPLES = [
+    "model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED, *APART.values(),
+]  # fmt: skip
 """The columns that are read of the samples' errors."""
 _SETTING, _ASKED = ["model", "setting"], ["split", "sample", "contact"]
 
@@ -57,8 +60,11 @@ class _Scored:
         self._draws = {key: Draws(self.contact(key)) for key in alike.values()}
         self._estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
         own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
-        told = scene.estimates.assign(value=scene.estimates[kind])
-        for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own):
+        second = scene.estimates["estimate"] == COARSER
+        seconds, apart = scene.estimates.loc[second, "seconds"].median(), errors.dropna(subset=APART[kind])
+        apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
+        told = scene.estimates[~second].assign(value=scene.estimates.loc[~second, kind].to_numpy())
+        for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own, apart):
             for (model, setting, name), found in rows.groupby([*_SETTING, "estimate"], sort=False):
                 self._add(
                     str(name), found.set_index(_ASKED), list(self.errors) if model == EVERY else [(model, setting)]
@@ -87,7 +93,7 @@ class _Scored:
         return self._estimates[key]
 
     def looked_at(self, key: tuple[str, str]) -> bool:
-        """Return whether there is an estimate that looks at the answers of this setting."""
+        """Return whether there is an estimate that not every setting has, and that looks at its answers."""
         return any(name in self._estimates[key] for name in (RESIDUAL, OWN))
 
 

@@ -1,7 +1,9 @@
-"""Estimate the error of answers: cheaply, from the linear response alone, or from one fine residual.
+"""Estimate the error of answers: from the linear response alone, from one fine residual, or from a second answer.
 
-The residual is that of quadratic elements on the finest level, as training samples are simulated with; one multigrid
-cycle makes a displacement of it. What these elements cannot represent it does not see.
+The second answer is that of quadratic elements one level coarser than the finest: ``Judge.from_coarser`` compares any
+answer with it, and what it takes is measured here. The residual is that of quadratic elements on the finest level, as
+training samples are simulated with; one multigrid cycle makes a displacement of it. What these elements cannot
+represent it does not see.
 """
 
 from collections.abc import Iterator
@@ -12,21 +14,25 @@ import pandas as pd
 
 from palpate.enrichment.linear_fem import LinearFem
 from palpate.enrichment.warped_response import WarpedResponse
+from palpate.errors import NotConverged
 from palpate.evaluation.tradeoff.judge import Judge
-from palpate.models.fem_statics import Simulation, to_fine, with_unknowns
+from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
 from palpate.models.load import Load, loads_of
 from palpate.models.model import Case, setting_text
+from palpate.solvers.fast_equilibrium import FastEquilibrium
 
 EVERY = "every model"
 """The model in whose row an estimate stands that does not look at the answer."""
 CHEAP = ("linear", "turned", "distance")
-RESIDUAL = "residual"
+RESIDUAL, COARSER = "residual", "coarser"
 COLUMNS = ["split", "sample", "contact", "model", "setting", "estimate", "rms", "patch", "seconds"]
 """``rms`` and ``patch``: the estimate of the error over the surface and at the patch, up to a factor."""
 SOLVED = ("fem_p1", "fem_p2", "linear_fem")
 """The models whose residual is looked at: of others only the surface is known."""
 _LOOSE = 1e-4
 """Tolerance of the linear response inside the body."""
+_ENOUGH, _TIMED = 1e-3, 5
+"""Residual over its load at which a second answer is exact enough, and how many of them are timed."""
 
 
 def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.DataFrame:
@@ -37,6 +43,7 @@ def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.
     distance : of the contact from the nearest other one that is learnt from, over the size of the body
     residual : RMS of what one cycle of multigrid makes of the fine residual, over the answer's largest displacement;
         of the linear response, and of elements on the coarse level, for those of ``models``
+    coarser : what finding a second answer takes, without a value, as that differs from model to model
     """
     whole = [_of(case, part, models) for part in (judge, judge.more) if part]
     return pd.concat(whole, ignore_index=True)
@@ -44,7 +51,7 @@ def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.
 
 def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     loads = loads_of(judge.samples.contact, judge.samples.force)
-    rows = list(_cheap(case, loads))
+    rows = [*_cheap(case, loads), *_second(case, loads)]
     if asked := [model for model in models if model in SOLVED]:
         rows += _residuals(case, judge, loads, asked)
     table = pd.DataFrame(rows, columns=["i", "model", "setting", "estimate", "rms", "patch", "seconds"])
@@ -69,6 +76,23 @@ def _cheap(case: Case, loads: list[Load]) -> Iterator[tuple]:
         away = float(np.linalg.norm(nodes[learnt[learnt != contact]] - nodes[contact], axis=1).min())
         for name, value in zip(CHEAP, (peak / size, change, away / size), strict=True):
             yield i, EVERY, "", name, value, value, seconds
+
+
+def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
+    """Yield rows of the time that a second answer takes; none where the body has no level before the finest."""
+    level = len(case.body.levels) - 2
+    if level < 0:
+        return
+    coarser, up = Simulation(case, level, _ENOUGH, None, 2, FastEquilibrium), to_surface(case.body, level, 2)
+    chosen = np.unique(np.linspace(0, len(loads) - 1, _TIMED).round().astype(int))
+    for turn, i in enumerate((chosen[0], *chosen)):
+        begin = perf_counter()
+        try:
+            up @ coarser.displacement(loads[i])
+        except NotConverged:
+            continue
+        if turn:  # the first call compiles, and fills caches
+            yield i, EVERY, "", COARSER, np.nan, np.nan, perf_counter() - begin
 
 
 def _residuals(case: Case, judge: Judge, loads: list[Load], models: list[str]) -> Iterator[tuple]:

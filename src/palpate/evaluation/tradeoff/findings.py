@@ -22,7 +22,12 @@ KIND = ["sees", "prepared", "law"]
 OPERATOR = "operator_rmse_of_peak"
 ESTIMATED = "estimated_of_peak"
 """The error that a model estimates of its own answer; empty of models that do not."""
-SAMPLE_COLUMNS = [*LABELS, "split", "side", "sample", "contact", *ERRORS, OPERATOR, ESTIMATED, "seconds", "failure"]
+COARSER = {"rms": "coarser_rmse_of_peak", "patch": "coarser_patch_rms_of_peak"}
+"""The distance of an answer from that of quadratic elements one level coarser than the finest, by kind of error."""
+SAMPLE_COLUMNS = [
+    *LABELS, "split", "side", "sample", "contact", *ERRORS, OPERATOR, ESTIMATED, *COARSER.values(), "seconds",
+    "failure",
+]  # fmt: skip
 SETTING_COLUMNS = [
     *LABELS, *KIND, "protocol", "split", "samples", "failures", *ERRORS, OPERATOR,
     *(f"{name}_{part}" for name in SPREAD for part in ("median", "p95")),
@@ -38,6 +43,7 @@ class Asked(NamedTuple):
     operator : distance from the fine operator, as a share of the peak; NaN where that means nothing
     seconds : of every timed call of each sample; of one that failed, none
     estimated : the RMSE over peak that the solver estimates of its answer; None or NaN where it does not
+    coarser : distances from the answer of coarser elements, as ``Judge.from_coarser``; None where nobody compared
     """
 
     errors: list[TruthErrors | None]
@@ -45,6 +51,7 @@ class Asked(NamedTuple):
     failures: list[str]
     seconds: list[list[float]]
     estimated: list[float] | None = None
+    coarser: list[tuple[float, float]] | None = None
 
     @staticmethod
     def failed(failure: NotConverged, count: int) -> "Asked":
@@ -92,6 +99,8 @@ def _sample_rows(labels: dict[str, str], asked: Asked, judge: Judge) -> list[dic
             seconds = np.median(asked.seconds[i]) if asked.seconds[i] else np.nan
             row |= found._asdict() | {OPERATOR: asked.operator[i], "seconds": seconds}
             row |= {ESTIMATED: asked.estimated[i] if asked.estimated else np.nan}
+            if asked.coarser:
+                row |= dict(zip(COARSER.values(), asked.coarser[i], strict=True))
         rows.append(row)
     return rows
 

@@ -12,6 +12,7 @@ from palpate.bodies.body_file import load
 from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.evaluation.tradeoff.nested_levels import truth_levels
 from palpate.evaluation.tradeoff.truth import Truth
 from palpate.evaluation.tradeoff.truth_file import load_truth
 from palpate.models.model import Case
@@ -34,6 +35,8 @@ class Judge:
     samples : the database of these; its ``fine`` are converged answers of the fine operator
     truth : (k, n, 3) [m]; own : (k, ·) errors of the truth itself, as ``TruthErrors``; own_seconds : (k,) what it took
     patch : (k, n) bool, the nodes that are pressed
+    coarser : (k, n, 3) [m], converged answers of quadratic elements one level coarser than the finest, which any answer
+        can be compared with; or None
     more : presses at training contacts, for bounds of models that learn nothing; or None
     """
 
@@ -46,6 +49,7 @@ class Judge:
     own_seconds: np.ndarray
     patch: np.ndarray
     more: "Judge | None" = None
+    coarser: np.ndarray | None = None
 
     def errors(self, i: int, answer: np.ndarray) -> TruthErrors:
         """Measure an answer (n, 3) [m] to the i-th sample against the truth."""
@@ -55,6 +59,17 @@ class Judge:
         """Return the RMS distance of an answer from the fine operator's converged one, as a share of the true peak."""
         distance = np.linalg.norm(answer - self.samples.fine[i], axis=1)
         return float(np.sqrt(np.mean(distance**2)) / np.linalg.norm(self.truth[i], axis=1).max())
+
+    def from_coarser(self, i: int, answer: np.ndarray) -> tuple[float, float]:
+        """Return the RMS distance of an answer (n, 3) [m] from the coarser elements', over the surface and the patch.
+
+        As shares of the largest displacement of these, as who estimates an error does not know the true one; NaN where
+        there is no such answer.
+        """
+        if self.coarser is None:
+            return np.nan, np.nan
+        found = truth_errors(answer, self.coarser[i], self.patch[i])
+        return found.rmse_of_peak, found.patch_rms_of_peak
 
 
 def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge:
@@ -89,7 +104,9 @@ def _of(
     numbers = truth.sample[rows]
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]])
     own = truth.displacement[rows], truth.own[rows], truth.seconds[rows]
-    return Judge(split, numbers, side, db.take(numbers), *own, patch)
+    place = truth_levels(body).index(level) if (level := len(body.levels) - 2) in truth_levels(body) else None
+    coarser = None if place is None else truth.levels[rows, place]
+    return Judge(split, numbers, side, db.take(numbers), *own, patch, coarser=coarser)
 
 
 def read_judged(

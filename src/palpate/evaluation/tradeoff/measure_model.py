@@ -81,12 +81,14 @@ def ask(
     count = len(judge.numbers)
     found: list[TruthErrors | None] = [None] * count
     operator, estimated = [np.nan] * count, [np.nan] * count
+    coarser = [(np.nan, np.nan)] * count
 
     def receive(i: int, answer: np.ndarray | Answer) -> None:
         moved = checked(answer, judge.truth.shape[1], place)
         if found[i] is None:
             found[i] = judge.errors(i, moved)
             operator[i] = judge.operator_error(i, moved) if reduces else np.nan
+            coarser[i] = judge.from_coarser(i, moved)
             if isinstance(answer, Answer) and answer.error is not None:
                 estimated[i] = answer.error
 
@@ -94,7 +96,7 @@ def ask(
     for i, failure in enumerate(timed.failures):
         if failure:
             found[i], operator[i] = None, np.nan
-    return Asked(found, operator, timed.failures, timed.seconds, estimated)
+    return Asked(found, operator, timed.failures, timed.seconds, estimated, coarser)
 
 
 class _Queries(Sequence):

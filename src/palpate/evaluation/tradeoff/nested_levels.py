@@ -9,7 +9,7 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import with_midpoints
 from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import NotConverged
@@ -57,11 +57,13 @@ class Ascent:
 def truth_levels(body: Body) -> range:
     """Return the levels that the truth of ``body`` is found on: three or four, up to one beyond its finest.
 
-    Only levels of the shape of the finest are taken: where a level was moved to a smooth surface, those before it
-    are another body's.
+    Only levels of the shape of the finest are taken: where a level was moved to the dense surface of a file or a CT,
+    those before it are another body's. On a smooth surface with a formula every level lies, finer ones too: facets come
+    nearer to it by the order of 2, which Richardson's limit takes up.
     """
     fine = len(body.levels) - 1
-    shape = next((level for level in range(fine, 0, -1) if not _is_plain(body, level)), 0)
+    moved = range(fine, 0, -1) if body.smooth is None else ()
+    shape = next((level for level in moved if not _is_plain(body, level)), 0)
     first = max(shape, fine - 2)
     return range(first, max(fine + 1, first + 2) + 1)
 
@@ -76,7 +78,7 @@ def ascend(
     One level is held in memory at a time. A solution that fails leaves a failure behind and does not raise.
     """
     last = max(own[-1] for own in levels)
-    whole = finer(body, last + 2 - len(body.levels))
+    whole = with_midpoints(body, last)
     ascents = [Ascent(load, own) for (_, load), own in zip(loads.iterrows(), levels, strict=True)]
     todo = [(level, each) for level in range(last + 1) for each in ascents if level in each.levels]
     step: _Level | None = None

@@ -22,7 +22,7 @@ TABLES = {
     "advice": Table(
         "scene error split budget_ms max_error model setting rmse_of_peak patch_rms_of_peak validation_error error_low "
         "error_high bound_of_peak p95_of_peak online_p95_s margin confidence rival rival_setting factor "
-        "reference_error faster faster_setting faster_error faster_high faster_factor why",
+        "reference_error faster faster_setting faster_error faster_high faster_factor speed times_life bound_on why",
         "The model and setting to take for each limit of time or error, the next best one, and the reason.",
     ),
     "error_bounds": Table(
@@ -43,9 +43,9 @@ TABLES = {
         always=False,
     ),
     "any_load": Table(
-        "scene body regime model setting kind samples refused failures rmse_of_peak relative_l2 patch_rms_of_peak "
-        "patch_max_of_peak force_error rmse_of_peak_most patch_rms_of_peak_most force_error_most online_median_s "
-        "online_p95_s preparation_s offline_s memory_mb failure",
+        "scene body regime model setting kind samples refused doubted failures contacts rmse_of_peak relative_l2 "
+        "patch_rms_of_peak patch_max_of_peak force_error rmse_of_peak_most patch_rms_of_peak_most force_error_most "
+        "online_median_s online_p95_s preparation_s offline_s memory_mb failure",
         "Loads that models were not prepared for, against the fine operator: a place between contacts, two contacts, a "
         "disc pushed to a depth.",
         always=False,

@@ -65,6 +65,11 @@ class Truth:
         """Truth values (k,): which samples' limits are believed."""
         return self.rejected == ""
 
+    def spread(self, count: int) -> np.ndarray:
+        """Return the numbers of ``count`` samples whose limit is believed, or of all, spread over their order."""
+        believed = self.sample[self.believed]
+        return believed[np.linspace(0, len(believed) - 1, min(count, len(believed))).round().astype(int)]
+
     def rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of those of the samples ``numbers`` whose limit is believed; InputError for one not here.
 

@@ -13,12 +13,15 @@ COLUMNS = [
     "patch_rms_of_peak", "order", "rmse_of_peak_max", "relative_l2_max", "patch_rms_of_peak_max", "ratio_min",
     "ratio_max", "least_det", "squeezed", "volume_change", "iterations", "cycles", "seconds",
     "validation_samples", "validation_rmse_of_peak", "validation_patch_rms_of_peak", "other_element",
-    "other_element_patch", "other_element_samples", "other_element_own", "other_element_own_patch", "why_rejected",
+    "other_element_patch", "other_element_samples", "other_element_own", "other_element_own_patch", "geometry_of_peak",
+    "geometry_patch_of_peak", "geometry_samples", "why_rejected",
 ]  # fmt: skip
 _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 
 
-def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> dict:
+def truth_row(
+    scene: str, truth: Truth, other: pd.DataFrame | None = None, geometry: pd.DataFrame | None = None
+) -> dict:
     """Return the row of one scene; errors are the truth's own, means and largest of the samples that are believed.
 
     Only samples that were answered on the finest level count there; those that only choose settings may do without it,
@@ -26,6 +29,7 @@ def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> di
 
     other : rows of ``other_element.other_element``, whose mean RMSE / peak is the column other_element, and that of
         their patches other_element_patch; other_element_own, other_element_own_patch : the truth's own, of these alone
+    geometry : rows of ``geometry.geometry_share``, whose means are geometry_of_peak (RMSE) and geometry_patch_of_peak
     samples, rejected : numbers of samples believed on the finest level, and of all that are not believed
     inverted, squeezed : of all samples, those with an inverted element, or one with a determinant below SQUEEZED
     order : of the mean ratio; ratio_min, ratio_max, least_det : of all samples, rejected ones too
@@ -61,17 +65,34 @@ def truth_row(scene: str, truth: Truth, other: pd.DataFrame | None = None) -> di
     row |= {"validation_samples": int(less.sum())}
     row |= _own(truth, less, "validation_{}")
     if other is not None and len(other):
-        row |= {"other_element": other["rmse_of_peak"].mean(), "other_element_samples": len(other)}
-        row |= {"other_element_patch": other["patch_rms_of_peak"].mean()}
         own = _own(truth, np.isin(truth.sample, other["sample"]), "{}")
+        row |= _means(other, "other_element", "other_element_patch")
         row |= {"other_element_own": own["rmse_of_peak"], "other_element_own_patch": own["patch_rms_of_peak"]}
+    if geometry is not None and len(geometry):
+        row |= _means(geometry, "geometry_of_peak", "geometry_patch_of_peak")
     reasons = zip(truth.sample[refused], truth.rejected[refused], strict=True)
     return row | {"why_rejected": "; ".join(f"{sample}: {why}" for sample, why in reasons)}
 
 
-def truth_table(truths: Mapping[str, Truth], others: Mapping[str, pd.DataFrame] | None = None) -> pd.DataFrame:
-    """Tabulate truth.csv, a row a scene; ``others`` has the checks by another element of the scenes that have them."""
-    rows = [truth_row(scene, truth, (others or {}).get(scene)) for scene, truth in truths.items()]
+def _means(rows: pd.DataFrame, name: str, patch: str) -> dict:
+    """Return the means of a comparison under the names of its columns, and of how many samples they are."""
+    means = rows[["rmse_of_peak", "patch_rms_of_peak"]].mean()
+    samples = f"{name.removesuffix('_of_peak')}_samples"
+    return {name: means["rmse_of_peak"], patch: means["patch_rms_of_peak"], samples: len(rows)}
+
+
+def truth_table(
+    truths: Mapping[str, Truth],
+    others: Mapping[str, pd.DataFrame] | None = None,
+    shares: Mapping[str, pd.DataFrame] | None = None,
+) -> pd.DataFrame:
+    """Tabulate truth.csv, a row a scene.
+
+    others : the checks by another element of the scenes that have them; shares : what facets change, likewise
+    """
+    rows = [
+        truth_row(scene, truth, (others or {}).get(scene), (shares or {}).get(scene)) for scene, truth in truths.items()
+    ]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

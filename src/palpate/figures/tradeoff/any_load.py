@@ -54,7 +54,7 @@ def _panel(axis, rows: pd.DataFrame, error: str) -> None:
         times, errors = 1e3 * able["online_median_s"], 100 * able[error]
         mark = {"marker": shown.marker, "ms": 9 if shown.marker == "*" else 6, "mew": 0.4, "color": shown.colour}
         axis.loglog(times, errors, "-", lw=1, mec="white", label=text, **mark)
-        partly = (able["refused"] + able["failures"] > 0).to_numpy()
+        partly = (able["refused"] + able["doubted"] + able["failures"] > 0).to_numpy()
         if partly.any():
             axis.loglog(times[partly], errors[partly], ls="", mfc="white", **mark | {"mew": 1.0})
     axis.set(xscale="log", yscale="log")

@@ -14,10 +14,15 @@ SOURCES = {
     "turned": "the rotations of the linear response",
     "distance": "the distance to what was learnt from",
     "residual": "one fine residual",
+    "coarser": "a second answer, of coarser elements",
     "own": "the model itself",
 }
 """The estimates by what they are made from, in words."""
-_COLOURS = dict(zip(SOURCES, ("#9a9a9a", "#e6b400", "#009e73", "#56b4e9", "#d55e00", "#7a3b63"), strict=True))
+DEAR = ("residual", "coarser")
+"""Those that cost a simulation, or a part of one; the others take next to nothing."""
+_COLOURS = dict(
+    zip(SOURCES, ("#9a9a9a", "#e6b400", "#009e73", "#56b4e9", "#d55e00", "#0072b2", "#7a3b63"), strict=True)
+)
 _JITTER = 0.18
 """Half width over which the points of one estimate are spread."""
 

@@ -25,7 +25,7 @@ def draw(truth) -> Figure:
     truth : the table of this name
     Points are means over the samples; lines reach to the worst sample, and over the orders of all samples. Crosses are
     those which only choose settings. Where another element was tried, its distance is joined to the truth's own error
-    on the same samples.
+    on the same samples. Triangles are what the body's facets change, where its smooth surface is known.
     """
     names = tables.scenes(truth)
     figure = Figure(figsize=(9.5, 1.5 + 0.36 * len(names)), layout="constrained")
@@ -38,6 +38,7 @@ def draw(truth) -> Figure:
         left.plot(100 * truth[column], place, marker, color=colour, mec="white", mew=0.5, ms=6, label=name, zorder=3)
     _less_known(left, truth, rows)
     _other_element(left, truth, rows)
+    _facets(left, truth, rows)
     left.axvline(100 * KNOWN, color="#aa0000", lw=1, ls=(0, (4, 2)), zorder=1)
     left.set(xscale="log", xlabel="error of the truth itself [%]", title="how well the truth is known")
     left.set_yticks(rows, [scene.replace("_", " ") for scene in names])
@@ -85,3 +86,13 @@ def _other_element(axis, truth, rows: np.ndarray) -> None:
             own = 100 * truth[f"other_element_own{ending}"]
             axis.hlines(rows + place, own, found, color=colour, lw=0.8, zorder=2)
             axis.plot(own, rows + place, "|", color=colour, ms=6, zorder=3)
+
+
+def _facets(axis, truth, rows: np.ndarray) -> None:
+    """Draw how far the answers of a body of facets and of one on the smooth surface are apart."""
+    name = "what facets change, beside the smooth shape"
+    for place, column, colour in ((-0.16, "geometry_of_peak", "#0072b2"), (0.0, "geometry_patch_of_peak", "#d55e00")):
+        values = truth.get(column)
+        if values is not None and values.notna().any():
+            label = name if column == "geometry_of_peak" else ""
+            axis.plot(100 * values, rows + place, "^", mfc="none", mec=colour, ms=6, label=label, zorder=3)

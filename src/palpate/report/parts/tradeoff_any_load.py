@@ -32,7 +32,9 @@ def _taken(table: pd.DataFrame) -> str:
                 f"error of at most {percent(e)}": brief(advise_any_load(found, kind, max_error=e)) for e in LIMITS
             }
             rows.append({"scene": scene.replace("_", " "), "load": kind} | limits)
-    return markup.table(pd.DataFrame(rows), "The fastest whose largest error stays below, its mean error, and the time")
+    return markup.table(
+        pd.DataFrame(rows), "The fastest whose largest error stays below, its mean and largest error, and the time"
+    )
 
 
 def _refusals(table: pd.DataFrame) -> str:

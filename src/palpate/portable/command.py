@@ -1,0 +1,72 @@
+"""Carry out ``palpate export``: from a scene's name in the settings to a file."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from palpate.bodies.make_body import make_body
+from palpate.config import complete, finger_regimes, pressed_bodies
+from palpate.enrichment.training_samples import FitOptions
+from palpate.errors import InputError, NotConverged, suggest
+from palpate.models.model import Case
+from palpate.models.model_registry import MODELS
+from palpate.portable.export import COLUMNS, export_model
+from palpate.portable.file import describe
+from palpate.samples.database_of_body import database_of
+from palpate.schema import read_schema
+from palpate.settings_file import read_settings
+
+CAN = "contact_modes"
+"""The model that a file can hold."""
+_SCHEMA = Path(__file__).parents[3] / "workflow/schemas/config.schema.yaml"
+
+
+def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> str:
+    """Write a model of a scene of the settings ``config`` to the file ``out``, and return what it is.
+
+    InputError for a scene that the settings do not have, and for a model that a file cannot hold.
+    """
+    if model != CAN:
+        why = "is not known" if model not in MODELS else "has no form that other programs can answer from"
+        raise InputError(f"--model {model} {why}; export {CAN}.")
+    if not _SCHEMA.is_file():
+        raise InputError(f"{_SCHEMA} is missing; install palpate from its folder, with pip install -e.")
+    settings = complete(read_settings(config), read_schema(_SCHEMA), config)
+    case = _case(settings, config, scene)
+    from threadpoolctl import threadpool_limits
+
+    try:
+        with threadpool_limits(limits=1):  # products are small, and threads wait for each other
+            export_model(case, COLUMNS, contacts, out, _told)
+    except NotConverged as failure:
+        raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
+    except OSError as error:
+        raise InputError(f"{out} cannot be written ({error.strerror}); give another file with --out.") from error
+    return describe(out)
+
+
+def _case(settings: dict, config: Path, scene: str) -> Case:
+    """Return the body of a scene under its disc, without any sample."""
+    regimes = settings.get("regimes", {}) | (finger_regimes(settings) if "tradeoff" in settings else {})
+    known = {f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in regimes}
+    if scene not in known:
+        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
+    name, regime = known[scene]
+    entry = regimes[regime]
+    radius = float(entry["radius_of_body_m"].get(name, entry["radius_m"]))
+    body = make_body(name, settings["bodies"][name])
+    nothing = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
+    database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *nothing)
+    options = FitOptions(1, {}, 2, "contacts", settings["seed"])
+    grid = settings["tradeoff"]["settings"]
+    return Case(body, regime, radius, database, None, options, settings["solver"]["tolerance"], grid)
+
+
+def _told(nodes: Sequence[int]) -> Iterator[int]:
+    """Yield ``nodes``, and say how many are done."""
+    for done, node in enumerate(nodes):
+        print(f"\rcontact {done + 1} of {len(nodes)}", end="", file=sys.stderr, flush=True)
+        yield node
+    print(file=sys.stderr)

@@ -1,0 +1,110 @@
+"""A portable model of a block, made up of cells that nothing was solved for, and the C runtime compiled."""
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import palpate.portable.runtimes
+from palpate.bodies.make_body import make_body
+from palpate.effects.law import PLAIN
+from palpate.models.prepared_contacts import Prepared
+from palpate.portable.runtimes.palpate_model import SCALARS, PortableModel
+from palpate.portable.surface_basis import surface_basis
+from palpate.portable.write import PackedContact, model_bytes
+from palpate.reduction.cells import Cells
+from palpate.reduction.reduced_contact import ReducedContact
+
+RUNTIMES = Path(palpate.portable.runtimes.__file__).parent
+HERE = Path(__file__).parent
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+CHECKS = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+class MadeUp(NamedTuple):
+    """The bytes of a file, and the reduced contacts that are in it."""
+
+    data: bytes
+    contacts: list[ReducedContact]
+
+
+@pytest.fixture(scope="session")
+def made_up():
+    """A block of 10 cm whose contacts have six coordinates and five cells each."""
+    entry = {"kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [2, 2, 2], "refinements": 1, "young_pa": 3000}
+    entry |= {
+        "poisson": 0.3,
+        "density_kg_m3": 1000,
+        "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+    }
+    body, rng = make_body("block", entry), np.random.default_rng(3)
+    n = len(body.fine.surface)
+    waves = np.stack(
+        [
+            np.sin(body.fine.nodes[body.fine.surface] @ rng.normal(0, 20, 3) + k)[:, None] * rng.normal(size=3)
+            for k in range(12)
+        ],
+        axis=2,
+    )
+    linear = [0.02 * waves[:, :, 3 * k : 3 * k + 3].reshape(3 * n, 3) for k in range(3)]
+    packed, contacts = [], []
+    top = np.flatnonzero(body.fine.nodes[body.fine.surface][:, 2] > 0.099)[::4]
+    nodes, normals = body.fine.nodes[body.fine.surface], body.fine.normals[body.fine.surface]
+    for k, at in enumerate(top[:6]):
+        cells = Cells(
+            0.6 * rng.normal(size=(9, 5, 6)), rng.uniform(1e-5, 1e-4, 5), np.full(5, 1154.0), np.full(5, 1731.0)
+        )
+        reduced = ReducedContact(cells, 0.3 * rng.normal(size=(6, 3)), PLAIN)
+        rest = (0.05 * waves.reshape(3 * n, 12)[:, rng.permutation(12)[:6]]).astype(np.float32)
+        bearing = -normals[at][None] / 0.8
+        model = Prepared(reduced, 0.4, linear[k % 3], rest, (np.eye(3), np.eye(3, 6)), bearing, np.eye(1))
+        packed.append(PackedContact(nodes[at], normals[at], model))
+        contacts.append(reduced)
+    basis = surface_basis(body, 0.03, linear, [each.prepared.rest for each in packed], 10)
+    scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": 0.03, "guard": 0.68, "far": 2.0, "hard": 1.05}
+    scalars |= {"farthest_m": 0.1, "floor": 0.01, "share": 0.05, "spread": 0.5, "several": 0.2, "hardest_n": 0.8}
+    compliance = 0.01 * np.cov(rng.normal(size=(10, 40)))
+    info = {"format": "palpate portable model", "version": 1, "body": "block"}
+    return MadeUp(model_bytes(info, scalars, basis, compliance, packed), contacts)
+
+
+@pytest.fixture(scope="session")
+def model(made_up):
+    return PortableModel(made_up.data)
+
+
+@pytest.fixture(scope="session")
+def loads(model):
+    """230 loads, a list of presses each: one or two presses, by force or to a depth, gentle and too hard."""
+    rng, found = np.random.default_rng(5), []
+    for k in range(230):
+        presses = []
+        for _ in range(1 + (k % 5 == 0)):
+            press = {"triangle": int(rng.integers(len(model.triangles))), "weights": rng.dirichlet([1, 1, 1]).tolist()}
+            given = 10.0 ** rng.uniform(-4, -0.2) * rng.normal(size=3)
+            press |= {"moved": (0.01 * given).tolist()} if k % 3 == 2 else {"force": given.tolist()}
+            presses.append(press)
+        found.append(presses)
+    return found
+
+
+@pytest.fixture(scope="session")
+def compiled(tmp_path_factory):
+    """A function that compiles a program of this folder with the runtime, with the sanitizers or for speed."""
+    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("there is no C compiler")
+    folder = tmp_path_factory.mktemp("c")
+
+    def build(name, checks=True):
+        program = folder / f"{name}{checks}"
+        flags = [*FLAGS, *(CHECKS if checks else ["-O2"]), f"-I{RUNTIMES}"]
+        sources = [str(HERE / f"{name}.c"), str(RUNTIMES / "palpate.c")]
+        done = subprocess.run([compiler, *flags, *sources, "-o", str(program), "-lm"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return program
+
+    return build

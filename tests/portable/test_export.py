@@ -1,0 +1,72 @@
+"""Contact modes that were exported answer as they do in palpate: at contacts, and between them within their bound."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.contacts import surface_contacts
+from palpate.errors import InputError, NotConverged
+from palpate.models import contact_modes
+from palpate.models.load import Load
+from palpate.portable.export import export_model
+from palpate.portable.file import read
+
+SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
+
+
+@pytest.fixture(scope="module")
+def pressed(slab_case):
+    """The slab under a disc, and a force that moves it by about 5 % of its size."""
+    case, test, _ = slab_case
+    return replace(case, radius_m=0.03), 0.4 * float(np.linalg.norm(test.force[0]))
+
+
+@pytest.fixture(scope="module")
+def exported(pressed, tmp_path_factory):
+    path = tmp_path_factory.mktemp("exported") / "slab.palpate"
+    export_model(pressed[0], SETTING, 4, path)
+    return read(path)
+
+
+def asked(case, model, node, newtons):
+    """What palpate and the file say of a straight press at a fine surface node, and the distance over the peak."""
+    force = -newtons * case.body.fine.normals[node]
+    right = contact_modes.prepare(case, SETTING).respond(Load.at(node, force)).displacement
+    found = model.respond([model.press_at(int(np.searchsorted(case.body.fine.surface, node)), force)])
+    apart = np.sqrt(np.mean(np.sum((found.displacement - right) ** 2, axis=1)))
+    return found, apart / np.linalg.norm(right, axis=1).max()
+
+
+def test_at_a_contact_the_file_answers_as_the_model_that_it_holds(pressed, exported):
+    case, newtons = pressed
+    surface = case.body.fine.surface
+    for contact in exported.contacts[:3]:
+        node = int(surface[np.argmin(np.linalg.norm(case.body.fine.nodes[surface] - contact.place, axis=1))])
+        found, apart = asked(case, exported, node, newtons)
+        assert apart < 0.005 and found.doubt == ""
+
+
+def test_between_contacts_nine_answers_in_ten_keep_their_bound(pressed, exported):
+    case, newtons = pressed
+    rng, kept = np.random.default_rng(4), []
+    for node in rng.permutation(surface_contacts(case.body)).tolist():
+        try:
+            found, apart = asked(case, exported, node, newtons)
+        except NotConverged:
+            continue
+        if not found.doubt:
+            kept.append(apart <= found.error)
+        if len(kept) == 10:
+            break
+    assert len(kept) == 10 and sum(kept) >= 8
+    assert "RMSE over peak" in exported.info["error"]
+
+
+def test_what_a_file_cannot_hold_is_refused(pressed, tmp_path):
+    case = pressed[0]
+    soft = replace(case.body, material=replace(case.body.material, law="neo_hookean"))
+    for wrong, said in ((replace(case, body=soft), "law"), (replace(case, radius_m=0.0), "radius")):
+        with pytest.raises(InputError, match=said):
+            export_model(wrong, SETTING, 4, tmp_path / "none")
+    assert list(tmp_path.iterdir()) == []

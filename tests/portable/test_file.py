@@ -1,0 +1,77 @@
+"""Portable model files: what is refused, and in which words."""
+
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+from palpate.cli import main
+from palpate.errors import InputError
+from palpate.portable.file import describe, read
+
+
+@pytest.fixture
+def written(made_up, tmp_path):
+    def write(data):
+        (tmp_path / "block.palpate").write_bytes(data)
+        return tmp_path / "block.palpate"
+
+    return write
+
+
+def repaired(data):
+    return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
+
+
+def test_a_whole_file_is_read_and_told(made_up, written, capsys):
+    path = written(made_up.data)
+    assert read(path).info["body"] == "block"
+    assert main(["load", str(path)]) == 0
+    assert "whole and sound" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda data: data[:-7], "cut off"),
+        (lambda data: data[:40], "no portable model"),
+        (lambda data: b"PK\3\4" + data[4:], "no portable model"),
+        (lambda data: data[:8] + b"\2" + data[9:], "of version 2"),
+        (lambda data: data[:900] + bytes([data[900] ^ 4]) + data[901:], "checksum"),
+        (lambda data: repaired(data + b"more"), "something follows"),
+        (lambda data: repaired(data[:-400]), "longer than the file"),
+        (lambda data: repaired(data[:36] + struct.pack("<I", 10**6) + data[40:]), "sizes"),
+        (lambda data: repaired(data[:48] + struct.pack("<d", float("nan")) + data[56:]), "not finite"),
+    ],
+)
+def test_what_is_no_model_is_refused_in_one_sentence(change, said, made_up, written, capsys):
+    path = written(change(made_up.data))
+    with pytest.raises(InputError, match=said):
+        read(path)
+    assert main(["load", str(path)]) == 1
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"error: {path}: ") and len(printed.splitlines()) == 1
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nothing\.palpate cannot be read"):
+        describe(tmp_path / "nothing.palpate")
+
+
+@pytest.mark.parametrize(("given", "said"), [("fem_p2", "has no form"), ("unheard", "is not known")])
+def test_models_that_no_file_can_hold_are_refused(given, said, tmp_path, capsys):
+    out = tmp_path / "out.palpate"
+    assert main(["export", "--scene", "liver_large", "--model", given, "--out", str(out)]) == 1
+    assert said in capsys.readouterr().err and not out.exists()
+
+
+def test_presses_that_are_none_are_refused(model):
+    right = {"triangle": 0, "weights": [1, 0, 0], "force": [0, 0, -0.1]}
+    for wrong in ({"triangle": 10**6}, {"weights": [2, 0, 0]}, {"weights": [1, 0]}, {"force": [0, 0, np.nan]}):
+        with pytest.raises(ValueError, match="press"):
+            model.respond([right | wrong])
+
+
+def test_no_press_moves_nothing(model):
+    assert not model.respond([]).displacement.any()

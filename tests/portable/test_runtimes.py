@@ -1,0 +1,119 @@
+"""The runtimes in C and JavaScript answer as the one in Python, and stand files that were changed."""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from portable.conftest import HERE, RUNTIMES
+
+CLOSE = 1e-5
+ASK = """
+const Palpate = require(process.argv[1]), fs = require("fs"), whole = fs.readFileSync(process.argv[2]);
+const model = Palpate.load(whole.buffer.slice(whole.byteOffset, whole.byteOffset + whole.length));
+const found = JSON.parse(fs.readFileSync(process.argv[3])).map((presses) => {
+  const {displacement, forces, error, doubt} = model.respond(presses);
+  return {displacement: Array.from(displacement), forces: Array.from(forces), error, doubt};
+});
+fs.writeFileSync(process.argv[4], JSON.stringify(found));
+"""
+REFUSE = """
+const Palpate = require(process.argv[1]), fs = require("fs");
+for (const path of process.argv.slice(2)) {
+  const whole = fs.readFileSync(path);
+  try { Palpate.load(whole.buffer.slice(whole.byteOffset, whole.byteOffset + whole.length)); console.log("read"); }
+  catch (error) { console.log(error.constructor.name + ": " + error.message); }
+}
+"""
+
+
+@pytest.fixture(scope="session")
+def node():
+    if shutil.which("node") is None:
+        pytest.skip("there is no node")
+    return shutil.which("node")
+
+
+@pytest.fixture(scope="session")
+def expected(model, loads):
+    return [model.respond(presses) for presses in loads]
+
+
+def compare(expected, found):
+    """Answers that were found are the same; those that were not say so alike."""
+    assert len(found) == len(expected)
+    answered = [not right.doubt.startswith(("the model found no", "no force")) for right in expected]
+    assert sum(answered) >= 200
+    for sure, right, (displacement, forces, error, doubt) in zip(answered, expected, found, strict=True):
+        if not sure:
+            assert doubt.split(":")[0] == right.doubt.split(":")[0]
+            continue
+        peak = np.linalg.norm(right.displacement, axis=1).max()
+        assert np.abs(displacement.reshape(-1, 3) - right.displacement).max() <= CLOSE * peak
+        assert np.abs(forces.reshape(-1, 3) - right.forces).max() <= CLOSE * np.abs(right.forces).max()
+        assert error == pytest.approx(right.error, rel=1e-4)
+        assert doubt == right.doubt
+
+
+def test_c_answers_as_python(compiled, made_up, model, loads, expected, tmp_path):
+    (tmp_path / "model").write_bytes(made_up.data)
+    rows = []
+    for presses in loads:
+        rows.append(len(presses))
+        for press in presses:
+            moves = "moved" in press
+            rows += [press["triangle"], *press["weights"], float(moves), *press["moved" if moves else "force"]]
+    np.array(rows, dtype=float).tofile(tmp_path / "loads")
+    files = [str(tmp_path / name) for name in ("model", "loads", "answers")]
+    done = subprocess.run([compiled("ask"), *files], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    data, at, found = (tmp_path / "answers").read_bytes(), 0, []
+    for presses in loads:
+        error = np.frombuffer(data, float, 3, at)[0]
+        forces = np.frombuffer(data, float, 3 * len(presses), at + 24)
+        at += 24 + 24 * len(presses)
+        displacement = np.frombuffer(data, np.float32, 3 * len(model.nodes), at)
+        at += 12 * len(model.nodes) + 160
+        found.append((displacement, forces, error, data[at - 160 : at].split(b"\0")[0].decode()))
+    compare(expected, found)
+
+
+def test_javascript_answers_as_python(node, made_up, loads, expected, tmp_path):
+    (tmp_path / "model").write_bytes(made_up.data)
+    (tmp_path / "loads").write_text(json.dumps(loads))
+    files = [str(tmp_path / name) for name in ("model", "loads", "answers")]
+    subprocess.run([node, "-e", ASK, str(RUNTIMES / "palpate.js"), *files], check=True)
+    answers = json.loads((tmp_path / "answers").read_text())
+    compare(expected, [(np.array(a["displacement"]), np.array(a["forces"]), a["error"], a["doubt"]) for a in answers])
+
+
+def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compiled, made_up, tmp_path):
+    (tmp_path / "model").write_bytes(made_up.data)
+    done = subprocess.run([compiled("fuzz"), str(tmp_path / "model"), "10000"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    refused, answered = map(int, done.stdout.split())
+    assert refused + answered <= 10000 and refused > 1000 and answered > 1000
+
+
+def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
+    data = made_up.data
+    wrong = {"short": data[:-5], "empty": b"", "other": b"text" * 99, "flipped": data[:-9] + b"\1" + data[-8:]}
+    for name, each in wrong.items():
+        (tmp_path / name).write_bytes(each)
+    files = [str(tmp_path / name) for name in wrong]
+    done = subprocess.run([node, "-e", REFUSE, str(RUNTIMES / "palpate.js"), *files], capture_output=True, text=True)
+    said = done.stdout.splitlines()
+    assert len(said) == 4 and all(line.startswith("Error: ") for line in said)
+
+
+def test_the_c_runtime_is_small_and_needs_the_standard_library_only():
+    lines, included = 0, set()
+    for name in ("palpate.c", "palpate.h"):
+        text = (RUNTIMES / name).read_text()
+        lines += len(text.splitlines())
+        included |= {line.split()[1] for line in text.splitlines() if line.startswith("#include")}
+    assert lines <= 600
+    standard = {f"<{name}.h>" for name in ("math", "stddef", "stdint", "stdio", "stdlib", "string")}
+    assert included <= {*standard, '"palpate.h"'}
+    assert (HERE / "ask.c").is_file()

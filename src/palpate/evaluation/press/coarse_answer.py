@@ -1,0 +1,142 @@
+"""Answer presses anywhere with linear elements on the coarse mesh and small strains, as a game would: to compare with.
+
+The compliance of the coarse surface is all that it needs, in a file that the page on which a body is pressed reads.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.errors import InputError
+from palpate.files import write_whole
+from palpate.solvers.equilibrium import Equilibrium
+
+MOST = 420
+"""Free coarse surface nodes beyond which the file would be larger than 6 MB; such a body goes without."""
+_ARRAYS = {"nodes": "<f4", "triangles": "<u4", "parents": "<u4", "weights": "<f4", "compliance": "<f4"}
+
+
+class Answered(NamedTuple):
+    """Displacement (n, 3) [m] and forces (k, 3) [N] of presses; this model neither knows its error nor doubts."""
+
+    displacement: np.ndarray
+    forces: np.ndarray
+    error: float = float("nan")
+    doubt: str = ""
+
+
+class CoarseAnswer:
+    """The coarse surface's compliance, and how the n fine surface nodes follow it.
+
+    info : name of the body, radius_m, and ``shapes`` of the arrays
+    nodes (n, 3) [m], triangles (t, 3); parents, weights (n, 3) : the free coarse nodes that a fine one follows;
+    compliance (3 m, 3 m) [m/N] of the m free coarse nodes
+    """
+
+    def __init__(self, info: Mapping, **arrays: np.ndarray):
+        self.info, self.arrays = dict(info), arrays
+        self.nodes, self.triangles = arrays["nodes"].astype(float), arrays["triangles"]
+
+    @cached_property
+    def _normals(self) -> np.ndarray:
+        """Normals (n, 3) at the nodes, as long as the areas of the triangles around them are large."""
+        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
+        normals = np.zeros_like(self.nodes)
+        for corner in range(3):
+            np.add.at(normals, self.triangles[:, corner], np.cross(b - a, c - a))
+        return normals
+
+    def shares(self, triangle: int, weights: Sequence[float]) -> np.ndarray:
+        """Return (m,), what of a force on the disc around a place each free coarse node bears."""
+        corners = self.triangles[triangle]
+        place, normal = np.asarray(weights) @ self.nodes[corners], np.asarray(weights) @ self._normals[corners]
+        near = 1.0 - ((self.nodes - place) ** 2).sum(axis=1) / self.info["radius_m"] ** 2
+        facing = (near > 0.0) & (self._normals @ normal > 0.0)
+        fine = np.where(facing, near * np.linalg.norm(self._normals, axis=1), 0.0)
+        if not fine.any():
+            fine[corners] = weights
+        coarse = np.zeros(len(self.arrays["compliance"]) // 3)
+        np.add.at(coarse, self.arrays["parents"], self.arrays["weights"] * (fine / fine.sum())[:, None])
+        return coarse
+
+    def respond(self, presses: Sequence[Mapping]) -> Answered:
+        """Return the answer to ``presses``, as portable models take them: triangle, weights, and force or moved."""
+        shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
+        moved_by = np.stack([self._columns(share) for share in shares])
+        between = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
+        pushed = np.repeat(["moved" in press for press in presses], 3)
+        given = np.concatenate([press["moved"] if "moved" in press else press["force"] for press in presses])
+        forces = np.where(pushed, 0.0, given)
+        if pushed.any():
+            missing = (given - between @ forces)[pushed]
+            forces[pushed] = np.linalg.solve(between[np.ix_(pushed, pushed)], missing)
+        coarse = np.einsum("kmab,kb->ma", moved_by, forces.reshape(-1, 3))
+        moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
+        return Answered(moved, forces.reshape(-1, 3))
+
+    def _columns(self, shares: np.ndarray) -> np.ndarray:
+        """Return (m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on a disc."""
+        compliance = self.arrays["compliance"].reshape(len(shares), 3, len(shares), 3)
+        return np.einsum("iajb,j->iab", compliance, shares, optimize=True)
+
+
+def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
+    """Compute the answer of the coarse mesh of ``body`` to discs of ``radius_m`` [m]; None if it is too large."""
+    surface, fine = np.setdiff1d(body.coarse.surface, body.anchors[0]), body.fine
+    if len(surface) > MOST:
+        return None
+    compliance = _compliance(body, surface)
+    follows = body.prolongation[fine.surface][:, surface].tolil()
+    parents, weights = np.zeros((len(fine.surface), 3), int), np.zeros((len(fine.surface), 3))
+    for node, (columns, shares) in enumerate(zip(follows.rows, follows.data, strict=True)):
+        parents[node, : len(columns)], weights[node, : len(columns)] = columns, shares
+    arrays = {"nodes": fine.nodes[fine.surface], "triangles": np.searchsorted(fine.surface, fine.triangles)}
+    arrays |= {"parents": parents, "weights": weights, "compliance": compliance}
+    stored = {name: arrays[name].astype(kind) for name, kind in _ARRAYS.items()}
+    shapes = {name: list(array.shape) for name, array in stored.items()}
+    return CoarseAnswer({"body": body.name, "radius_m": radius_m, "shapes": shapes}, **stored)
+
+
+def _compliance(body: Body, kept: np.ndarray) -> np.ndarray:
+    """Return (3 m, 3 m) [m/N], how coarse nodes ``kept`` (m,) move by unit forces on one another."""
+    count, free = len(body.coarse.nodes), np.ones(len(body.coarse.nodes), bool)
+    free[body.anchors[0]] = False
+    multiply, _ = Equilibrium(body, 0).linearise(body.coarse.nodes)
+    units = np.eye(3 * count).reshape(count, 3, -1)
+    stiffness = multiply(units).reshape(3 * count, -1)
+    able = np.flatnonzero(np.repeat(free, 3))
+    rows = np.searchsorted(able, (3 * kept[:, None] + np.arange(3)).ravel())
+    found = np.linalg.solve(stiffness[np.ix_(able, able)], np.eye(len(able))[:, rows])[rows]
+    return (found + found.T) / 2
+
+
+def save(answer: CoarseAnswer | None, path: Path | str) -> None:
+    """Write ``answer``: a line of JSON, then its arrays one after the other; an empty file for None."""
+    data = b""
+    if answer is not None:
+        head = json.dumps(answer.info).encode()
+        head += b" " * (-(len(head) + 1) % 4) + b"\n"
+        data = head + b"".join(answer.arrays[name].tobytes() for name in _ARRAYS)
+    with write_whole(path) as part:
+        part.write_bytes(data)
+
+
+def load(path: Path | str) -> CoarseAnswer | None:
+    """Read what ``save`` wrote; InputError if it is cut off."""
+    data = Path(path).read_bytes()
+    if not data:
+        return None
+    head, _, rest = data.partition(b"\n")
+    info, arrays, start = json.loads(head), {}, 0
+    for name, kind in _ARRAYS.items():
+        size = 4 * int(np.prod(info["shapes"][name]))
+        if start + size > len(rest):
+            raise InputError(f"{path} is cut off; delete it and type make.")
+        arrays[name] = np.frombuffer(rest[start : start + size], kind).reshape(info["shapes"][name])
+        start += size
+    return CoarseAnswer(info, **arrays)

@@ -1,0 +1,155 @@
+// What stands around the view: readings, choices, the key of colours, and the sentence that is read aloud.
+const WAYS = { press: "Press", slide: "Slide", tilt: "Tilt", turn: "Turn" };
+const KEYS = [
+  ["1 2 3 4", "what a drag or an arrow key does"], ["Enter", "press at the mark, or let go"],
+  ["arrows", "move the mark; then deeper, along, aslant, or the view"], ["+ − 0", "nearer, farther, as at first"],
+  ["P", "pin this finger; the next press is a second one"], ["T", "show the truth, where one is loaded"], ["Esc", "let go"],
+];
+const READINGS = { force: "force", gone: "depth", answer: "time of an answer", error: "error of this answer" };
+const AGAIN_MS = 700; // so long nothing may change before the sentence is read aloud
+
+// Three digits of a number, and a unit.
+const said = (value, unit) => (Number.isFinite(value) ? `${+value.toPrecision(3)} ${unit}` : "–");
+const percent = (share) => said(100 * share, "%");
+
+class Panel {
+  constructor(stage) {
+    this.stage = stage;
+    this.build();
+    stage.figure.prepend(this.whole);
+  }
+
+  build() {
+    const { stage } = this, id = (stage.figure.id ||= "press_it");
+    this.canvas = make("canvas", { tabIndex: 0 });
+    this.canvas.setAttribute("role", "application");
+    this.canvas.setAttribute("aria-label", "The organ. Enter presses at the mark, arrow keys move it; all keys are listed below.");
+    this.canvas.setAttribute("aria-describedby", `${id}_keys`);
+    this.doubt = make("p", { className: "doubt", hidden: true });
+    this.labels = [make("span"), make("span")];
+    this.names = make("div", { className: "names", hidden: true }, ...this.labels);
+    this.arrow = new Arrow();
+    this.key = make("div", { className: "legend" });
+    this.besideKey = make("div", { className: "legend" });
+    const keys = make("div", { className: "keys" }, this.key, this.besideKey);
+    const view = make("div", { className: "view" }, this.canvas, this.arrow.drawing, this.names);
+    this.live = make("p", { className: "aloud" });
+    this.live.setAttribute("aria-live", "polite");
+    const list = make("dl", { id: `${id}_keys` }, ...KEYS.flatMap(([key, text]) => [make("dt", { textContent: key }), make("dd", { textContent: text })]));
+    const help = make("details", {}, make("summary", { textContent: "Keys" }), list);
+    const side = make("div", { className: "side" }, this.readings(), this.ways(), this.sliders(), this.fingers(), this.selects(), this.truths(), help);
+    this.whole = make("div", { className: "press-stage" }, make("div", { className: "seen" }, view, keys, this.doubt), side, this.live);
+  }
+
+  readings() {
+    const reading = ([name, text]) => {
+      this[name] = make("b", { textContent: "–" });
+      return make("div", {}, make("span", { textContent: text }), this[name]);
+    };
+    this.bar = make("i");
+    this.trueBar = make("i", { className: "true", hidden: true });
+    this.bound = make("p", { className: "bound" });
+    const scale = make("div", { className: "errorbar", title: "estimated error, 0.01 % to 100 % of the peak" }, this.bar, this.trueBar);
+    return make("div", { className: "readings" }, ...Object.entries(READINGS).map(reading), scale, this.bound);
+  }
+
+  // one of several buttons that stay down, as radio buttons do
+  ways() {
+    const name = `${this.stage.figure.id}_way`;
+    this.radios = Object.fromEntries(Object.entries(WAYS).map(([way, text]) => {
+      const radio = make("input", { type: "radio", name, value: way, checked: way === "press" });
+      radio.addEventListener("change", () => this.stage.choose(way));
+      return [way, [radio, make("label", {}, radio, make("span", { textContent: text }))]];
+    }));
+    return make("fieldset", { className: "ways" }, make("legend", { textContent: "A drag on the organ does" }),
+      ...Object.values(this.radios).map(([, label]) => label));
+  }
+
+  sliders() {
+    const slider = (text, most, act) => {
+      const input = make("input", { type: "range", min: 0, max: most, step: "any", value: 0 }), value = make("output");
+      input.addEventListener("input", () => act(Number(input.value)));
+      return [input, value, make("label", { className: "slider" }, make("span", { textContent: text }), input, value)];
+    };
+    const tilt = () => {
+      if (!this.stage.active) return;
+      this.stage.changed();
+      this.stage.active.angles = [Number(this.angle[0].value), Number(this.turned[0].value)];
+      this.stage.refresh();
+    };
+    this.deep = slider("depth", 1, (value) => {
+      if (this.stage.active) this.stage.deepen(value - this.stage.active.depth);
+      else this.stage.depth = value;
+      this.tell();
+    });
+    this.angle = slider("tilt", 60, tilt);
+    this.turned = slider("side", 360, tilt);
+    return make("div", { className: "sliders" }, this.deep[2], this.angle[2], this.turned[2]);
+  }
+
+  fingers() {
+    const button = (textContent, act) => {
+      const made = make("button", { type: "button", textContent });
+      made.addEventListener("click", act);
+      return made;
+    };
+    this.pin = button("Pin this finger", () => this.stage.pin());
+    this.let = button("Let go", () => this.stage.release());
+    return make("div", { className: "controls" }, this.pin, this.let);
+  }
+
+  selects() {
+    const { stage } = this, { choices } = stage;
+    const select = (text, options, act) => {
+      const made = make("select", {}, ...options.map(([value, words]) => make("option", { value, textContent: words })));
+      made.addEventListener("change", () => act(made.value));
+      return [made, make("label", {}, make("span", { textContent: text }), made)];
+    };
+    const titles = choices.map(({ name, title }) => [name, title]), by = (name) => choices.find((each) => each.name === name);
+    this.model = select("model", titles, (name) => stage.take(by(name)));
+    this.second = select("beside it", [["", "nothing"], ...titles], (name) => stage.compare(by(name) ?? null));
+    this.colours = select("colour", [["displacement", "displacement"], ["error", "displacement / error"]], (kind) => stage.shadeBy(kind));
+    this.advice = make("p", { className: "advice" });
+    if (choices.length < 2) this.second[1].hidden = true;
+    return make("div", { className: "selects" }, this.model[1], this.advice, this.second[1], this.colours[1]);
+  }
+
+  truths() {
+    this.samples = make("select");
+    this.samples.addEventListener("change", () => {
+      const truth = this.stage.choice.truths[this.samples.value];
+      if (truth) this.stage.recall(truth);
+      this.choose();
+    });
+    this.reveal = make("button", { type: "button", textContent: "Show the truth" });
+    this.reveal.addEventListener("click", () => this.stage.showTruth(!this.stage.truthShown));
+    this.truthNote = make("p", { className: "advice" });
+    this.known = make("div", { className: "selects" }, make("label", {}, make("span", { textContent: "known truth" }), this.samples), make("div", { className: "controls" }, this.reveal), this.truthNote);
+    return this.known;
+  }
+}
+
+// The direction and the size of the force, drawn over the view.
+class Arrow {
+  constructor() {
+    const space = "http://www.w3.org/2000/svg";
+    this.drawing = document.createElementNS(space, "svg");
+    this.drawing.setAttribute("aria-hidden", "true");
+    this.lines = Array.from({ length: 8 }, (_, i) => {
+      const line = this.drawing.appendChild(document.createElementNS(space, "path"));
+      if (i % 2 === 0) line.setAttribute("class", "edge");
+      return line;
+    });
+  }
+
+  // shafts: [x from, y from, x to, y to] each, in pixels
+  draw(shafts) {
+    this.lines.forEach((line, i) => {
+      const shaft = shafts[i >> 1];
+      if (!shaft) return line.setAttribute("d", "");
+      const [x, y, tx, ty] = shaft, length = Math.hypot(tx - x, ty - y) || 1, [ux, uy] = [(tx - x) / length, (ty - y) / length];
+      const head = Math.min(11, 0.6 * length), [bx, by] = [tx - head * ux, ty - head * uy];
+      line.setAttribute("d", `M${x} ${y}L${bx} ${by}M${bx - 0.45 * head * uy} ${by + 0.45 * head * ux}L${tx} ${ty}L${bx + 0.45 * head * uy} ${by - 0.45 * head * ux}Z`);
+    });
+  }
+}

@@ -1,0 +1,229 @@
+// The stage: models, fingers and views, and the loop that asks and draws, one picture after the other.
+const INKS = { active: [1, 1, 1], other: [1, 0.72, 0.2], cursor: [0.35, 0.95, 0.75] };
+const EASE = 0.35; // of the way to the depth that is asked for, in each picture
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+class Stage {
+  constructor(figure) {
+    this.figure = figure;
+    this.head = JSON.parse(figure.querySelector("script.head").textContent);
+    this.palettes = Object.fromEntries(Object.entries(this.head.palettes).map(([name, text]) => [name, bytesOf(text)]));
+    this.choices = this.head.models.map((head) => new Choice(figure, head));
+    Object.assign(this, { fingers: [], active: null, mode: "press", colour: "displacement", besides: null });
+    Object.assign(this, { truth: null, truthShown: false, stale: false, busy: false, pictures: 0, last: 0, detail: 1, times: [] });
+    this.panel = new Panel(this);
+    this.painter = new Painter(this.panel.canvas);
+    if (!this.painter.gl) {
+      this.panel.warn("This browser draws no WebGL, and so no organ to press.");
+      return;
+    }
+    this.panel.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    this.panel.canvas.addEventListener("webglcontextrestored", () => this.restore());
+    this.open();
+  }
+
+  // The first model is unpacked when the page has been drawn, so that it is ready before anybody presses.
+  open() {
+    const begin = () => {
+      try {
+        this.take(this.choices[0]);
+      } catch (error) {
+        this.panel.warn(error.message);
+        return;
+      }
+      listen(this);
+      new ResizeObserver(() => this.resize()).observe(this.panel.canvas);
+    };
+    requestAnimationFrame(() => setTimeout(begin));
+  }
+
+  restore() {
+    this.painter.palette = null;
+    this.painter.build();
+    this.views.forEach((view) => view.upload());
+    this.refresh();
+  }
+
+  get views() {
+    return [this.main, this.beside].filter(Boolean);
+  }
+
+  // what a key or a notch of the wheel adds to the depth [m]
+  get step() {
+    return 0.04 * this.main.model.info.peak_m;
+  }
+
+  // Let another model answer the same presses.
+  take(choice) {
+    const { model } = choice, same = this.main?.model.nodes.length === model.nodes.length;
+    this.choice = choice;
+    this.main = new View(this.painter, model);
+    this.depth = clamp(this.depth ?? 0.3 * model.info.peak_m, 0, 1.6 * model.info.peak_m);
+    this.times = [];
+    if (!same) {
+      this.camera = new Camera(model.nodes);
+      [this.fingers, this.active, this.truth] = [[], null, null];
+    }
+    this.fingers.forEach((finger) => (finger.surface = this.main.surface));
+    this.panel.show(choice);
+    this.refresh();
+  }
+
+  compare(choice) {
+    this.besides = choice;
+    this.beside = choice && new View(this.painter, choice.model);
+    if (this.colour === "between" && !choice) this.colour = "displacement";
+    this.panel.choose();
+    this.refresh();
+  }
+
+  // Press a place: with the finger that is not pinned, or with a new one. At most two press at once.
+  put(place, own = null) {
+    const kept = this.fingers.filter((finger) => !finger.leaving);
+    let finger = own ?? kept.find((each) => !each.pinned);
+    if (!finger && kept.length === 2) finger = this.active;
+    if (!finger) {
+      finger = new Finger(this.main.surface, place, this.depth);
+      this.fingers = [...kept, finger];
+    }
+    finger.place = place;
+    this.active = finger;
+    this.changed();
+    return finger;
+  }
+
+  // Another press than that of which the truth is known.
+  changed() {
+    if (this.truth) {
+      this.depth = this.active.depth = this.active.shown = clamp(this.panel.depthOf(this.active), 0, 1.6 * this.main.model.info.peak_m);
+      this.fingers.forEach((finger) => (finger.force = null));
+      [this.truth, this.truthShown] = [null, false];
+      if (this.colour === "truth") this.colour = "displacement";
+    }
+    this.refresh();
+  }
+
+  deepen(by) {
+    if (!this.active) return;
+    this.changed();
+    this.active.depth = this.depth = clamp(this.active.depth + by, 0, 1.6 * this.main.model.info.peak_m);
+    this.refresh();
+  }
+
+  release() {
+    if (!this.fingers.length) return;
+    this.changed();
+    this.fingers.forEach((finger) => (finger.leaving = true));
+    this.active = null;
+    this.refresh();
+  }
+
+  // Press as in a sample whose truth was simulated.
+  recall(truth) {
+    const finger = new Finger(this.main.surface, { triangle: truth.triangle, weights: truth.weights }, 0);
+    finger.force = truth.force;
+    [this.fingers, this.active, this.truth, this.truthShown] = [[finger], finger, truth, false];
+    this.refresh();
+  }
+
+  refresh() {
+    this.stale = true;
+    this.redraw();
+  }
+
+  redraw() {
+    this.waiting ??= requestAnimationFrame((now) => {
+      this.waiting = null;
+      this.picture(now);
+    });
+  }
+
+  // One picture: fingers move on, models answer, the surface bends. Answers and drawing are timed apart.
+  async picture(now) {
+    if (this.busy) {
+      this.again = true;
+      return;
+    }
+    this.busy = true;
+    if (this.stale) {
+      this.pace(now);
+      const share = still.matches ? 1 : EASE;
+      this.stale = this.fingers.map((finger) => !finger.force && finger.ease(share)).some(Boolean);
+      this.fingers = this.fingers.filter((finger) => !finger.leaving || finger.shown > 0);
+      const pressing = this.fingers.filter((finger) => finger.force || finger.shown > 1e-7);
+      await Promise.all(this.views.map((view) => view.ask(pressing.map((finger) => finger.press))));
+      this.pressing = pressing;
+      if (this.main.answer.ms >= 0) this.times = [...this.times.slice(-30), this.main.answer.ms];
+    }
+    this.draw();
+    this.busy = false;
+    if (this.stale || this.again) this.redraw();
+    this.again = false;
+  }
+
+  draw() {
+    const { canvas } = this.panel, { width, height } = canvas;
+    if (!width || !this.main) return;
+    const sharp = width / canvas.clientWidth;
+    this.painter.begin();
+    this.views.forEach((view, i) => {
+      const legend = this.bend(view, i);
+      if (i === 0) this.panel.legend(legend);
+      if (i === 1) this.panel.besideLegend(legend);
+      const box = this.box(i, width, height);
+      const doubt = view.answer.doubt && !(this.truthShown && i === 0);
+      this.painter.paint(view.buffers, this.camera, [box[0], height - box[1] - box[3], box[2], box[3]], { ...this.rings(), doubt, sharp });
+    });
+    this.pictures++;
+    this.panel.tell();
+  }
+
+  bend(view, i) {
+    const truth = i === 0 && this.truthShown ? this.truth.displacement : null;
+    const kind = i === 1 && this.colour === "between" ? "between" : this.colour === "between" ? "displacement" : this.colour;
+    const other = { truth: this.truth?.displacement, between: this.main.answer.displacement }[kind];
+    const most = view.bend(truth ?? view.answer.displacement, other);
+    const legend = colouring(kind, view, this.palettes, this.truth, most);
+    view.most = other ? largest(view.answer.displacement) : most;
+    this.painter.colour(legend.palette);
+    view.shade(legend.ofLength);
+    return legend;
+  }
+
+  // where a view lies on the canvas: left, top, width and height in its pixels
+  box(i, width, height) {
+    if (!this.beside) return [0, 0, width, height];
+    const half = Math.floor((width > 1.25 * height ? width : height) / 2);
+    return width > 1.25 * height ? [i * half, 0, half, height] : [0, i * half, width, half];
+  }
+
+  rings() {
+    const rings = new Float32Array(12), inks = new Float32Array(9), { radius_m: radius } = this.main.model.info;
+    const shown = this.fingers.map((finger) => [finger.rest, finger === this.active ? INKS.active : INKS.other]);
+    if (this.cursorSeen && this.cursor && !this.active) shown.push([this.cursor.rest, INKS.cursor]);
+    shown.slice(0, 3).forEach(([place, ink], i) => {
+      rings.set([...place, radius], 4 * i);
+      inks.set(ink, 3 * i);
+    });
+    return { rings, inks, count: Math.min(3, shown.length) };
+  }
+
+  // The pixels that are drawn: fewer while things move and pictures come slowly, and more at rest, for smooth edges.
+  resize(detail = 2) {
+    const { canvas } = this.panel;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((size) => Math.max(1, Math.round(size * detail)));
+    if (canvas.width === width && canvas.height === height) return;
+    [canvas.width, canvas.height] = [width, height];
+    if (this.beside) this.panel.resized();
+    this.redraw();
+  }
+
+  pace(now) {
+    const took = now - this.last;
+    this.last = now;
+    if (took < 300) this.detail = clamp(this.detail * (took > 22 ? 0.94 : 1.03), 0.6, Math.min(window.devicePixelRatio || 1, 2));
+    this.resize(this.detail);
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.resize(), 250);
+  }
+}

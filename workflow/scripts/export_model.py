@@ -1,0 +1,10 @@
+from palpate.bodies.body_file import load
+from palpate.evaluation.press.coarse_answer import coarse_answer, save
+from palpate.evaluation.press.prepared import export
+from palpate.job import job
+
+with job(snakemake.log[0]):
+    body, params = load(snakemake.input.body), snakemake.params
+    save(coarse_answer(body, params.radius_m), snakemake.output.coarse)
+    rest = params.radius_m, params.grid, params.seed, params.tolerance
+    export(body, params.settings, *rest, snakemake.output.model)

@@ -1,0 +1,23 @@
+from pathlib import Path
+
+from palpate.bodies.body_file import load
+from palpate.evaluation.press import coarse_answer
+from palpate.evaluation.press.known_presses import known_presses, trial_presses
+from palpate.evaluation.press.measure import measure
+from palpate.files import write_whole
+from palpate.job import job, write_table
+from palpate.portable.file import read
+from palpate.report.press.compose import press_models
+from palpate.report.press.page import press_section
+
+with job(snakemake.log[0]):
+    files, params, body = snakemake.input, snakemake.params, load(snakemake.input.body)
+    model, coarse = read(files.model), coarse_answer.load(files.coarse)
+    known = known_presses(body, files.truths, files.loads, params.samples)
+    trials = trial_presses(body, params.contacts, 0.5 * model.info["peak_m"])
+    models = {"contact_modes": (params.contacts, model)} | ({"coarse": (0, coarse)} if coarse else {})
+    paths = {"contact_modes": Path(files.model), "coarse": Path(files.coarse)}
+    table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
+    write_table(table, snakemake.output.table)
+    with write_whole(snakemake.output.section) as part:
+        part.write_text(press_section(press_models(table, paths, known, model.info), name=body.name))

@@ -15,6 +15,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.decimate import area_normals
 from palpate.bodies.surfaces.remeshed import NODES
 from palpate.errors import InputError
+from palpate.init.sides import sides_of
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""
@@ -45,14 +46,14 @@ class Choice(NamedTuple):
     contacts: int
 
 
-def choose(name: str, entry: dict) -> Choice:
+def choose(name: str, entry: dict, hold: str | None = None) -> Choice:
     """Make the coarse mesh of an entry, choose the rest of the entry for it, and make the body; InputError if it fails.
 
     entry : the keys that say where the mesh comes from; paths as they can be opened from here
+    hold : the side that it is held on, as ``sides_of`` knows them; chosen if it is not given
     """
     entry, coarse = _resolved(name, entry)
-    sides = [("y", "max")] if entry["kind"] == "ct" else [(axis, side) for axis in "xyz" for side in ("min", "max")]
-    anchors = {"plane": _hold(name, coarse, sides)}
+    anchors = {"plane": _hold(name, coarse, sides_of(entry["kind"], hold))}
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
     chosen = entry | MATERIAL | {"refinements": refinements, "anchors": anchors}
     body = make_body(name, chosen)
@@ -121,6 +122,8 @@ def _hold(name: str, mesh: TetMesh, sides: list[tuple[str, str]]) -> dict:
     """
     planes = [plane for axis, side in sides for plane in _planes(mesh, axis, side)]
     if not planes:
+        if len(sides) == 1:
+            raise InputError(f"{name}: that side of it has too few nodes to be held; give another side, or none.")
         raise InputError(f"{name}: no side of it has enough nodes to be held; give a mesh with more triangles.")
     return min(planes, key=lambda plane: (plane.patches, plane.share, -plane.area)).rule
 

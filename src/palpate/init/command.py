@@ -15,7 +15,7 @@ from palpate.init.choose import Choice, choose
 from palpate.init.config_text import config_text
 from palpate.init.data import Data, body_name, labels_of, recognise
 
-_ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[3]
 """Palpate's folder, where ``make`` is typed."""
 
 
@@ -26,41 +26,65 @@ def init(
     folder: Path | None = None,
     regions: bool = False,
     mri: bool = False,
+    scale_m: float | None = None,
+    hold: str | None = None,
 ) -> str:
     """Write config.yaml, and a picture of the body, for a mesh or a CT and perhaps its mask; return what to print.
 
     folder : where to; by default one beside the data that has the body's name
     regions : whether all labels but the largest are regions of the body; mri : whether the image is an MRI
+    scale_m : length of a mesh file's unit [m]; hold : the side that is held; either is chosen if it is not given
     Raises InputError if the data cannot be used or the file is there already; then nothing is written.
     """
-    data = recognise(paths, label, threshold_hu, regions, mri)
-    file = (folder or _beside(paths[-1], data.name)) / "config.yaml"
+    data = recognise(paths, label, threshold_hu, regions, mri, scale_m)
+    file = config_file(data, paths, folder)
     if file.exists():
         raise InputError(f"{file} exists and is kept; delete it, or give another folder with --folder.")
+    lines = [
+        *write_config(data, file, hold),
+        f"wrote    {file}, with a comment on every line; change there what you know better, then",
+        f"  {typed(run_of(file))}",
+    ]
+    return "\n".join(lines)
+
+
+def config_file(data: Data, paths: Sequence[Path], folder: Path | None) -> Path:
+    """Return where the configuration goes: to ``folder``, or beside the data into a folder with the body's name."""
+    return (folder or _beside(paths[-1], data.name)) / "config.yaml"
+
+
+def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
+    """Write the configuration and a picture of the body, over what is there; return lines about what was found.
+
+    Raises InputError if there can be no such body, or nothing can be written.
+    """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        choice = choose(data.name, data.entry)
+        choice = choose(data.name, data.entry, hold)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
-    command = _command(file)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with write_whole(file) as part:
-            part.write_text(config_text(data, choice, file, command, _schema(file)), encoding="utf-8")
+            part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
         with write_whole(file.with_name("body.png")) as part:
             mesh_levels.draw([choice.body]).savefig(part)
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
-    return _report(data, choice, list(said), file, command)
+    return _report(data, choice, list(said), file, hold)
 
 
 def init_each(
-    paths: Sequence[Path], label: Sequence[int | str] = (), folder: Path | None = None, mri: bool = False
+    paths: Sequence[Path],
+    label: Sequence[int | str] = (),
+    folder: Path | None = None,
+    mri: bool = False,
+    hold: str | None = None,
 ) -> str:
     """Write a configuration for each label of a mask, or for those asked for, as ``init`` does for one."""
     found = labels_of(paths, label)[1]
     names = [body_name(str(one) if isinstance(one, str) else f"label {one}") for one in found]
     return "\n".join(
-        init(paths, [one], None, folder / name if folder else None, mri=mri)
+        init(paths, [one], None, folder / name if folder else None, mri=mri, hold=hold)
         for one, name in zip(found, names, strict=True)
     )
 
@@ -72,19 +96,25 @@ def _beside(path: Path, name: str) -> Path:
     return folder if folder.resolve() != path.resolve() else folder.with_name(f"{name}_config")
 
 
-def _command(file: Path) -> str:
-    seen = relpath(file, _ROOT)
+def run_of(file: Path) -> str:
+    """Return the command that runs a configuration, as it is typed in palpate's folder."""
+    seen = relpath(file, ROOT)
     return f"make CONFIG={shlex.quote(seen if seen.count('..') < 2 else str(file.resolve()))}"
+
+
+def typed(command: str) -> str:
+    """Return a command of palpate's folder as it is typed where we are."""
+    return command if Path.cwd() == ROOT else f"cd {shlex.quote(str(ROOT))} && {command}"
 
 
 def _schema(file: Path) -> Path | None:
     """Return the relative path of the schema, for a file in palpate's folder, which may then move with it."""
-    schema = _ROOT / "workflow/schemas/config.schema.yaml"
-    inside = schema.is_file() and file.resolve().is_relative_to(_ROOT)
+    schema = ROOT / "workflow/schemas/config.schema.yaml"
+    inside = schema.is_file() and file.resolve().is_relative_to(ROOT)
     return Path(relpath(schema, file.resolve().parent)) if inside else None
 
 
-def _report(data: Data, choice: Choice, said: list[str], file: Path, command: str) -> str:
+def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:
     body, entry = choice.body, choice.entry
     sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
@@ -92,16 +122,14 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, command: st
     plane = entry["anchors"]["plane"]
     radius = f"{1e3 * choice.regimes['small']['radius_m']:.3g} mm"
     end = "largest" if plane["side"] == "max" else "smallest"
-    lines = [
+    how = "given   " if hold else "assumed "
+    return [
         *(f"found    {line}" for line in data.found),
         f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
         *(f"assumed  {line}" for line in data.assumed),
-        f"assumed  it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes",
+        f"{how} it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes",
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
         f"density {entry['density_kg_m3']} kg/m³, a fingertip of {radius} radius",
         *(f"warning: {line}" for line in said),
         f"wrote    {file.with_name('body.png')}, a picture of it; balls are what is held",
-        f"wrote    {file}, with a comment on every line; change there what you know better, then",
-        f"  {command}" if Path.cwd() == _ROOT else f"  cd {shlex.quote(str(_ROOT))} && {command}",
     ]
-    return "\n".join(lines)

@@ -40,6 +40,8 @@ tradeoff:  # the study: each model, its error and its time
   advice:  # for which times and errors a model is advised
     budgets_ms: [1, 16.7, 100]  # times of an answer [ms]: haptics, 60 pictures a second, an immediate reaction
     max_errors: [0.05, 0.01, 0.001]  # mean errors, as shares of the peak displacement
+press:  # the body in the report, to be pressed with the mouse or a finger
+  radius_m: {hand_m:g}  # radius [m] of the disc that is pressed there
 """
 _CT = """\
 ct:  # pictures of the body in the CT, and its mass; look at results/figures/ct_slices_{name}.png first

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from palpate.bodies.ct.image import FORMATS, read_labels
-from palpate.bodies.inspect_mesh import inspect
+from palpate.bodies.inspect_mesh import MeshFacts, inspect
 from palpate.bodies.units import in_words
 from palpate.errors import InputError
 
@@ -32,6 +32,7 @@ def recognise(
     threshold_hu: Sequence[float] | None,
     regions: bool = False,
     mri: bool = False,
+    scale_m: float | None = None,
 ) -> Data:
     """Look at one mesh, or at a CT and perhaps its mask; InputError with one sentence if they cannot be used.
 
@@ -39,6 +40,7 @@ def recognise(
     threshold_hu : lowest and highest CT number of the organ, or grey value in an MRI, without a mask
     regions : whether all labels but the largest become regions of the body, with a stiffness of their own
     mri : whether the image is an MRI, not a CT
+    scale_m : length of a mesh file's unit [m]; guessed if it is not given
     """
     image, mask = paths[0], paths[1] if len(paths) > 1 else None
     for path in paths:
@@ -47,7 +49,9 @@ def recognise(
     if not (image.is_dir() or image.name.lower().endswith(FORMATS)):
         if mask is not None or label or threshold_hu:
             raise InputError(f"{image}: a mesh takes no mask, label or threshold; give the mesh alone, or a CT first.")
-        return _mesh(image)
+        return _mesh(image, scale_m)
+    if scale_m is not None:
+        raise InputError(f"{image}: an image knows its own unit; leave --scale out.")
     if mask is None and label:
         raise InputError(f"{image}: a label needs a mask; give the mask after the CT.")
     if mask is not None and threshold_hu:
@@ -75,23 +79,31 @@ def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> tuple[Path, 
     return paths[1], [one for one in there if not label or one in label]
 
 
-def _mesh(path: Path) -> Data:
+def _mesh(path: Path, scale_m: float | None) -> Data:
     facts = inspect(path)
-    scale = facts.scale_m or float(f"{ASSUMED_M / facts.size:.3g}")
-    how = "guessed from the size" if facts.scale_m else "not known; it makes the body 20 cm long"
+    scale, how = _scale(facts, scale_m)
     entry = {"kind": "file", "path": path, "scale_m": scale}
     inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
     comments = {
         "kind": "a mesh in a file",
         "path": f"seen from this folder; {facts.kind}, {facts.triangles} triangles on the surface",
         "scale_m": f"length of the file's unit [m], {how}"
-        + (f"; the longest side is {in_words(scale * facts.size)}" if facts.scale_m else ""),
+        + (f"; the longest side is {in_words(scale * facts.size)}" if scale_m or facts.scale_m else ""),
     }
     if facts.remeshed:
         entry |= {"surface_nodes": 140, "snap": True}
     found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}"]
-    assumed = [f"a unit of the file is {scale:g} m ({how})"]
+    assumed = [] if scale_m else [f"a unit of the file is {scale:g} m ({how})"]
     return Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, assumed)
+
+
+def _scale(facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:
+    """Return the length of the file's unit [m], and how it is known."""
+    if scale_m is not None:
+        return scale_m, "given"
+    if facts.scale_m is not None:
+        return facts.scale_m, "guessed from the size"
+    return float(f"{ASSUMED_M / facts.size:.3g}"), "not known; it makes the body 20 cm long"
 
 
 def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Sequence[float] | None) -> Data:

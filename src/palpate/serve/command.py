@@ -1,0 +1,99 @@
+"""Carry out ``palpate press``: open a finished run's body in a browser, until Ctrl-C."""
+
+import signal
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+
+from palpate.errors import InputError
+from palpate.evaluation.tradeoff.finished_run import FinishedRun
+from palpate.figures.model_looks import label
+from palpate.figures.number_format import percent, seconds
+from palpate.report.press.compose import ABOUT, TITLES
+from palpate.report.press.page import PressModel, press_document
+from palpate.serve.live_models import LiveModels, case_words
+from palpate.serve.server import PressServer
+
+CONTACT_MODES = "contact_modes"
+
+
+def press(
+    config: Path | None, results: Path | None, scene: str | None, model: str | None, port: int, browser: bool
+) -> str:
+    """Serve the page of a scene until Ctrl-C or SIGTERM, and return the last words; InputError if there is no such run.
+
+    config, results : of the run; either is found beside the other; config.yaml and results/ here if both are None
+    scene, model : what is pressed and what answers; the run's first scene and its models that answer anywhere if None
+    """
+    run = find_run(config, results)
+    numbers = (signal.SIGINT, signal.SIGTERM)  # a shell lets what it starts in the background ignore the first
+    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
+    try:
+        chosen = scene or run.scenes[0]
+        live = LiveModels(run, chosen, model)
+        print(f"preparing {chosen} ...", file=sys.stderr, flush=True)
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
+            live.prepare(live.names[0])
+        with PressServer(_page(live, run, chosen, model), live.names, live.answer, port) as server:
+            _serve(server, chosen, browser)
+    except KeyboardInterrupt:  # whenever it comes, it is how one leaves
+        return "closed"
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+    return "closed"
+
+
+def _serve(server: PressServer, scene: str, browser: bool) -> None:
+    """Answer requests until KeyboardInterrupt."""
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
+        if browser:
+            webbrowser.open(server.address)
+        threading.Event().wait()
+    finally:
+        server.shutdown()
+
+
+def find_run(config: Path | None, results: Path | None) -> FinishedRun:
+    """Return the run of settings and results, of which one or both may be left out; InputError if it has no results."""
+    if config is None:
+        beside = results.resolve().parent if results else Path()
+        config = next((beside / name for name in ("config.yaml", "try.yaml") if (beside / name).is_file()), None)
+        if config is None:
+            raise InputError(f"{beside} has no config.yaml; give the settings of the run with --config.")
+    run = FinishedRun(config, results or config.parent / "results")
+    if not (run.results / "tables/accuracy_vs_time.csv").is_file():
+        raise InputError(f"{run.results} holds no finished run with the study tradeoff; type make CONFIG={config}.")
+    return run
+
+
+def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> str:
+    """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
+    meshes = live.case.meshes
+    words = case_words(live.case, live.peak, live.hardest)
+    models = [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate")
+    models += [
+        PressModel(
+            name,
+            label(name, row["setting"]),
+            url=f"answer/{name}",
+            advice=f"{percent(row['rmse_of_peak'])} of the peak wrong, {seconds(row['online_p95_s'])} an answer",
+            nodes=meshes.nodes_fine_surface,
+            triangles=meshes.triangles,
+            info=words,
+        )
+        for name, row in live.rows.items()
+    ]
+    return press_document(models, f"Press it: {scene.replace('_', ' ')}")
+
+
+def _in_file(path: Path) -> list[PressModel]:
+    """Return the model that the study press has written for a body, if there is one."""
+    if not path.is_file():
+        return []
+    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=ABOUT[CONTACT_MODES])]

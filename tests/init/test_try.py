@@ -1,0 +1,183 @@
+"""``palpate try``: what ``palpate init`` writes, and small settings of it that are run at once."""
+
+import re
+from pathlib import Path
+
+import meshio
+import pytest
+import yaml
+
+from palpate.bodies.anchors import choose_anchors
+from palpate.bodies.box import box
+from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.cli import main
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.evaluation.tradeoff.advice import advise
+from palpate.evaluation.tradeoff.bootstrap import read_errors
+from palpate.figures.tables import read
+from palpate.init import try_body as module
+from palpate.init.choose import _hold
+from palpate.init.data import recognise
+from palpate.init.sides import HOLDS, sides_of
+from palpate.init.small_settings import MODELS, is_unchanged
+from palpate.schema import read_schema
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory) -> Path:
+    """A folder of a block of 3 × 2 × 1 decimetres, in decimetres, and of a CT."""
+    import SimpleITK
+
+    folder = tmp_path_factory.mktemp("data")
+    block = box([3.0, 2.0, 1.0], [6, 4, 2])
+    meshio.write_points_cells(folder / "block.vtk", block.nodes, [("tetra", block.tetrahedra)])
+    image = SimpleITK.GetImageFromArray(abdomen(spacing_m=(0.02, 0.02, 0.02))[0].hu)
+    SimpleITK.WriteImage(image, str(folder / "scan.nii.gz"))
+    return folder
+
+
+@pytest.fixture
+def ran(monkeypatch, trade_off_folder) -> list[Path]:
+    """The files of settings that were run, each of which leaves the tables of the made-up trade-off behind."""
+    found = []
+
+    def run(file: Path, again: str) -> None:
+        found.append(file)
+        tables, figures = (file.parent / "results" / name for name in ("tables", "figures"))
+        for folder in (tables, figures):
+            folder.mkdir(parents=True, exist_ok=True)
+        table = read(trade_off_folder / "tables/accuracy_vs_time.csv")
+        table = table[table["scene"] == "own_large"]
+        rows = advise(table, read_errors(trade_off_folder / "data", table), [16.7], [0.1])
+        rows.to_csv(tables / "advice.csv", index=False)
+        (figures / "work_precision_block_large.png").write_bytes(b"picture")
+
+    monkeypatch.setattr(module, "run_settings", run)
+    return found
+
+
+def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(capsys, data, tmp_path, ran):
+    folder = tmp_path / "organ"
+    words = [str(data / "block.vtk"), "--scale", "0.1", "--hold", "left", "-o", str(folder)]
+    assert main(["try", *words]) == 0
+    printed = capsys.readouterr().out
+    whole, small = (
+        complete(yaml.safe_load((folder / name).read_text()), SCHEMA, folder / name)
+        for name in ("config.yaml", "try.yaml")
+    )
+    assert ran == [folder / "try.yaml"]
+    body = whole["bodies"]["block"]
+    assert (
+        body["scale_m"] == 0.1 and body["anchors"]["plane"]["axis"] == "x" and body["anchors"]["plane"]["side"] == "min"
+    )
+    assert small["bodies"]["block"] == body | {"refinements": 1} and body["refinements"] == 2
+    assert list(whole["regimes"]) == ["small", "deep", "large"] and small["regimes"] == {
+        "large": whole["regimes"]["large"]
+    }
+    assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]
+    assert "given    it is held where its x is smallest" in printed and "a unit of the file" not in printed
+    assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed
+    assert re.search(r"make CONFIG=\S*organ/config\.yaml\n", printed)
+    assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
+
+
+def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, tmp_path, ran):
+    words = ["try", str(data / "block.vtk"), "--scale", "0.1", "-o"]
+    own, empty, other = tmp_path / "own", tmp_path / "empty", tmp_path / "other"
+    empty.mkdir()
+    other.mkdir()
+    (other / "thesis.txt").write_text("mine")
+    assert main([*words, str(own)]) == main([*words, str(empty)]) == main([*words, str(own)]) == 0
+    assert is_unchanged(own) and len(ran) == 3
+    capsys.readouterr()
+    assert main([*words, str(other)]) == 1
+    assert (
+        capsys.readouterr().err
+        == f"error: {other} exists and is kept; delete it, or give another folder with --folder.\n"
+    )
+    assert [path.name for path in other.iterdir()] == ["thesis.txt"]
+    for name in ("config.yaml", "try.yaml"):
+        text = (own / name).read_text()
+        (own / name).write_text(text.replace("young_pa: 3000", "young_pa: 5000"))
+        assert main([*words, str(own)]) == 1 and "young_pa: 5000" in (own / name).read_text()
+        assert re.fullmatch(
+            rf"error: {own}/config\.yaml or try\.yaml was changed and is kept; run it with .*make CONFIG=\S+\.\n",
+            capsys.readouterr().err,
+        )
+        (own / name).write_text(text)
+    assert len(ran) == 3
+
+
+@pytest.mark.parametrize("code", [0, 3])
+def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path, code):
+    """The workflow's own last words come before."""
+    (tmp_path / "run.py").write_text(f"import sys; open('asked', 'w').write(' '.join(sys.argv[1:])); sys.exit({code})")
+    monkeypatch.setattr(module, "RUN", tmp_path / "run.py")
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    if code:
+        with pytest.raises(
+            InputError, match=r"try\.yaml ended before its end; what it has is kept, and palpate try a.stl"
+        ):
+            module.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
+    else:
+        module.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
+    asked = (tmp_path / "asked").read_text()
+    assert asked.startswith("snakemake ") and asked.endswith(f"--configfile {tmp_path / 'try.yaml'}")
+    assert f"--directory {tmp_path}" in asked
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none.stl"], r"none\.stl: there is no such file or folder; give a mesh, or a CT"),
+        (["block.vtk", "--hold", "under"], r"^error: --hold under is no side; choose from below, above, left, right, "),
+        (["block.vtk", "--scale", "-1"], r"argument --scale: -1 is not a number above 0"),
+        (["block.vtk", "--scale", "0.0001"], r"scale_m 0\.0001 makes a body 0\.3 mm long"),
+        (["scan.nii.gz", "--scale", "0.001"], r"scan\.nii\.gz: an image knows its own unit; leave --scale out\."),
+    ],
+)
+def test_what_cannot_be_tried_gets_one_sentence_and_nothing_is_written(capsys, data, tmp_path, ran, words, said):
+    paths = [str(data / word) if word[-3:] in ("stl", "vtk", ".gz") else word for word in words]
+    assert main(["try", *paths, "-o", str(tmp_path / "new")]) == 1
+    printed = capsys.readouterr().err
+    assert re.search(said, printed) and printed.count("\n") == 1
+    assert not (tmp_path / "new").exists() and ran == []
+
+
+def test_each_side_of_a_block_can_hold_it():
+    block = box([0.3, 0.2, 0.1], [6, 4, 2])
+    found = {}
+    for word in HOLDS:
+        plane = _hold("block", block, sides_of("file", word))
+        nodes = block.nodes[choose_anchors("block", {"plane": plane}, block)]
+        found[word] = nodes.mean(axis=0) - block.nodes.mean(axis=0)
+    for low, high, axis in (("left", "right", 0), ("front", "back", 1), ("below", "above", 2)):
+        assert found[low][axis] < 0 < found[high][axis]
+        name = "xyz"[axis]
+        assert found[low].tolist() == found[f"{name}-min"].tolist()
+        assert found[high].tolist() == found[f"{name}-max"].tolist()
+
+
+def test_the_left_of_a_patient_is_the_patients_own():
+    """In a CT x points to the patient's left, y to the back and z to the head."""
+    assert sides_of("ct", "left") == [("x", "max")] and sides_of("ct", "right") == [("x", "min")]
+    assert sides_of("ct", "back") == sides_of("ct", None) == [("y", "max")]
+    assert sides_of("ct", "x-min") == [("x", "min")] and len(sides_of("file", None)) == 6
+
+
+def test_a_side_that_holds_too_little_is_refused():
+    rod = box([0.3, 0.002, 0.002], [30, 1, 1])
+    with pytest.raises(
+        InputError, match=r"rod: that side of it has too few nodes to be held; give another side, or none\."
+    ):
+        _hold("rod", rod, sides_of("file", "left"))
+
+
+def test_a_given_unit_is_not_assumed(data):
+    found = recognise([data / "block.vtk"], [], None, scale_m=0.1)
+    assert found.entry["scale_m"] == 0.1 and found.assumed == []
+    assert found.comments["scale_m"] == "length of the file's unit [m], given; the longest side is 30 cm"

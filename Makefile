@@ -101,8 +101,8 @@ bench: $(STAMP)  ## time element kernels; scenes against loops by hand; Hertz; a
 	@$(BIN)/python tests/benchmarks/hertz.py
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
-snapshot: $(STAMP)  ## write docs/results.md from the results of make full
-	@$(BIN)/python -m palpate.report.results_markdown .full/results docs
+snapshot: $(STAMP)  ## write docs/results.md from the results of make, or of make full with RESULTS=.full/results
+	@$(BIN)/python -m palpate.report.results_markdown $(RESULTS) docs
 
 lock:  ## write environment.lock and tests/environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \

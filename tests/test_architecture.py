@@ -21,11 +21,13 @@ ORDER = [
     "calibration",
     "scenes",
     "models",
+    "portable",
     "evaluation",
     "figures",
     "report",
     "init",
     "plan",
+    "serve",
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}

@@ -1,16 +1,14 @@
-"""The command ``palpate``: a first config for your own data, and advice from the tables of a run."""
+"""The command ``palpate``: own data set up and tried, bodies pressed, advice from a run, and models to take along."""
 
 import argparse
 import math
 import os
+import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from palpate.errors import InputError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 class _Parser(argparse.ArgumentParser):
@@ -40,23 +38,28 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="palpate", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
     init = commands.add_parser("init", help="write a config.yaml for a mesh, or for a CT and perhaps its mask")
-    init.add_argument("data", help="a mesh, a CT as one file, or a folder of DICOM slices")
-    init.add_argument("mask", nargs="?", help="a mask of the CT")
-    init.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
-    parts = init.add_mutually_exclusive_group()
-    parts.add_argument("--each", action="store_true", help="a config for each label, not one body of all")
-    parts.add_argument("--regions", action="store_true", help="the largest label is the body, the others its regions")
-    init.add_argument("--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of the organ [HU]")
-    init.add_argument("--mri", action="store_true", help="the image is an MRI; --threshold is of its grey values")
-    init.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
+    _add_data(init).add_argument("--each", action="store_true", help="a config for each label, not one body of all")
     init.set_defaults(act=_init)
+    tried = commands.add_parser("try", help="the same, and run small settings of it at once: advice in a few minutes")
+    _add_data(tried)
+    tried.set_defaults(act=_try)
+    press = commands.add_parser("press", help="open a body of a finished run in the browser, to be pressed")
+    _add_run(press)
+    press.add_argument("--port", type=_port, default=0, help="port of this machine; else any that is free")
+    press.add_argument("--no-browser", action="store_true", help="print the address only")
+    press.set_defaults(act=_press)
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
-    advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
+    advise.add_argument(
+        "--scene", type=_scene, help="a body and a regime of loads, such as liver_small, or one that moves; or all"
+    )
     limit = advise.add_mutually_exclusive_group()
     limit.add_argument(
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
     )
     limit.add_argument("--max-error", type=_share, help="largest mean error, as a share of the peak displacement")
+    limit.add_argument(
+        "--speed", type=_positive, help="of a scene that moves: seconds of motion in a second, such as 20"
+    )
     advise.add_argument(
         "--error", choices=["rms", "patch"], default="rms", help="over the whole surface (rms), or where it is pressed"
     )
@@ -66,17 +69,108 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
     advise.set_defaults(act=_advise)
+    export = commands.add_parser("export", help="write a prepared model to one file, for other programs")
+    export.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
+    export.add_argument("--model", default="contact_modes", help="contact_modes, the one that a file can hold")
+    export.add_argument("--contacts", type=_count, default=120, help="places to prepare, spread over the surface (120)")
+    export.add_argument("--out", required=True, type=Path, metavar="FILE", help="the file to write")
+    export.add_argument("--config", default="config.yaml", type=Path, help="the file of settings (config.yaml)")
+    export.set_defaults(act=_export)
+    load = commands.add_parser("load", help="check a file that palpate export wrote, and say what it is")
+    load.add_argument("file", help="the file")
+    load.set_defaults(act=_load)
     return parser
+
+
+def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGroup:
+    """Add what says which data make a body, and how; return the group of what is made of a mask's labels."""
+    command.add_argument("data", help="a mesh, a CT as one file, or a folder of DICOM slices")
+    command.add_argument("mask", nargs="?", help="a mask of the CT")
+    command.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
+    parts = command.add_mutually_exclusive_group()
+    parts.add_argument("--regions", action="store_true", help="the largest label is the body, the others its regions")
+    command.add_argument("--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of it [HU]")
+    command.add_argument("--mri", action="store_true", help="the image is an MRI; --threshold is of its grey values")
+    command.add_argument("--scale", type=_positive, metavar="M", help="length of a mesh file's unit [m]; else guessed")
+    command.add_argument(
+        "--hold", metavar="SIDE", help="what holds the body: below, above, left, right, front, back, or x-min to z-max"
+    )
+    command.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
+    return parts
+
+
+def _add_run(command: argparse.ArgumentParser) -> None:
+    """Add what says which finished run is meant, and what of it."""
+    command.add_argument("--scene", help="a body and a regime of loads, such as liver_small; else the run's first")
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings of the run (config.yaml)")
+    command.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
+    command.add_argument("--model", help="the model that answers; else those that answer anywhere")
 
 
 def _init(asked: argparse.Namespace) -> str:
     from palpate.init.command import init, init_each
 
-    paths = [Path(path) for path in (asked.data, asked.mask) if path is not None]
-    label = [int(label) if label.isdecimal() else label for label in asked.label]
+    paths, label = _given(asked)
     if asked.each:
-        return init_each(paths, label, asked.folder, asked.mri)
-    return init(paths, label, asked.threshold, asked.folder, asked.regions, asked.mri)
+        return init_each(paths, label, asked.folder, asked.mri, asked.hold)
+    return init(paths, label, asked.threshold, asked.folder, asked.regions, asked.mri, asked.scale, asked.hold)
+
+
+def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
+    """Return the data's paths, and labels; InputError if there is no such side to hold."""
+    from palpate.init.sides import HOLDS
+
+    if asked.hold not in (None, *HOLDS):
+        raise InputError(f"--hold {asked.hold} is no side; choose from {', '.join(HOLDS)}.")
+    paths = [Path(path) for path in (asked.data, asked.mask) if path is not None]
+    return paths, [int(label) if label.isdecimal() else label for label in asked.label]
+
+
+def _try(asked: argparse.Namespace) -> str:
+    from palpate.init.data import recognise
+    from palpate.init.try_body import try_body
+
+    paths, label = _given(asked)
+    data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
+    return try_body(data, paths, asked.folder, asked.hold, shlex.join(["palpate", *sys.argv[1:]]))
+
+
+def _press(asked: argparse.Namespace) -> str:
+    from palpate.job import kernel_cache
+
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))  # what make has compiled serves here, too
+    from palpate.serve.command import press
+
+    return press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser)
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or not 0 < int(text) < 65536:
+        raise argparse.ArgumentTypeError(f"{text} is not a port; give a number from 1 to 65535")
+    return int(text)
+
+
+def _export(asked: argparse.Namespace) -> str:
+    from palpate.portable.command import export
+
+    return export(asked.config, asked.scene, asked.model, asked.contacts, asked.out)
+
+
+def _load(asked: argparse.Namespace) -> str:
+    from palpate.portable.file import describe
+
+    return describe(asked.file)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a whole number above 0")
+    return int(text)
+
+
+def _scene(word: str) -> str | None:
+    """Return the name of a scene, or None for all."""
+    return None if word == "all" else word
 
 
 def _positive(text: str) -> float:
@@ -97,67 +191,11 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    """Advise for one scene or for all; without a limit, what the run was asked for."""
-    from palpate.figures import tables
+    from palpate.report.advise_command import advise, advise_any_load
 
     results = Path(asked.results)
     if asked.load is not None:
-        return _advise_any_load(asked, results)
-    pressed, moving, listed = (
-        results / "tables" / f"{name}.csv" for name in ("accuracy_vs_time", "dynamic_accuracy", "advice")
-    )
-    free = asked.budget_ms is None and asked.max_error is None
-    paths = [listed] if free else [path for path in (pressed, moving) if path.is_file()] or [pressed]
-    found = [tables.read(path) for path in paths]
-    known = [name for table in found for name in tables.scenes(table)]
-    if asked.scene is not None and asked.scene not in known:
-        raise InputError(f"--scene {asked.scene} is not in {results}; choose from {', '.join(known)}.")
-    chosen = known if asked.scene is None else [asked.scene]
-    if free:
-        from palpate.report.advice_list import advice_list
-
-        return advice_list(found[0][found[0]["scene"].isin(chosen)], asked.error)
-    limits = {"budgets_ms": [asked.budget_ms]} if asked.max_error is None else {"max_errors": [asked.max_error]}
-    return "\n".join(_advise_scene(results, name, found, limits, asked.error) for name in chosen)
-
-
-def _advise_any_load(asked: argparse.Namespace, results: Path) -> str:
-    """Advise for one kind of load or all, in one scene of any_load.csv or all."""
-    from palpate.evaluation.tradeoff.advice_any_load import advise_any_load
-    from palpate.evaluation.tradeoff.general_loads import KINDS
-    from palpate.figures import tables
-    from palpate.report.any_load_words import lines
-
-    table = tables.read(results / "tables/any_load.csv")
-    if asked.scene is not None and asked.scene not in tables.scenes(table):
-        raise InputError(
-            f"--scene {asked.scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}."
-        )
-    kinds = [kind for kind in KINDS if asked.load in ("all", kind.replace(" ", "-"))]
-    return "\n".join(
-        lines(advise_any_load(tables.where(table, scene=scene), kind, asked.budget_ms, asked.max_error, asked.error))
-        for scene in tables.scenes(table)
-        if asked.scene in (None, scene)
-        for kind in kinds
-    )
-
-
-def _advise_scene(results: Path, scene: str, found: list["pd.DataFrame"], limits: dict, kind: str) -> str:
-    """Advise for one scene of accuracy_vs_time.csv, by its first split, or of dynamic_accuracy.csv if it moves."""
-    from palpate.evaluation.tradeoff.advice import advise
-    from palpate.evaluation.tradeoff.advice_agreement import same_in
-    from palpate.evaluation.tradeoff.advice_motion import advise_motion
-    from palpate.evaluation.tradeoff.bootstrap import read_errors
-    from palpate.figures import tables
-    from palpate.report.advice_words import lines
-
-    table = next(table for table in found if scene in tables.scenes(table))
-    rows = tables.where(table, scene=scene)
-    if "regime" not in table:
-        if kind != "rms":
-            return f"{scene}: a scene that moves has no patch; leave --error {kind} out"
-        return lines(advise_motion(rows, **limits).iloc[0], rows)
-    advised = advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind])
-    same, splits = same_in(advised)
-    agreed = f"the same model in {same} of {splits} splits of the contacts" if splits > 1 else ""
-    return lines(advised.iloc[0], tables.where(rows, split=advised["split"].iloc[0]), agreed)
+        return advise_any_load(results, asked.scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
+    given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
+    limits = {name: [value] for name, value in given.items() if value is not None}
+    return advise(results, asked.scene, limits, asked.error)

@@ -3,6 +3,7 @@
 import pytest
 
 from palpate.errors import InputError
+from palpate.evaluation.table import columns
 from palpate.figures import tables
 
 
@@ -28,3 +29,11 @@ def test_an_empty_table_is_refused(tmp_path, content):
     (tmp_path / "claims.csv").write_text(content)
     with pytest.raises(InputError, match=r"claims\.csv"):
         tables.read(tmp_path / "claims.csv")
+
+
+def test_of_a_run_of_which_no_paper_claims_anything_the_claims_alone_may_be_empty(tmp_path):
+    for name in ("claims", "truth"):
+        (tmp_path / f"{name}.csv").write_text(",".join(columns(name)) + "\n")
+    assert tables.read_all(tmp_path, ["claims"])["claims"].empty
+    with pytest.raises(InputError, match=r"truth\.csv has no rows"):
+        tables.read_all(tmp_path, ["claims", "truth"])

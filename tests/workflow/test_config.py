@@ -51,6 +51,7 @@ def test_defaults_are_those_of_the_shipped_settings():
         "tradeoff.limit_points",
         "tradeoff.any_load",
         "tradeoff.beyond_design",
+        "press.bodies",
         "law.bodies",
         "law.regions_of",
         "organ_springs.bodies",

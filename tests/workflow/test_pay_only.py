@@ -143,7 +143,7 @@ def test_nothing_asked_for_is_reported(refused):
 
     said = refused(change)
     assert said.startswith(
-        "error: config.yaml: nothing is asked for; add the block of a study: tradeoff, law, dynamic, measured"
+        "error: config.yaml: nothing is asked for; add the block of a study: tradeoff, press, law, dynamic, measured"
     )
 
 

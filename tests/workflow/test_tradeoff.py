@@ -74,6 +74,8 @@ def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, writ
         ({"any_load": {"regimes": ["smal"]}}, "tradeoff.any_load.regimes names smal, which is unknown"),
         ({"any_load": {"models": {"fem_p3": ""}}}, "tradeoff.any_load.models names fem_p3, which is unknown"),
         ({"any_load": {"models": {"fem_p2": "["}}}, "tradeoff.any_load.models.fem_p2: [ is no regular expression"),
+        ({"training_contacts_of": {"linear_fem": "["}}, "tradeoff.training_contacts_of.linear_fem: [ is no regular"),
+        ({"training_contacts_of": {"linear": ""}}, "tradeoff.training_contacts_of names linear"),
         ({"beyond_design": {"bodies": ["livr"]}}, "tradeoff.beyond_design.bodies names livr, which is unknown"),
         ({"splits": [6]}, "tradeoff.splits[0] is 6, but must be at most 5"),
         ({"contacts": 4}, "tradeoff.contacts is 4, but must be at least 5"),

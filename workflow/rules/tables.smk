@@ -69,6 +69,7 @@ if {"tradeoff", "dynamic"} & set(ASKED):
             table=tabulated("accuracy_vs_time") if "tradeoff" in ASKED else [],
             errors=family_files("samples") if "tradeoff" in ASKED else [],
             motions=tabulated("dynamic_accuracy") if "dynamic" in ASKED else [],
+            bounds=tabulated("motion_bounds") if "motion_bounds" in OPTIONAL else [],
         output:
             "results/tables/advice.csv",
         log:
@@ -77,6 +78,7 @@ if {"tradeoff", "dynamic"} & set(ASKED):
             limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults(SCHEMA, "tradeoff")})[
                 "tradeoff"
             ]["advice"],
+            speeds=config.get("dynamic", {}).get("speeds", []),
             code=code_of("tabulate_advice"),
         message:
             "advise a model for each budget and error"

@@ -177,16 +177,37 @@ rule check_truth:
         "../scripts/check_truth.py"
 
 
+rule measure_geometry:
+    input:
+        body="results/data/{body}/body.h5",
+        loads="results/data/{body}/{regime}/loads.csv",
+        truth="results/data/{body}/{regime}/truth.h5",
+    output:
+        "results/data/{body}/{regime}/geometry.csv",
+    log:
+        "results/logs/{body}/{regime}/measure_geometry.log",
+    params:
+        samples=config["tradeoff"]["truth"]["geometry_samples"],
+        entry=lambda wildcards: config["bodies"][wildcards.body],
+        code=code_of("measure_geometry"),
+    message:
+        "measure what facets change, on {params.samples} samples: {wildcards.body}, {wildcards.regime}"
+    script:
+        "../scripts/measure_geometry.py"
+
+
 rule tabulate_truth:
     input:
         truths=presses("truth.h5"),
         checks=presses("truth_check.csv") if CHECKED else [],
+        geometry=[f"results/data/{body}/{regime}/geometry.csv" for body, regime in smooth_scenes()],
     output:
         "results/tables/truth.csv",
     log:
         "results/logs/tabulate_truth.log",
     params:
         scenes=STATIC,
+        smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
         code=code_of("tabulate_truth"),
     message:
         "tabulate how exactly the truth is known"

@@ -1,4 +1,3 @@
-import numpy as np
 import pandas as pd
 
 from palpate.bodies.body_file import load
@@ -8,8 +7,6 @@ from palpate.job import job, steps, write_table
 
 with job(snakemake.log[0]) as say:
     body, truth = load(snakemake.input.body), load_truth(snakemake.input.truth)
-    believed = truth.sample[truth.believed]
-    count = min(snakemake.params.samples, len(believed))
-    chosen = believed[np.linspace(0, len(believed) - 1, count).round().astype(int)]
+    chosen = truth.spread(snakemake.params.samples)
     progress = steps(say, f"{body.name}, {snakemake.wildcards.regime}: truth by linear elements, solution")
     write_table(other_element(body, pd.read_csv(snakemake.input.loads), truth, chosen, progress), snakemake.output[0])

@@ -12,10 +12,15 @@ def of(paths, body, regime):
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
 
 
+def read_estimates(path):
+    """The estimates of one split; a setting may have no name, and a second answer has no value by itself."""
+    return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
+
+
 with job(snakemake.log[0]):
     given, scenes = snakemake.input, []
     for (body, regime), settings in pd.read_csv(given.table).groupby(["body", "regime"], sort=False):
         errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in of(given.errors, body, regime)])
-        estimates = pd.concat([pd.read_csv(path, keep_default_na=False) for path in of(given.estimates, body, regime)])
+        estimates = pd.concat([read_estimates(path) for path in of(given.estimates, body, regime)])
         scenes.append(Scene(settings, errors, estimates))
     write_table(error_bounds(scenes), snakemake.output[0])

@@ -8,4 +8,5 @@ with job(snakemake.log[0]):
     scenes, given = snakemake.params.scenes, snakemake.input
     truths = dict(zip(scenes, map(load_truth, given.truths), strict=True))
     checks = dict(zip(scenes, map(pd.read_csv, given.checks), strict=True)) if given.get("checks") else None
-    write_table(truth_table(truths, checks), snakemake.output[0])
+    shares = dict(zip(snakemake.params.smooth, map(pd.read_csv, given.geometry), strict=True))
+    write_table(truth_table(truths, checks, shares), snakemake.output[0])

@@ -40,7 +40,7 @@ def reduced(job: Job, case: Case) -> Amounts:
     """Count the contacts that are asked for, all where more than a split's are, and the kinds of models of each."""
     grid, share = _grid(job, case), 1.0 if case.config["tradeoff"]["training_contacts_of"] else 0.4
     contacts = share * case.config["tradeoff"]["contacts"]
-    kinds = len(grid["rings"]) + len(grid["tolerances"])
+    kinds = len(grid["rings"]) + len(grid["tolerances"]) + 1
     sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
     nodes = max([size for size in sizes if size <= grid["nodes"]], default=sizes[0])
     asked = kinds * len(grid["targets"]) * case.config["tradeoff"]["budget_s"]

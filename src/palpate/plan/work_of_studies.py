@@ -42,22 +42,44 @@ def _beyond_design(job: Job, case: Case) -> Amounts:
     return {"solve_s": QUADRATIC * 6 * asked["samples"] * case.solve_s(size.fine.elements, 1) * case.harder(job)}
 
 
+def _exported(job: Job, case: Case) -> Amounts:
+    """Count the solves of a portable model: some for each contact, and those at places between them."""
+    size, count = case.sizes[job.wildcards["body"]], case.config["press"]["contacts"]
+    return {"solve_s": QUADRATIC * (count + 40) * case.solve_s(size.fine.elements, 1)}
+
+
 def _trial(job: Job, case: Case) -> Amounts:
     """Count elements times steps, of which there are more, the less halving them may change a motion."""
     from palpate.scenes.contact_settings import bodies_in
 
+    scene, own = _followed(job, case)
+    # steps of second order, where nothing is touched or yields, need the square root of their number
+    first = {"contact", "plasticity"} & set(scene)
+    steps = own["frames"] / own["change_of_peak"] if first else 5.0 * own["frames"] / own["change_of_peak"] ** 0.5
+    return {"element_steps": steps * _elements(scene, own, case) * len(bodies_in(scene))}
+
+
+def _elsewhere(job: Job, case: Case) -> Amounts:
+    """Count elements times steps of a reference at each place: one a frame, halved twice."""
+    scene, own = _followed(job, case)
+    return {"element_steps": 7.0 * own["frames"] * own["elsewhere"]["places"] * _elements(scene, own, case)}
+
+
+def _followed(job: Job, case: Case) -> tuple[dict, dict]:
+    """Return a scene, and how it is followed."""
     name, dynamic = job.wildcards["scene"], case.config["dynamic"]
-    scene, own = case.config["scenes"][name], dynamic | dynamic.get("scenes", {}).get(name, {})
+    return case.config["scenes"][name], dynamic | dynamic.get("scenes", {}).get(name, {})
+
+
+def _elements(scene: dict, own: dict, case: Case) -> float:
+    """Return the number of elements of a scene's reference."""
     levels = case.sizes[scene["body"]].levels
     last = own.get("level", max(scene["level"], 1))
     # a sheet has one level, and half of it
     elements = levels[min(last, len(levels) - 1)].elements
     if last >= len(levels) and case.config["bodies"][scene["body"]]["kind"] != "sheet":
         elements *= 8 ** (last + 1 - len(levels))
-    # steps of second order, where nothing is touched or yields, need the square root of their number
-    first = {"contact", "plasticity"} & set(scene)
-    steps = own["frames"] / own["change_of_peak"] if first else 5.0 * own["frames"] / own["change_of_peak"] ** 0.5
-    return {"element_steps": steps * elements * len(bodies_in(scene))}
+    return elements
 
 
 def _time_methods(job: Job, case: Case) -> Amounts:
@@ -153,6 +175,8 @@ def _shapes_timed(job: Job, case: Case) -> Amounts:
 STUDIES: dict[str, Callable[[Job, Case], Amounts]] = {
     **dict.fromkeys(("simulate_scene", "leave_out_effects", "time_effects"), _scene),
     **dict.fromkeys(("simulate_dynamic_reference", "measure_dynamic"), _trial),
+    "measure_elsewhere": _elsewhere,
+    "export_model": _exported,
     "compare_laws": _compared,
     "measure_any_load": _any_load,
     "measure_beyond_design": _beyond_design,

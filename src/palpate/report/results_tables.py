@@ -24,7 +24,7 @@ def advice(advice: pd.DataFrame) -> pd.DataFrame:
     counts those that advise the same.
     """
     rows, counts = [], []
-    every = advice.groupby(["scene", "error", "budget_ms", "max_error"], sort=False, dropna=False)
+    every = advice.groupby(["scene", "error", "budget_ms", "max_error", "speed"], sort=False, dropna=False)
     for _, asked in every:
         row = first_split(asked).iloc[0]
         same, splits = same_in(asked.sort_values("split", kind="stable"))

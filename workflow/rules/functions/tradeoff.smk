@@ -87,3 +87,11 @@ def estimate_files():
         for regime in REGIMES
         for split in splits_of(body, regime)
     ]
+
+
+def smooth_scenes():
+    """The body and the regime of each scene whose body has a known smooth surface, if what facets change is asked."""
+    kinds = ("cylinder", "liver", "kidney", "stomach")
+    asked = config["tradeoff"]["truth"]["geometry_samples"]
+    bodies = [body for body in PRESSED if config["bodies"][body]["kind"] in kinds] if asked else []
+    return [(body, regime) for body in bodies for regime in REGIMES]

@@ -1,6 +1,6 @@
 """Compare models on pressed bodies: what to take, the truth, error against time, the models, when preparing pays."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from html import escape
 
 import pandas as pd
@@ -10,7 +10,7 @@ from palpate.evaluation.tradeoff.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.figures.tradeoff.error_bounds import SOURCES
+from palpate.figures.tradeoff.error_bounds import DEAR, SOURCES
 from palpate.figures.tradeoff.scene_rows import averaged, first_split, front_rows
 from palpate.report import markup
 from palpate.report.advice_words import error_of, limit, sentence
@@ -79,15 +79,18 @@ def _truth(report: Report, names: dict[str, str]) -> str:
 
 
 def _bounds(report: Report, hardest: str) -> str:
-    """Show the bounds of single answers: those of the scene ``hardest``, by what each model's error is known best."""
+    """Show the bounds of single answers in the scene ``hardest``: of each setting the sharpest cheap and dear ones."""
     found = tables.where(report.tables["error_bounds"], scene=hardest, error="rms").dropna(subset="sharpness")
-    found = found.loc[found.groupby(["model", "setting"], sort=False)["sharpness"].idxmin()].sort_values(
-        "bound_of_peak"
-    )
+    dear = found["estimate"].isin(DEAR).rename("dear")
+    found = found.loc[found.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
+    least = found.groupby(["model", "setting"])["bound_of_peak"].transform("min")
+    found = found.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
     rows = pd.DataFrame(
         {
             "model": [label(row.model, row.setting) for row in found.itertuples()],
             "estimated from": [SOURCES.get(name, name) for name in found["estimate"]],
+            "which takes [ms]": 1e3 * found["estimate_s"],
+            "rank correlation": found["rank_correlation"],
             "error, median [% of peak]": 100 * found["error_of_peak"],
             "bound, median [% of peak]": 100 * found["bound_of_peak"],
             "bound over error": found["sharpness"],
@@ -96,7 +99,10 @@ def _bounds(report: Report, hardest: str) -> str:
             "below bounds of other bodies [%]": 100 * found["coverage_elsewhere"],
         }
     )
-    caption = "90 % bounds of single answers' RMSE in the hardest scene, each from the estimate that is sharpest"
+    caption = (
+        "90 % bounds of single answers' RMSE in the hardest scene, each from the sharpest estimate that costs next to "
+        "nothing, and from the sharpest that costs a simulation"
+    )
     return report.figure("error_bounds") + markup.table(rows, caption) + report.folded("error_bounds")
 
 
@@ -135,41 +141,46 @@ def _scene(report: Report, scene: str, title: str) -> str:
     )
 
 
-def items(advice: pd.DataFrame) -> str:
-    """List advice in sentences."""
-    return f"<ul>{''.join(f'<li>{escape(sentence(row))}</li>' for _, row in advice.iterrows())}</ul>"
+def items(advice: pd.DataFrame, said: Callable[[pd.Series], str] = sentence) -> str:
+    """List advice, each row as ``said`` puts it."""
+    return f"<ul>{''.join(f'<li>{escape(said(row))}</li>' for _, row in advice.iterrows())}</ul>"
 
 
-def overview(advice: pd.DataFrame, names: dict[str, str], kind: str = "") -> str:
-    """Tabulate advice: a row for each scene of ``names``, a column for each limit; what to take, its error and time.
-
-    kind : of the error, one of WHERE; of scenes that move there is one only
-    """
-    if advice.empty:
-        return ""
-    advice = advice.assign(limit=[limit(row) for _, row in advice.iterrows()])
+def overview(advice: pd.DataFrame, names: dict[str, str], kind: str) -> str:
+    """Tabulate what to take for the least error of ``kind``, one of WHERE, its error and its time."""
     first = first_split(advice)
-    wide = first.assign(taken=[_taken(row, setting=not kind) + _in_splits(row, advice) for _, row in first.iterrows()])
-    wide = wide.pivot(index="scene", columns="limit", values="taken")
-    wide = wide.reindex(index=list(names), columns=advice["limit"].unique()).rename(index=names)
-    what = f"for the least error {WHERE[kind]}, that error, and the time" if kind else ", its error, and its time"
-    caption = f"What to take {what} at the 95th percentile".replace(" ,", ",")
+    caption = f"What to take for the least error {WHERE[kind]}, that error, and the time at the 95th percentile"
     if len(first) < len(advice):
         caption += "; in brackets, the number of splits that advise the same model, if not all do"
+    return by_limit(advice, names, caption, lambda row: _taken(row) + _in_splits(row, advice))
+
+
+def by_limit(advice: pd.DataFrame, names: dict[str, str], caption: str, said: Callable[[pd.Series], str]) -> str:
+    """Tabulate advice: a row for each scene of ``names``, a column for each limit, cells as ``said`` puts them."""
+    if advice.empty:
+        return ""
+    first = first_split(advice)
+    wide = first.assign(taken=[said(row) for _, row in first.iterrows()], limit=_limits(first))
+    wide = wide.pivot(index="scene", columns="limit", values="taken")
+    wide = wide.reindex(index=list(names), columns=pd.unique(_limits(advice))).rename(index=names)
     return markup.table(wide.reset_index(), caption)
 
 
-def _taken(row: pd.Series, setting: bool) -> str:
-    """Name what is advised, with its ``setting`` where there is room for it."""
+def _limits(advice: pd.DataFrame) -> pd.Series:
+    return pd.Series([limit(row) for _, row in advice.iterrows()], index=advice.index, dtype=object)
+
+
+def _taken(row: pd.Series) -> str:
+    """Name what is advised, without its setting, for which there is no room."""
     if row["model"] == NONE:
         return "none"
-    name = label(row["model"], row["setting"] if setting else "default")
-    return f"{name}: {percent(error_of(row))} in {seconds(row['online_p95_s'])}"
+    return f"{label(row['model'], 'default')}: {percent(error_of(row))} in {seconds(row['online_p95_s'])}"
 
 
 def _in_splits(row: pd.Series, advice: pd.DataFrame) -> str:
     """Count the splits in which the same model is advised for one question, unless that is all of them."""
-    asked = tables.where(advice, scene=row["scene"], limit=row["limit"])
+    asked = tables.where(advice, scene=row["scene"])
+    asked = asked[_limits(asked) == limit(row)]
     same = int((asked["model"] == row["model"]).sum())
     return f" ({same} of {len(asked)} splits)" if same < len(asked) else ""
 

@@ -22,9 +22,7 @@ def test_other_nodes_are_refused(slab, which):
         "far": len(slab.coarse.nodes),
         "negative": -1,
     }[which]
-    with pytest.raises(
-        InputError, match=rf"^slab, contact {contact} is not a free surface node of the mesh"
-    ):
+    with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node of the mesh"):
         row_of(contacts_of(slab), int(contact), "slab, ")
 
 

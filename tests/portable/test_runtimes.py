@@ -28,6 +28,13 @@ for (const path of process.argv.slice(2)) {
 """
 
 
+DEPTH = """
+const [code, file, asked] = process.argv.slice(1), fs = require("fs"), Palpate = require(code);
+const model = Palpate.load(Uint8Array.from(fs.readFileSync(file)).buffer);
+console.log(JSON.stringify(JSON.parse(fs.readFileSync(asked)).map((press) => model.depth(press))));
+"""
+
+
 @pytest.fixture(scope="session")
 def node():
     if shutil.which("node") is None:
@@ -86,6 +93,25 @@ def test_javascript_answers_as_python(node, made_up, loads, expected, tmp_path):
     subprocess.run([node, "-e", ASK, str(RUNTIMES / "palpate.js"), *files], check=True)
     answers = json.loads((tmp_path / "answers").read_text())
     compare(expected, [(np.array(a["displacement"]), np.array(a["forces"]), a["error"], a["doubt"]) for a in answers])
+
+
+def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, tmp_path):
+    """The linear answer of the hardest press that the nearest contacts bear, on the disc that presses."""
+    presses = [{"triangle": t, "weights": [0.5, 0.3, 0.2]} for t in range(0, len(model.triangles), 5)]
+    (tmp_path / "presses.json").write_text(json.dumps(presses))
+    (tmp_path / "file").write_bytes(made_up.data)
+    said = subprocess.run(
+        [node, "-e", DEPTH, str(RUNTIMES / "palpate.js"), str(tmp_path / "file"), str(tmp_path / "presses.json")],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    expected = []
+    for press in presses:
+        place = model._place(press)
+        bears = [each.contact.bearing for each in place.near]
+        force = sum(each.weight * b / (b @ b) for each, b in zip(place.near, bears, strict=True))
+        expected.append(np.linalg.norm(place.disc @ model._compliance @ place.disc.T @ force))
+    assert min(expected) > 0
+    np.testing.assert_allclose(json.loads(said.stdout), expected, rtol=1e-9)
 
 
 def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compiled, made_up, tmp_path):

@@ -304,8 +304,8 @@ const Palpate = (() => {
       return { more, size: Math.sqrt(size), spread: Math.sqrt(spread), least, far, left };
     }
 
-    // coordinates of all presses in the vectors
-    all(places, forces, warm) {
+    // coordinates of the linear part of all presses in the vectors
+    linear(places, forces) {
       const { vectors, compliance } = this, loaded = new Float64Array(vectors), sum = new Float64Array(vectors);
       places.forEach((place, k) => {
         for (let d = 0; d < 3; d++) for (let v = 0; v < vectors; v++) loaded[v] += forces[3 * k + d] * place.disc[d * vectors + v];
@@ -315,6 +315,23 @@ const Palpate = (() => {
         for (let j = 0; j < vectors; j++) one += compliance[i * vectors + j] * loaded[j];
         sum[i] = one;
       }
+      return sum;
+    }
+
+    // how far [m] the hardest press that a place is known to bear moves its disc, if responses are linear
+    depth(press) {
+      const { vectors } = this, place = this.place(press), force = new Float64Array(3);
+      for (const { one, weight } of place.near) {
+        const square = inner(one.bearing, one.bearing);
+        for (let d = 0; d < 3; d++) force[d] += (weight * one.bearing[d]) / square;
+      }
+      const sum = this.linear([place], force);
+      return Math.hypot(...[0, 1, 2].map((d) => dot(place.disc.subarray(d * vectors, (d + 1) * vectors), sum)));
+    }
+
+    // coordinates of all presses in the vectors
+    all(places, forces, warm) {
+      const { vectors } = this, sum = this.linear(places, forces);
       const bent = places.map((place, k) => this.bent(place, forces.subarray(3 * k, 3 * k + 3), warm));
       for (const each of bent) for (let v = 0; v < vectors; v++) sum[v] += each.more[v];
       return { sum, bent };

@@ -113,8 +113,10 @@ const listen = (stage) => {
 
 const listenToKeys = (stage) => {
   const { canvas } = stage.panel;
+  // the finger that keys move; beside a pinned one they move the cursor to where a second one shall press
+  const free = () => (stage.active?.pinned ? null : stage.active);
   const arrow = (dx, dy) => {
-    const finger = stage.active, { mode } = stage;
+    const finger = free(), { mode } = stage;
     if (mode === "turn") {
       stage.camera.turn(dx * KEY_TURN, dy * KEY_TURN);
       stage.redraw();
@@ -136,7 +138,7 @@ const listenToKeys = (stage) => {
     stage.redraw();
   };
   const toggle = () => {
-    if (stage.active) stage.release();
+    if (free()) stage.release();
     else if (stage.cursor) stage.put(stage.cursor.place).shown = 0;
   };
   const keys = {

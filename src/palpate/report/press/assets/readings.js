@@ -22,7 +22,8 @@ Object.assign(Panel.prototype, {
   },
 
   tellNumbers() {
-    const { stage } = this, { active, main } = stage, { doubt, error } = main.answer;
+    const { stage } = this, { active, main } = stage;
+    const { doubt, error } = active ? main.answer : { doubt: "", error: NaN };
     const newtons = this.forceOf(active), millimetres = 1e3 * this.depthOf(active);
     this.force.textContent = said(newtons, "N");
     this.depthShown(millimetres);
@@ -39,6 +40,7 @@ Object.assign(Panel.prototype, {
     const { stage } = this, [slider, value] = this.deep;
     const asked = stage.truth ? this.depthOf(stage.active) : stage.active?.depth ?? stage.depth;
     this.gone.textContent = said(millimetres, "mm");
+    slider.max = Math.max(stage.most(), asked || 0);
     if (document.activeElement !== slider) slider.value = asked;
     value.textContent = said(1e3 * asked, "mm");
     if (!stage.active) return;
@@ -119,8 +121,6 @@ Object.assign(Panel.prototype, {
 
   // another model: its advice, its truths, the range of its depths
   show(choice) {
-    const { peak_m: peak } = choice.model.info;
-    this.deep[0].max = 1.6 * peak;
     this.model[0].value = choice.name;
     this.advice.textContent = choice.advice;
     this.known.hidden = !choice.truths.length;

@@ -1,5 +1,8 @@
 // The stage: models, fingers and views, and the loop that asks and draws, one picture after the other.
 const INKS = { active: [1, 1, 1], other: [1, 0.72, 0.2], cursor: [0.35, 0.95, 0.75] };
+const DEEPEST = 1.1; // over how far the hardest press that a model is known to bear goes, if responses are linear
+const FREE = 0.5; // the same over the largest displacement, for models that do not say
+const FIRST = 0.15; // depth of the first press, over the largest displacement
 const EASE = 0.35; // of the way to the depth that is asked for, in each picture
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -53,12 +56,18 @@ class Stage {
     return 0.04 * this.main.model.info.peak_m;
   }
 
+  // how deep a place can be pressed [m]
+  most(place = this.active?.place) {
+    const { model } = this.main;
+    return place && model.depth ? DEEPEST * model.depth(place) : FREE * model.info.peak_m;
+  }
+
   // Let another model answer the same presses.
   take(choice) {
     const { model } = choice, same = this.main?.model.nodes.length === model.nodes.length;
     this.choice = choice;
     this.main = new View(this.painter, model);
-    this.depth = clamp(this.depth ?? 0.3 * model.info.peak_m, 0, 1.6 * model.info.peak_m);
+    this.depth = Math.min(this.depth ?? FIRST * model.info.peak_m, this.most(null));
     this.times = [];
     if (!same) {
       this.camera = new Camera(model.nodes);
@@ -94,8 +103,9 @@ class Stage {
 
   // Another press than that of which the truth is known.
   changed() {
+    if (this.active) this.active.depth = clamp(this.active.depth, 0, this.most());
     if (this.truth) {
-      this.depth = this.active.depth = this.active.shown = clamp(this.panel.depthOf(this.active), 0, 1.6 * this.main.model.info.peak_m);
+      this.depth = this.active.depth = this.active.shown = clamp(this.panel.depthOf(this.active), 0, this.most());
       this.fingers.forEach((finger) => (finger.force = null));
       [this.truth, this.truthShown] = [null, false];
       if (this.colour === "truth") this.colour = "displacement";
@@ -106,7 +116,7 @@ class Stage {
   deepen(by) {
     if (!this.active) return;
     this.changed();
-    this.active.depth = this.depth = clamp(this.active.depth + by, 0, 1.6 * this.main.model.info.peak_m);
+    this.active.depth = this.depth = clamp(this.active.depth + by, 0, this.most());
     this.refresh();
   }
 
@@ -200,7 +210,7 @@ class Stage {
   rings() {
     const rings = new Float32Array(12), inks = new Float32Array(9), { radius_m: radius } = this.main.model.info;
     const shown = this.fingers.map((finger) => [finger.rest, finger === this.active ? INKS.active : INKS.other]);
-    if (this.cursorSeen && this.cursor && !this.active) shown.push([this.cursor.rest, INKS.cursor]);
+    if (this.cursorSeen && this.cursor && !(this.active && !this.active.pinned)) shown.push([this.cursor.rest, INKS.cursor]);
     shown.slice(0, 3).forEach(([place, ink], i) => {
       rings.set([...place, radius], 4 * i);
       inks.set(ink, 3 * i);

@@ -96,7 +96,7 @@ def test_javascript_answers_as_python(node, made_up, loads, expected, tmp_path):
 
 
 def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, tmp_path):
-    """The linear answer of the hardest press that the nearest contacts bear, on the disc that presses."""
+    """A way straight in that takes as hard a force as the nearest contacts bear, if responses are linear."""
     presses = [{"triangle": t, "weights": [0.5, 0.3, 0.2]} for t in range(0, len(model.triangles), 5)]
     (tmp_path / "presses.json").write_text(json.dumps(presses))
     (tmp_path / "file").write_bytes(made_up.data)
@@ -107,9 +107,10 @@ def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, t
     expected = []
     for press in presses:
         place = model._place(press)
-        bears = [each.contact.bearing for each in place.near]
-        force = sum(each.weight * b / (b @ b) for each, b in zip(place.near, bears, strict=True))
-        expected.append(np.linalg.norm(place.disc @ model._compliance @ place.disc.T @ force))
+        hardest = sum(each.weight / np.linalg.norm(each.contact.bearing) for each in place.near)
+        normal = press["weights"] @ model._normals[model.triangles[press["triangle"]]]
+        metre = np.linalg.solve(place.disc @ model._compliance @ place.disc.T, normal / np.linalg.norm(normal))
+        expected.append(hardest / np.linalg.norm(metre))
     assert min(expected) > 0
     np.testing.assert_allclose(json.loads(said.stdout), expected, rtol=1e-9)
 

@@ -272,7 +272,7 @@ const Palpate = (() => {
       }
       total = near.reduce((sum, each) => sum + each.weight, 0);
       for (const each of near) each.weight /= total;
-      return { disc, near, apart: apart[order[0]] };
+      return { disc, near, normal, apart: apart[order[0]] };
     }
 
     // what a press has beyond its linear part
@@ -318,15 +318,15 @@ const Palpate = (() => {
       return sum;
     }
 
-    // how far [m] the hardest press that a place is known to bear moves its disc, if responses are linear
+    // how far [m] a place is moved straight in by as hard a force as it is known to bear, if responses are linear
     depth(press) {
-      const { vectors } = this, place = this.place(press), force = new Float64Array(3);
-      for (const { one, weight } of place.near) {
-        const square = inner(one.bearing, one.bearing);
-        for (let d = 0; d < 3; d++) force[d] += (weight * one.bearing[d]) / square;
-      }
-      const sum = this.linear([place], force);
-      return Math.hypot(...[0, 1, 2].map((d) => dot(place.disc.subarray(d * vectors, (d + 1) * vectors), sum)));
+      const { vectors } = this, place = this.place(press), axes = [0, 1, 2];
+      const row = (d) => place.disc.subarray(d * vectors, (d + 1) * vectors);
+      const moved = axes.map((d) => this.linear([place], Float64Array.from(axes, (each) => (each === d ? 1 : 0))));
+      const inverse = inverted(axes.map((e) => axes.map((d) => dot(row(e), moved[d]))), this.held);
+      const metre = Math.hypot(...inverse.map((each) => inner(each, place.normal)));
+      const hardest = place.near.reduce((sum, { one, weight }) => sum + weight / Math.hypot(...one.bearing), 0);
+      return metre > 0 ? hardest / metre : 0;
     }
 
     // coordinates of all presses in the vectors

@@ -1,6 +1,6 @@
 // The stage: models, fingers and views, and the loop that asks and draws, one picture after the other.
 const INKS = { active: [1, 1, 1], other: [1, 0.72, 0.2], cursor: [0.35, 0.95, 0.75] };
-const DEEPEST = 1.1; // over how far the hardest press that a model is known to bear goes, if responses are linear
+const DEEPEST = 1.2; // over how far a place is pressed by as hard a force as a model is known to bear
 const FREE = 0.5; // the same over the largest displacement, for models that do not say
 const FIRST = 0.15; // depth of the first press, over the largest displacement
 const EASE = 0.35; // of the way to the depth that is asked for, in each picture

@@ -30,7 +30,7 @@ for (const path of process.argv.slice(2)) {
 
 DEPTH = """
 const [code, file, asked] = process.argv.slice(1), fs = require("fs"), Palpate = require(code);
-const model = Palpate.load(Uint8Array.from(fs.readFileSync(file)).buffer);
+const model = Palpate.load(fs.readFileSync(file));
 console.log(JSON.stringify(JSON.parse(fs.readFileSync(asked)).map((press) => model.depth(press))));
 """
 

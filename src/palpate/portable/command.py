@@ -66,7 +66,9 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
 
 def _told(nodes: Sequence[int]) -> Iterator[int]:
     """Yield ``nodes``, and say how many are done."""
+    live = sys.stderr.isatty()  # a line that is written over, or in a log one line each
     for done, node in enumerate(nodes):
-        print(f"\rcontact {done + 1} of {len(nodes)}", end="", file=sys.stderr, flush=True)
+        last = done + 1 == len(nodes)
+        begin, end = ("\r", "\n" if last else "") if live else ("", "\n")
+        print(f"{begin}contact {done + 1} of {len(nodes)}", end=end, file=sys.stderr, flush=True)
         yield node
-    print(file=sys.stderr)

@@ -1,5 +1,5 @@
 // Answer presses on a body from a portable model file (docs/portable-model.md): no dependency, in a page or in node.
-//   const model = Palpate.load(arrayBuffer);
+//   const model = Palpate.load(bytes);    // an ArrayBuffer or a view, such as require("fs").readFileSync(path)
 //   model.respond([{triangle, weights: [a, b, c], force: [x, y, z]}]);    // or moved: [x, y, z] in place of force
 "use strict";
 const Palpate = (() => {
@@ -22,7 +22,10 @@ const Palpate = (() => {
     return (crc ^ 0xffffffff) >>> 0;
   }
 
-  function reader(buffer) {
+  function reader(given) {
+    must(given instanceof ArrayBuffer || ArrayBuffer.isView(given), "a model is read from the bytes of its file");
+    // a view, such as node's, may begin anywhere in its buffer
+    const buffer = given instanceof ArrayBuffer ? given : given.buffer.slice(given.byteOffset, given.byteOffset + given.byteLength);
     const bytes = new Uint8Array(buffer), view = new DataView(buffer);
     let magic = "";
     for (let i = 0; i < Math.min(8, bytes.length); i++) magic += String.fromCharCode(bytes[i]);

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from palpate.errors import InputError, NotConverged
-from palpate.models.contact_workshop import Workshop
+from palpate.models.contact_workshop import Workshop, reduced_level
 from palpate.models.found_forces import forces_for
 from palpate.models.load import Answer, Doubted, Load
 from palpate.models.memory import held_mb
@@ -34,14 +34,18 @@ _kept: WeakKeyDictionary = WeakKeyDictionary()
 
 
 def settings(case: Case) -> list[Setting]:
-    """List columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer, by target."""
+    """List columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer, by target.
+
+    There is something finer to press if a level above the one that is reduced is the body's own.
+    """
     grid = case.grid["contact_modes"]
     *fewer, rings = grid["rings"]
     *_, finest = tolerances = grid["tolerances"]
     kinds: list[Setting] = [{"modes": "columns", "rings": rings, "thinned": finest}]
     kinds += [{"modes": "snapshots", "rings": r, "thinned": finest} for r in fewer]
     kinds += [{"modes": "snapshots", "rings": rings, "thinned": t} for t in tolerances]
-    kinds += [{"modes": "finer", "rings": rings, "thinned": finest}]
+    if reduced_level(case.body, grid["nodes"]) < len(case.body.levels) - 1:
+        kinds += [{"modes": "finer", "rings": rings, "thinned": finest}]
     return [kind | {"target": target} for kind in kinds for target in grid["targets"]]
 
 

@@ -28,17 +28,21 @@ ORDER = 2
 Made = TypeVar("Made")
 
 
+def reduced_level(body: Body, most: int) -> int:
+    """Return the finest level of ``body`` whose quadratic elements have at most ``most`` nodes, or the coarsest."""
+    sizes = [len(mesh.nodes) + len(mesh.edges) for mesh in body.levels]
+    return max((level for level, size in enumerate(sizes) if size <= most), default=0)
+
+
 class Workshop:
-    """Reduces quadratic elements on the finest level of ``body`` that has at most ``most`` nodes, or the coarsest.
+    """Reduces quadratic elements on the ``reduced_level`` of ``body``.
 
     radius_m : of the disc that is pressed; 0 presses one node
     seconds : what each thing that was made has taken, by its name
     """
 
     def __init__(self, body: Body, radius_m: float, most: int):
-        sizes = [len(mesh.nodes) + len(mesh.edges) for mesh in body.levels]
-        fits = [level for level, size in enumerate(sizes) if size <= most]
-        self._body, self._radius_m, self.level = body, radius_m, max(fits, default=0)
+        self._body, self._radius_m, self.level = body, radius_m, reduced_level(body, most)
         self._made: dict[Any, Any] = {}
         self.seconds: dict[Any, float] = {}
 

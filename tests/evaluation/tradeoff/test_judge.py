@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from palpate.bodies.body_file import save
 from palpate.errors import InputError
 from palpate.evaluation.accuracy import patch_nodes
+from palpate.evaluation.press.known_presses import known_presses
 from palpate.evaluation.tradeoff.judge import TRAINING, judge, read_judged, trained
 from palpate.evaluation.tradeoff.truth import OWN, Truth
 from palpate.evaluation.tradeoff.truth_file import save_truth
@@ -105,3 +107,17 @@ def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_
     lost = np.where(np.isin(truth.contact, db.contact[more.numbers]), "no limit", "").astype(object)
     nothing = replace(truth, rejected=lost, displacement=np.full_like(truth.displacement, np.nan))
     assert trained(slab, db, folds, nothing, 2, 0.05) is None
+
+
+def test_the_page_shows_the_hardest_press_of_a_contact_with_the_truth_s_own_rmse(slab, all_samples, tmp_path):
+    truth = all_samples[2]
+    force = np.outer(np.arange(1.0, len(truth.sample) + 1), [0.0, 0.0, -1.0])
+    loads = pd.DataFrame(force, columns=["force_x_n", "force_y_n", "force_z_n"]).assign(sample=truth.sample)
+    save_truth(truth, tmp_path / "truth.h5")
+    write_table(loads, tmp_path / "loads.csv")
+    found = known_presses(slab, [tmp_path / "truth.h5"], [tmp_path / "loads.csv"], 3)
+    assert len({each.contact for each in found}) == len(found) == 3
+    for each in found:
+        last = np.flatnonzero(truth.contact == each.contact).max()
+        assert each.force[2] == force[last, 2]
+        assert each.own == pytest.approx(truth.own[last, OWN.index("rmse_of_peak")])

@@ -9,6 +9,7 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_out
+from palpate.evaluation.tradeoff.truth import OWN
 from palpate.evaluation.tradeoff.truth_file import load_truth
 from palpate.samples.loads import force_of
 
@@ -51,7 +52,7 @@ def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path
             contact, force = int(truth.contact[i]), force_of(table.loc[truth.sample[i]])
             if contact in found and np.linalg.norm(found[contact].force) >= np.linalg.norm(force):
                 continue
-            own = float(truth.own[i, 0])
+            own = float(truth.own[i, OWN.index("rmse_of_peak")])
             found[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own)
     return [found[contact] for contact in _spread(body, list(found), count)]
 

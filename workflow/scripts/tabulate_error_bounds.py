@@ -3,6 +3,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.evaluation.tradeoff.error_bounds import SAMPLES, Scene, error_bounds
+from palpate.evaluation.tradeoff.estimates import read_estimates
 from palpate.files import read_table
 from palpate.job import job, write_table
 
@@ -10,11 +11,6 @@ from palpate.job import job, write_table
 def of(paths, body, regime):
     """The files of one body and regime, joined."""
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
-
-
-def read_estimates(path):
-    """The estimates of one split; a setting may have no name, and a second answer has no value by itself."""
-    return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
 
 
 with job(snakemake.log[0]):

@@ -24,7 +24,6 @@ def lines(advice: pd.Series, settings: pd.DataFrame, splits: str = "") -> str:
     if advice["model"] == NONE:
         return refusal(advice)
     row = advised(advice, settings)
-    part = "budget" if timed(advice) else "error"
     spent = f"{seconds(advice['online_p95_s'])} at the 95th percentile, on the machine that filled the tables"
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
@@ -33,7 +32,7 @@ def lines(advice: pd.Series, settings: pd.DataFrame, splits: str = "") -> str:
         f"({interval(advice)} in 90 % of draws of the test contacts); {_also(advice)}",
         *([f"  bound     {bound}"] if (bound := bounded(advice)) else []),
         f"  time      {seconds(row['online_median_s'])} an answer, {spent}",
-        f"  margin    {left(advice['margin'])} of the allowed {'time' if part == 'budget' else 'error'} is left",
+        f"  margin    {left(advice)}",
         f"  before    {preparation(row['offline_s'])}, {row['memory_mb']:.3g} MB",
         *([f"  agreed    {splits}"] if splits else []),
         f"  because   {advice['why']}",
@@ -75,9 +74,10 @@ def exceeded(advice: pd.Series) -> str:
     return f"on the test contacts its error is larger than asked, {percent(error_of(advice))}"
 
 
-def left(margin: float) -> str:
-    """Return what is left of a limit, in words."""
-    return percent(margin) if margin > 0 else "nothing"
+def left(advice: pd.Series) -> str:
+    """Return what is left of the limit that a row of advice.csv is about, in words."""
+    share = percent(advice["margin"]) if advice["margin"] > 0 else "nothing"
+    return f"{share} of the allowed {'time' if timed(advice) else 'error'} is left"
 
 
 def _also(advice: pd.Series) -> str:

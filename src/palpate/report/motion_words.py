@@ -59,7 +59,7 @@ def lines(advice: pd.Series, motions: pd.DataFrame) -> str:
     if advice["model"] == NONE:
         return refusal(advice)
     row = advised(advice, motions)
-    told, what = row["estimate_of_peak"], "time" if timed(advice) else "error"
+    told = row["estimate_of_peak"]
     found = [
         f"{advice['scene']}, {limit(advice)}: {name(advice)}",
         *([f"  beware    {more}"] if (more := exceeded(advice)) else []),
@@ -68,7 +68,7 @@ def lines(advice: pd.Series, motions: pd.DataFrame) -> str:
         f"  bound     {bounded(advice)}",
         f"  speed     {pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, "
         f"{seconds(advice['online_p95_s'])} at the 95th percentile, on the machine that filled the tables",
-        f"  margin    {left(advice['margin'])} of the allowed {what} is left",
+        f"  margin    {left(advice)}",
         f"  before    {preparation(row['offline_s'])}",
         f"  because   {advice['why']}",
     ]

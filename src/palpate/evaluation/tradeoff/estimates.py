@@ -7,6 +7,7 @@ represent it does not see.
 """
 
 from collections.abc import Iterator
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -47,6 +48,11 @@ def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.
     """
     whole = [_of(case, part, models) for part in (judge, judge.more) if part]
     return pd.concat(whole, ignore_index=True)
+
+
+def read_estimates(path: str | Path) -> pd.DataFrame:
+    """Read a file of ``estimates``: a setting may have no name, and a second answer has no value by itself."""
+    return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
 
 
 def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:

@@ -27,3 +27,13 @@ def test_no_line_is_hidden_by_the_names(trade_off_tables):
     figure.draw_without_rendering()
     for axis in figure.axes:
         assert axis.get_legend().get_window_extent().y1 < axis.get_window_extent().y0
+
+
+def test_long_names_leave_the_panels_their_width(trade_off_tables):
+    settings, advised = (trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice"))
+    for table in (settings, advised):
+        table["setting"] += ", modes=snapshots, rings=50, thinned=0.003, target=limit, and as much again"
+    figure = break_even.draw(settings, advised)
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        assert axis.get_position().width > 0.8 / len({each.get_position().x0 for each in figure.axes})

@@ -1,5 +1,7 @@
 """Number of answers after which the preparation of a model has paid."""
 
+from textwrap import fill
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -13,6 +15,8 @@ TABLES = ("accuracy_vs_time", "advice")
 ANSWERS = np.geomspace(1, 1e6, 61)
 DASHES = ("-", "--", ":", "-.")
 """Line styles, one for each setting of a model."""
+WIDE = 64
+"""Letters in a line of the legend, about as wide as a panel."""
 
 
 @style.styled
@@ -27,15 +31,16 @@ def draw(accuracy_vs_time, advice) -> Figure:
         scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))
         for scene in names
     }
-    lines, most = -(-len(names) // columns), max(map(len, taken.values()))
+    told = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in taken.items()}
+    lines, most = -(-len(names) // columns), max("\n".join(texts).count("\n") + 1 for texts in told.values())
     figure = Figure(figsize=(5 * columns, (3.1 + 0.15 * most) * lines), layout="constrained")
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     for axis, scene in zip(panels, names, strict=False):
         drawn: list[str] = []
-        for row in taken[scene].itertuples():
-            shown, told = look(row.model), f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}"
+        for row, text in zip(taken[scene].itertuples(), told[scene], strict=True):
+            shown = look(row.model)
             total = row.offline_s + ANSWERS * row.online_median_s
-            axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=told, zorder=2)
+            axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=text, zorder=2)
             drawn.append(row.model)
             if ANSWERS[0] <= row.break_even_queries <= ANSWERS[-1]:
                 paid = row.offline_s + row.break_even_queries * row.online_median_s
@@ -47,6 +52,10 @@ def draw(accuracy_vs_time, advice) -> Figure:
     for axis in panels[len(names) :]:
         axis.set_visible(False)
     return figure
+
+
+def _named(row) -> str:
+    return fill(f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}", WIDE)
 
 
 def advised(settings, advice):

@@ -67,7 +67,8 @@ def made_up():
     scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": 0.03, "guard": 0.68, "far": 2.0, "hard": 1.05}
     scalars |= {"farthest_m": 0.1, "floor": 0.01, "share": 0.05, "spread": 0.5, "several": 0.2, "hardest_n": 0.8}
     compliance = 0.01 * np.cov(rng.normal(size=(10, 40)))
-    info = {"format": "palpate portable model", "version": 1, "body": "block"}
+    info = {"format": "palpate portable model", "version": 1, "body": "block", "regime": "large", "model": "made up"}
+    info |= {"radius_m": 0.03, "peak_m": 0.0, "hardest_n": 0.8, "error": "not measured"}
     return MadeUp(model_bytes(info, scalars, basis, compliance, packed), contacts)
 
 

@@ -1,5 +1,6 @@
 """Portable model files: what is refused, and in which words."""
 
+import json
 import struct
 import zlib
 
@@ -9,6 +10,7 @@ import pytest
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.portable.file import describe, read
+from palpate.portable.runtimes.palpate_model import HEAD
 
 
 @pytest.fixture
@@ -22,6 +24,13 @@ def written(made_up, tmp_path):
 
 def repaired(data):
     return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
+
+
+def headed(data, info):
+    """The bytes of a file with another header."""
+    size, text = struct.unpack_from("<I", data, 20)[0], json.dumps(info).encode()
+    text += b" " * (-len(text) % 4)
+    return repaired(data[:20] + struct.pack("<I", len(text)) + data[24:HEAD] + text + data[HEAD + size :])
 
 
 def test_a_whole_file_is_read_and_told(made_up, written, capsys):
@@ -40,6 +49,9 @@ def test_a_whole_file_is_read_and_told(made_up, written, capsys):
         (lambda data: data[:8] + b"\2" + data[9:], "of version 2"),
         (lambda data: data[:900] + bytes([data[900] ^ 4]) + data[901:], "checksum"),
         (lambda data: repaired(data + b"more"), "something follows"),
+        (lambda data: headed(data, {}), "its header lacks body, which is a text"),
+        (lambda data: headed(data, {"body": "a", "regime": "b", "model": "c", "error": 2}), "lacks error"),
+        (lambda data: headed(data, []), "not JSON"),
         (lambda data: repaired(data[:-400]), "longer than the file"),
         (lambda data: repaired(data[:36] + struct.pack("<I", 10**6) + data[40:]), "sizes"),
         (lambda data: repaired(data[:48] + struct.pack("<d", float("nan")) + data[56:]), "not finite"),
@@ -75,3 +87,12 @@ def test_presses_that_are_none_are_refused(model):
 
 def test_no_press_moves_nothing(model):
     assert not model.respond([]).displacement.any()
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tmp_path, capsys):
+    (tmp_path / "file").write_text("kept")
+    for out in (tmp_path, tmp_path / "file/in.palpate"):
+        assert main(["export", "--scene", "liver_large", "--out", str(out)]) == 1
+        printed = capsys.readouterr().err
+        assert printed.startswith(f"error: {out} cannot be written") and len(printed.splitlines()) == 1
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]

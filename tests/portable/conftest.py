@@ -93,6 +93,44 @@ def loads(model):
 
 
 @pytest.fixture(scope="session")
+def pairs(model):
+    """24 pairs of discs on the top, pushed in alike or one twice as deep as the other, from 0 to 2 radii apart."""
+    rng, found = np.random.default_rng(6), []
+    for k in range(24):
+        first, turn = np.array([*rng.uniform(0.03, 0.07, 2), 0.1]), rng.uniform(0.0, 2.0 * np.pi)
+        apart = model.radius_m * (0.0, 0.25, 0.5, 1.0, 2.0, 0.05)[k % 6]
+        second = np.clip(first + apart * np.array([np.cos(turn), np.sin(turn), 0.0]), 0.0, 0.1)
+        depth = 10.0 ** rng.uniform(-5, -3)
+        deeper = depth * (1 + k // 12)
+        found.append([press_near(model, first, depth), press_near(model, second, deeper)])
+    return found
+
+
+@pytest.fixture(scope="session")
+def drags(loads):
+    """Each load after one that begins its way: at a place beside it, with nine tenths of the force or the depth."""
+
+    def before(press):
+        given = "moved" if "moved" in press else "force"
+        weights = (0.9 * np.array(press["weights"]) + 0.1 / 3.0).tolist()
+        return press | {"weights": weights, given: [0.9 * each for each in press[given]]}
+
+    return [([before(press) for press in presses], presses) for presses in loads]
+
+
+def press_near(model, point, depth):
+    """Return a press straight into the flat face that ``point`` lies on."""
+    corners = model.nodes[model.triangles]
+    first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
+    shares = np.einsum("tij,ti->tj", np.linalg.pinv(edges), point - first)
+    weights = np.clip(np.column_stack([1.0 - shares.sum(axis=1), shares]), 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    at = int(np.argmin(np.linalg.norm(np.einsum("ti,tij->tj", weights, corners) - point, axis=1)))
+    moved = (-depth * model._facing[at]).tolist()
+    return {"triangle": at, "weights": weights[at].tolist(), "moved": moved}
+
+
+@pytest.fixture(scope="session")
 def compiled(tmp_path_factory):
     """A function that compiles a program of this folder with the runtime, with the sanitizers or for speed."""
     compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")

@@ -87,3 +87,18 @@ def test_too_hard_a_press_is_doubted_in_words(model):
     hard = model.respond([press | {"force": (-80.0 * model.contacts[0].normal).tolist()}])
     assert gentle.doubt == "" and hard.doubt != ""
     assert np.isfinite(hard.displacement).all() and 0.0 < gentle.error < hard.error <= 1.0
+
+
+def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):
+    """To a tenth of what runtimes may differ by, and with fewer questions to the cells."""
+    compared = 0
+    for before, presses in drags:
+        cold, warm = model.respond(presses), model.respond(presses, start=model.respond(before))
+        if cold.doubt:
+            continue
+        compared += 1
+        peak = np.linalg.norm(cold.displacement, axis=1).max()
+        assert np.abs(warm.displacement - cold.displacement).max() <= 1e-5 * peak
+        assert warm.forces == pytest.approx(cold.forces, abs=1e-5 * np.abs(cold.forces).max())
+        assert warm.error == pytest.approx(cold.error, rel=1e-4) and warm.doubt == ""
+    assert compared >= 100

@@ -371,9 +371,7 @@ static void bend(palpate_model *m, place_of_press *at, const double *force) {
     for (int k = 0; k < 3 && at->near[k].one; k++) {
         neighbour *near = at->near + k; contact *one = near->one; double *part = m->part + k * b;
         load_of(near, force, load), at->left = fmax(at->left, settle(near, load, ENOUGH));
-        at->least = fmin(at->least, near->now.least);
-        at->far = fmax(at->far, sqrt(dot(near->now.q, near->now.q, one->r)) / one->reach);
-        memset(part, 0, b * sizeof *part);
+        at->least = fmin(at->least, near->now.least), at->far = fmax(at->far, sqrt(dot(near->now.q, near->now.q, one->r)) / one->reach), memset(part, 0, b * sizeof *part);
         for (uint32_t i = 0; i < one->r; i++)
             for (size_t v = 0; v < b; v++) part[v] += (near->now.q[i] - load[i]) * one->coefficients[i * b + v];
         for (size_t v = 0; v < b; v++) at->more[v] += near->weight * part[v];
@@ -384,13 +382,11 @@ static void bend(palpate_model *m, place_of_press *at, const double *force) {
 }
 /* coordinates of all presses in the vectors, into m->sum */
 static void all(palpate_model *m, size_t count, const double *forces) {
-    const size_t b = m->vectors; memset(m->loaded, 0, b * sizeof *m->loaded);
+    const size_t b = m->vectors; memset(m->loaded, 0, b * sizeof *m->loaded), memset(m->sum, 0, b * sizeof *m->sum);
     for (size_t k = 0; k < 3 * count; k++)
         for (size_t v = 0; v < b; v++) m->loaded[v] += forces[k] * m->places[k / 3].disc[k % 3 * b + v];
-    for (size_t i = 0; i < b; i++) {
-        m->sum[i] = 0;
-        for (size_t j = 0; j < b; j++) m->sum[i] += m->compliance[i * b + j] * m->loaded[j];
-    }
+    for (size_t i = 0; i < b; i++)
+        for (size_t j = 0; j < b; j++) m->sum[j] += m->compliance[i * b + j] * m->loaded[i]; /* it is symmetric */
     for (size_t k = 0; k < count; k++) {
         bend(m, m->places + k, forces + 3 * k);
         for (size_t v = 0; v < b; v++) m->sum[v] += m->places[k].more[v];
@@ -442,26 +438,30 @@ static double along_ways(const search *s, const double *x, double *found) {
     for (size_t j = 0; j < s->kept; j++) found[j] = dot(s->ways + j * s->size, x, s->size);
     return sqrt(dot(found, found, s->kept));
 }
-/* what discs miss once contacts are at rest, by what is known of it, and a step towards it; returns how much it is */
+/* what discs miss, and a step towards it that foresees where contacts will rest; returns how far both are */
 static double look_ahead(palpate_model *m, const double *force, search *s) {
-    double slope[WIDE * WIDE], square[WIDE * WIDE], x[WIDE], ahead[MOST_MODES]; const size_t n = s->size, kept = s->kept;
-    memcpy(slope, s->linear, sizeof slope), memset(s->step, 0, sizeof s->step);
+    double slope[WIDE * WIDE], square[WIDE * WIDE], x[WIDE], y[WIDE], rest[WIDE] = {0}, load[MOST_MODES], ahead[MOST_MODES];
+    const size_t n = s->size, kept = s->kept; memcpy(slope, s->linear, sizeof slope), memset(s->step, 0, sizeof s->step);
     for (size_t i = 0; i < n; i++) s->missed[i] = s->wanted[i] - dot(s->linear + i * s->all, force, s->all);
-    for (size_t k = 0; k < 4 * s->all; k++) { /* of each contact near, three loads and what its cells pull */
-        const size_t d = k % 4, press = k / 12 * 3; neighbour *at = m->places[k / 12].near + k / 4 % 3;
-        const size_t r = at->one ? at->one->r : 0; const double *from = d < 3 ? at->loads + d * r : at->now.pull;
-        if (r) bent_by(at, from, ahead);
-        for (size_t i = 0; i < r; i++) ahead[i] -= d < 3 ? from[i] : at->now.q[i];
+    for (size_t k = 0; k < 5 * s->all; k++) { /* of each contact near: what three loads do, where it is, where it will be */
+        const size_t d = k % 5, press = k / 15 * 3; const neighbour *at = m->places[k / 15].near + k / 5 % 3;
+        const size_t r = at->one ? at->one->r : 0; const double *loads = at->loads + d * r;
+        if (r) load_of(at, force + press, load);
+        for (size_t i = 0; d == 4 && i < r; i++) load[i] -= at->now.pull[i];
+        if (r) bent_by(at, d < 3 ? loads : load, ahead);
+        for (size_t i = 0; d < 4 && i < r; i++) ahead[i] = d < 3 ? ahead[i] - loads[i] : at->now.q[i] - load[i];
         for (size_t i = 0; r && i < n; i++) {
-            const double moved = at->weight * dot(at->seen + s->moved[i] * r, ahead, r);
-            s->missed[i] -= d < 3 ? force[press + d] * moved : -moved, slope[i * s->all + press + d % 3] += d < 3 ? moved : 0;
+            double *sum = d < 3 ? slope + i * s->all + press + d : d < 4 ? s->missed + i : rest + i;
+            *sum += (d == 3 ? -at->weight : at->weight) * dot(at->seen + s->moved[i] * r, ahead, r);
         }
     }
     for (size_t i = 0; i < kept * kept; i++)
         for (size_t p = (square[i] = 0, 0); p < n; p++)
             for (size_t q = 0; q < n; q++)
                 square[i] += s->ways[i / kept * n + p] * slope[p * s->all + s->moved[q]] * s->ways[i % kept * n + q];
-    const double most = along_ways(s, s->missed, x); solve(square, x, kept);
+    const double most = along_ways(s, s->missed, x) + along_ways(s, rest, y);
+    for (size_t i = 0; i < kept; i++) x[i] -= y[i];
+    solve(square, x, kept);
     for (size_t i = 0; i < n * kept; i++) s->step[s->moved[i % n]] += s->ways[i] * x[i / n];
     return most;
 }
@@ -566,5 +566,5 @@ int palpate_respond(palpate_model *m, const palpate_press *presses, size_t count
     answer->error += m->s[8] * (sizes - most) / peak;
     if (lost || !(answer->error <= 1)) answer->error = 1;
     if (!answer->doubt[0]) m->answered = count;
-    return 0;
+    return go_on && answer->doubt[0] ? palpate_respond(m, presses, count, 0, displacement, forces, answer) : 0;
 }

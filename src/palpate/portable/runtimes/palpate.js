@@ -105,13 +105,13 @@ const Palpate = (() => {
       const scale = read.floats(vectors), packed = read.take(Int16Array, 3 * stored * vectors);
       this.basis = new Float32Array(3 * stored * vectors);
       for (let v = 0, i = 0; v < vectors; v++) for (let j = 0; j < 3 * stored; j++, i++) this.basis[i] = packed[i] * scale[v];
-      this.compliance = read.floats(vectors * vectors);
+      this.compliance = Float64Array.from(read.floats(vectors * vectors));
       this.shapes = splitTriangle(read.counts[5]);
       this.frame();
       this.contacts = [];
       for (let i = 0; i < read.counts[4]; i++) this.contacts.push(this.contact(read));
       read.end();
-      this.moved = new Float32Array(3 * stored);
+      this.moved = new Float64Array(3 * stored);
       this.apart = new Float64Array(this.contacts.length);
     }
 
@@ -298,16 +298,33 @@ const Palpate = (() => {
       return { more, size: norm(more), spread: Math.sqrt(spread), least, far, left };
     }
 
+    // what forces on a disc move, all three at once: the compliance, which is symmetric, times (3, vectors)
+    times(disc) {
+      const { vectors, compliance } = this, found = new Float64Array(3 * vectors);
+      for (let i = 0, at = 0; i < vectors; i++) {
+        let a = 0, b = 0, c = 0;
+        for (let j = 0; j < vectors; j++, at++) {
+          const by = compliance[at];
+          a += by * disc[j];
+          b += by * disc[vectors + j];
+          c += by * disc[2 * vectors + j];
+        }
+        found[i] = a;
+        found[vectors + i] = b;
+        found[2 * vectors + i] = c;
+      }
+      return found;
+    }
+
     // coordinates of the linear part of all presses in the vectors
     linear(places, forces) {
       const { vectors, compliance } = this, loaded = new Float64Array(vectors), sum = new Float64Array(vectors);
-      places.forEach((place, k) => {
-        for (let d = 0; d < 3; d++) for (let v = 0; v < vectors; v++) loaded[v] += forces[3 * k + d] * place.disc[d * vectors + v];
+      places.forEach(({ disc }, k) => {
+        for (let d = 0; d < 3; d++) for (let v = 0; v < vectors; v++) loaded[v] += forces[3 * k + d] * disc[d * vectors + v];
       });
-      for (let i = 0; i < vectors; i++) {
-        let one = 0;
-        for (let j = 0; j < vectors; j++) one += compliance[i * vectors + j] * loaded[j];
-        sum[i] = one;
+      for (let j = 0, at = 0; j < vectors; j++) {
+        const by = loaded[j];
+        for (let i = 0; i < vectors; i++, at++) sum[i] += by * compliance[at];
       }
       return sum;
     }
@@ -315,9 +332,8 @@ const Palpate = (() => {
     // how far [m] a place is moved straight in by as hard a force as it is known to bear, if responses are linear
     depth(press) {
       const { vectors } = this, place = this.place(press), axes = [0, 1, 2];
-      const row = (d) => place.disc.subarray(d * vectors, (d + 1) * vectors);
-      const moved = axes.map((d) => this.linear([place], Float64Array.from(axes, (each) => (each === d ? 1 : 0))));
-      const matrix = () => axes.map((e) => axes.map((d) => dot(row(e), moved[d])));
+      const row = (all, d) => all.subarray(d * vectors, (d + 1) * vectors), moved = this.times(place.disc);
+      const matrix = () => axes.map((e) => axes.map((d) => dot(row(place.disc, e), row(moved, d))));
       const hardest = place.near.reduce((sum, { one, weight }) => sum + weight / Math.hypot(...one.bearing), 0);
       if (!eigen(matrix()).values.every((each) => each > this.held)) return 0;
       return hardest / Math.hypot(...solve(matrix(), [...place.normal]));
@@ -331,7 +347,8 @@ const Palpate = (() => {
       return { sum, bent };
     }
 
-    // from: an answer to similar presses, in the same order, where this one begins; it saves time only
+    // from: an answer to similar presses, in the same order, where this one begins; it saves time only, and what is
+    // doubted is answered from the beginning
     respond(presses, { from = null } = {}) {
       const begin = now(), k = presses.length, places = presses.map((press) => this.place(press));
       const moves = presses.map((press) => press.moved !== undefined && press.moved !== null);
@@ -360,6 +377,7 @@ const Palpate = (() => {
       error = search.doubt ? 1 : Math.min(error + (this.several * (sizes - most)) / peak, 1);
       let { doubt } = search;
       places.forEach((place, i) => (doubt = doubt || this.doubt(place, bent[i], forces.subarray(3 * i, 3 * i + 3))));
+      if (doubt && from) return this.respond(presses);
       const rest = places.map((place) => place.near);
       return { displacement, forces: Float32Array.from(forces), error, doubt, rest, ms: now() - begin };
     }
@@ -369,13 +387,17 @@ const Palpate = (() => {
       const { n, stored, vectors, basis, moved, from, by } = this, size = 3 * stored;
       moved.fill(0);
       let v = 0;
-      for (; v + 3 < vectors; v += 4) {
+      for (; v + 7 < vectors; v += 8) {
         const a = sum[v], b = sum[v + 1], c = sum[v + 2], d = sum[v + 3];
-        const i0 = v * size, i1 = i0 + size, i2 = i1 + size, i3 = i2 + size;
-        for (let i = 0; i < size; i++) moved[i] += a * basis[i0 + i] + b * basis[i1 + i] + c * basis[i2 + i] + d * basis[i3 + i];
+        const e = sum[v + 4], f = sum[v + 5], g = sum[v + 6], h = sum[v + 7];
+        for (let i = v * size, j = 0; j < size; i++, j++) {
+          const one = a * basis[i] + b * basis[i + size] + c * basis[i + 2 * size] + d * basis[i + 3 * size];
+          const two = e * basis[i + 4 * size] + f * basis[i + 5 * size] + g * basis[i + 6 * size] + h * basis[i + 7 * size];
+          moved[j] += one + two;
+        }
       }
       for (; v < vectors; v++) for (let i = 0; i < size; i++) moved[i] += sum[v] * basis[v * size + i];
-      let most = 0;
+      let most = 0, total = 0;
       for (let i = 0; i < n; i++) {
         let x = 0, y = 0, z = 0;
         for (let j = 6 * i; j < 6 * i + 6; j++) {
@@ -389,9 +411,10 @@ const Palpate = (() => {
         out[3 * i + 1] = y;
         out[3 * i + 2] = z;
         const square = x * x + y * y + z * z;
-        if (!(square <= most)) most = square;
+        total += square;
+        if (square > most) most = square;
       }
-      return Number.isFinite(most) && out.every(Number.isFinite) ? Math.sqrt(most) : NaN;
+      return Number.isFinite(total) && Number.isFinite(Math.fround(Math.sqrt(most))) ? Math.sqrt(most) : NaN;
     }
 
     doubt(place, bent, force) {
@@ -409,18 +432,14 @@ const Palpate = (() => {
     // find the forces of moved discs by Newton's method, from those in `force` on: in what discs do alone, so that the
     // whole surface is not asked for; contacts come to rest the closer the nearer the discs are to their way
     search(places, given, force, moves) {
-      const { vectors, compliance } = this, moved = [];
+      const { vectors } = this, moved = [];
       moves.forEach((each, i) => each && moved.push(3 * i, 3 * i + 1, 3 * i + 2));
       const row = (i) => places[Math.floor(i / 3)].disc.subarray((i % 3) * vectors, ((i % 3) + 1) * vectors);
-      const linear = moved.map((i) => {
-        const part = new Float64Array(vectors), mine = row(i);
-        for (let a = 0; a < vectors; a++) {
-          const by = mine[a], begin = a * vectors;
-          for (let b = 0; b < vectors; b++) part[b] += by * compliance[begin + b];
-        }
+      const discs = places.filter((_, i) => moves[i]).map((place) => place.disc), parts = discs.map((disc) => this.times(disc));
+      const linear = moved.map((_, i) => {
+        const part = parts[Math.floor(i / 3)].subarray((i % 3) * vectors, ((i % 3) + 1) * vectors);
         return Float64Array.from(force, (_, j) => dot(part, row(j)));
       });
-      const discs = places.filter((_, i) => moves[i]).map((place) => place.disc);
       for (const { near } of places) for (const each of near) each.seen = discs.map((disc) => movedBy(each.one, disc));
       const others = linear.map((each) => each.reduce((sum, by, j) => sum + (moves[Math.floor(j / 3)] ? 0 : by * given[j]), 0));
       const wanted = moved.map((i) => given[i]), ways = independent(linear, moved, this.held);
@@ -434,7 +453,7 @@ const Palpate = (() => {
         places.forEach(({ near }, i) => {
           for (const each of near) settle(each, loadOf(each, tried.subarray(3 * i, 3 * i + 3)), tolerance);
         });
-        const ahead = lookAhead(all, tried), found = along(ahead.missed);
+        const ahead = lookAhead(all, tried), { found } = ahead;
         if (found < 1.5 * size || found <= CLOSE * scale) {
           force.set(tried);
           ({ step, missed } = ahead);
@@ -543,32 +562,34 @@ const Palpate = (() => {
     return { values: a.map((row, i) => row[i]), vectors };
   }
 
-  // what discs miss once contacts are at rest, by what is known of it, and a step of forces towards it
+  // what discs miss, a step of forces towards it that foresees where contacts will rest, and how far both are
   function lookAhead({ places, wanted, linear, moved, ways }, force) {
     const missed = wanted.map((each, i) => each - dot(linear[i], force)), slope = linear.map((each) => each.slice());
+    const foreseen = new Float64Array(missed.length);
     places.forEach(({ near }, press) => {
       for (const each of near) {
-        const { r } = each.one;
-        for (let d = 0; d < 4; d++) {
-          const from = d < 3 ? each.loads.subarray(d * r, (d + 1) * r) : each.pull, ahead = bentBy(each, from);
-          const less = d < 3 ? from : each.q;
-          for (let i = 0; i < r; i++) ahead[i] -= less[i];
-          for (let i = 0; i < moved.length; i++) {
-            const seen = each.seen[Math.floor(i / 3)], begin = (i % 3) * r;
-            let by = 0;
-            for (let k = 0; k < r; k++) by += seen[begin + k] * ahead[k];
-            by *= each.weight;
-            missed[i] -= d < 3 ? force[3 * press + d] * by : -by;
-            if (d < 3) slope[i][3 * press + d] += by;
-          }
+        const { r } = each.one, load = loadOf(each, force.subarray(3 * press, 3 * press + 3)), left = load.slice();
+        for (let i = 0; i < r; i++) left[i] -= each.pull[i];
+        const columns = [0, 1, 2].map((d) => bentBy(each, each.loads.subarray(d * r, (d + 1) * r)));
+        columns.forEach((column, d) => {
+          for (let i = 0; i < r; i++) column[i] -= each.loads[d * r + i];
+        });
+        const ahead = bentBy(each, left);
+        for (let i = 0; i < r; i++) left[i] = each.q[i] - load[i];
+        for (let i = 0; i < moved.length; i++) {
+          const seen = each.seen[Math.floor(i / 3)].subarray((i % 3) * r, ((i % 3) + 1) * r);
+          missed[i] -= each.weight * dot(seen, left);
+          foreseen[i] += each.weight * dot(seen, ahead);
+          for (let d = 0; d < 3; d++) slope[i][3 * press + d] += each.weight * dot(seen, columns[d]);
         }
       }
     });
     const rows = ways.map((way) => moved.map((j) => way.reduce((sum, each, i) => sum + each * slope[i][j], 0)));
-    const solved = solve(rows.map((row) => ways.map((way) => inner(row, way))), ways.map((way) => inner(way, missed)));
+    const off = ways.map((way) => inner(way, missed)), rest = ways.map((way) => inner(way, foreseen));
+    const solved = solve(rows.map((row) => ways.map((way) => inner(row, way))), off.map((each, i) => each - rest[i]));
     const step = new Float64Array(force.length);
     moved.forEach((j, i) => ways.forEach((way, k) => (step[j] += way[i] * solved[k])));
-    return { missed, step };
+    return { missed, step, found: Math.hypot(...off) + Math.hypot(...rest) };
   }
 
   // solve by elimination, of a matrix whose pivots are above 0; otherwise the answer is 0

@@ -175,7 +175,8 @@ class PortableModel:
     def respond(self, presses: Sequence[Mapping[str, Any]], start: PortableAnswer | None = None) -> PortableAnswer:
         """Return the answer to ``presses``, each at a triangle and weights (3,), with a force [N] or the way moved [m].
 
-        start : an answer to similar presses, in the same order, which is where this one begins; it saves time only
+        start : an answer to similar presses, in the same order, which is where this one begins; it saves time only, and
+            what is doubted is answered from the beginning
         ValueError with one sentence for a press that is none.
         """
         places = [self._place(press) for press in presses]
@@ -199,6 +200,8 @@ class PortableModel:
         error = 1.0 if doubt else self._error(bent, found.missed, peak)
         for place, each, newtons in zip(places, bent, force, strict=True):
             doubt = doubt or self._doubt(place, each, newtons)
+        if doubt and start is not None:
+            return self.respond(presses)
         own = iter(rests)
         rest = [[(near.contact, next(own)) for near in place.near] for place in places]
         return PortableAnswer(moved.astype(float), force, error, doubt, rest)
@@ -397,15 +400,14 @@ class _Search:
     def forces(self, force: np.ndarray, rests: list[Rest]) -> _Found:
         """Return all forces, from those (k, 3) and ``rests`` on; contacts come to rest the closer the nearer it is."""
         size, tolerance = self._scale, LOOSE
-        missed, step = self._missed(force, rests)
+        missed, step, _ = self._missed(force, rests)
         for _ in range(MOST):
             if size <= CLOSE * self._scale and tolerance <= ENOUGH:
                 break
             tolerance = max(ENOUGH, LOOSE * min(1.0, size / self._scale))
             tried = force + step
             reached = settle(*_loaded(self._places, tried), rests, tolerance)
-            now, ahead = self._missed(tried, reached)
-            found = _norm(now @ self._ways)
+            now, ahead, found = self._missed(tried, reached)
             if not (found < 1.5 * size or found <= CLOSE * self._scale):
                 rests = [old._replace(inverse=new.inverse) for old, new in zip(rests, reached, strict=True)]
                 step = 0.5 * step
@@ -414,20 +416,22 @@ class _Search:
         most = _norm(missed)
         return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale)
 
-    def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray]:
-        """Return what discs miss (f,) [m] once contacts are at rest, by what they know of it, and a step (k, 3) [N]."""
+    def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return what discs miss (f,) [m], a step (k, 3) [N] towards it that foresees where contacts will rest, and how
+        much the discs miss along their ways, and contacts are from rest.
+        """
         missed, slope = self._wanted - self._linear @ force.ravel(), self._linear.copy()
-        seen, rest = iter(self._seen), iter(rests)
+        seen, rest, foreseen = iter(self._seen), iter(rests), np.zeros(len(missed))
         for i, place in enumerate(self._places):
             for near in place.near:
-                rows, one = next(seen), next(rest)
-                beyond = rows @ (one.bent_by(near.loads) - near.loads)
-                missed -= rows @ (one.q - one.bent_by(one.pull)) + beyond @ force[i]
-                slope[:, 3 * i : 3 * i + 3] += beyond
+                rows, one, load = next(seen), next(rest), near.loads @ force[i]
+                missed -= rows @ (one.q - load)
+                foreseen += rows @ one.bent_by(load - one.pull)
+                slope[:, 3 * i : 3 * i + 3] += rows @ (one.bent_by(near.loads) - near.loads)
         step = np.zeros(force.size)
         along = self._ways.T @ slope[:, self._free] @ self._ways
-        step[self._free] = self._ways @ _solved(along, missed @ self._ways)
-        return missed, step.reshape(-1, 3)
+        step[self._free] = self._ways @ _solved(along, (missed - foreseen) @ self._ways)
+        return missed, step.reshape(-1, 3), _norm(missed @ self._ways) + _norm(foreseen @ self._ways)
 
 
 def _independent(linear: np.ndarray, held: float) -> np.ndarray:
@@ -466,7 +470,7 @@ def undeformed(contact: Contact) -> Rest:
 def settle(
     contacts: Sequence[Contact], loads: Sequence[np.ndarray], rests: Sequence[Rest], enough: float
 ) -> list[Rest]:
-    """Find where contacts rest under ``loads`` [(r,)], from ``rests`` on, until what is left is ``enough`` over the load.
+    """Find where contacts rest under ``loads`` [(r,)], from ``rests`` on, until what is left is ``enough`` of the load.
 
     Each goes its own way; the cells of all are asked for their energy at once.
     """

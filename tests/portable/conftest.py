@@ -1,7 +1,11 @@
 """A portable model of a block, made up of cells that nothing was solved for, and the C runtime compiled."""
 
+import json
 import shutil
+import struct
 import subprocess
+import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,12 +16,15 @@ import palpate.portable.runtimes
 from palpate.bodies.make_body import make_body
 from palpate.effects.law import PLAIN
 from palpate.models.prepared_contacts import Prepared
-from palpate.portable.runtimes.palpate_model import SCALARS, PortableModel
+from palpate.portable.export import export_model
+from palpate.portable.file import read
+from palpate.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
 from palpate.portable.surface_basis import surface_basis
 from palpate.portable.write import PackedContact, model_bytes
 from palpate.reduction.cells import Cells
 from palpate.reduction.reduced_contact import ReducedContact
 
+SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
 RUNTIMES = Path(palpate.portable.runtimes.__file__).parent
 HERE = Path(__file__).parent
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
@@ -72,9 +79,35 @@ def made_up():
     return MadeUp(model_bytes(info, scalars, basis, compliance, packed), contacts)
 
 
+def repaired(data):
+    return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
+
+
+def headed(data, info):
+    """The bytes of a file with another header."""
+    size, text = struct.unpack_from("<I", data, 20)[0], json.dumps(info).encode()
+    text += b" " * (-len(text) % 4)
+    return repaired(data[:20] + struct.pack("<I", len(text)) + data[24:HEAD] + text + data[HEAD + size :])
+
+
 @pytest.fixture(scope="session")
 def model(made_up):
     return PortableModel(made_up.data)
+
+
+@pytest.fixture(scope="session")
+def pressed(slab_case):
+    """The slab under a disc, and a force that moves it by about 5 % of its size."""
+    case, test, _ = slab_case
+    return replace(case, radius_m=0.03), 0.4 * float(np.linalg.norm(test.force[0]))
+
+
+@pytest.fixture(scope="session")
+def exported(pressed, tmp_path_factory):
+    """The slab's contact modes, read from a file in folders that had to be made."""
+    path = tmp_path_factory.mktemp("exported") / "to/here/slab.palpate"
+    export_model(pressed[0], SETTING, 4, path)
+    return read(path)
 
 
 @pytest.fixture(scope="session")

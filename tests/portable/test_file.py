@@ -1,16 +1,14 @@
 """Portable model files: what is refused, and in which words."""
 
-import json
 import struct
-import zlib
 
 import numpy as np
 import pytest
+from portable.conftest import headed, repaired
 
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.portable.file import describe, read
-from palpate.portable.runtimes.palpate_model import HEAD
 
 
 @pytest.fixture
@@ -20,17 +18,6 @@ def written(made_up, tmp_path):
         return tmp_path / "block.palpate"
 
     return write
-
-
-def repaired(data):
-    return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
-
-
-def headed(data, info):
-    """The bytes of a file with another header."""
-    size, text = struct.unpack_from("<I", data, 20)[0], json.dumps(info).encode()
-    text += b" " * (-len(text) % 4)
-    return repaired(data[:20] + struct.pack("<I", len(text)) + data[24:HEAD] + text + data[HEAD + size :])
 
 
 def test_a_whole_file_is_read_and_told(made_up, written, capsys):

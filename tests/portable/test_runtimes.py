@@ -6,7 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from portable.conftest import HERE, RUNTIMES
+from portable.conftest import HERE, RUNTIMES, headed
 
 CLOSE = 1e-5
 ASK = """
@@ -155,13 +155,24 @@ def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compile
 
 def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
     data = made_up.data
-    wrong = {"short": data[:-5], "empty": b"", "other": b"text" * 99, "flipped": data[:-9] + b"\1" + data[-8:]}
+    named = {"body": "a", "regime": "b", "model": "c", "error": "d"}
+    wrong = {
+        "unnamed": headed(data, {}),
+        "sizeless": headed(data, named),
+        "short": data[:-5],
+        "empty": b"",
+        "other": b"text" * 99,
+        "flipped": data[:-9] + b"\1" + data[-8:],
+    }
     for name, each in wrong.items():
         (tmp_path / name).write_bytes(each)
     files = [str(tmp_path / name) for name in wrong]
     done = subprocess.run([node, "-e", REFUSE, str(RUNTIMES / "palpate.js"), *files], capture_output=True, text=True)
     said = done.stdout.splitlines()
-    assert len(said) == 4 and all(line.startswith("Error: ") for line in said)
+    assert len(said) == len(wrong) and all(line.startswith("Error: ") for line in said)
+    assert said[:2] == [
+        f"Error: its header lacks {what}" for what in ("body, which is a text", "radius_m, which is a number")
+    ]
 
 
 def test_the_c_runtime_is_small_and_needs_the_standard_library_only():

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double ENOUGH = 1e-6, CLOSE = 1e-6, LOOSE = 0.1, HELD = 2e-3, ALIKE = 0.02, MISSED = 0.05;
+static const double ENOUGH = 1e-6, CLOSE = 1e-6, LOOSE = 0.1, HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1;
 enum { VERSION = 1, HEAD = 144, ITERATIONS = 200, MOST = 40, MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024 };
 enum { MOST_PARTS = 8, MOST_PRESSES = 16, WIDE = 3 * MOST_PRESSES };
 

@@ -4,7 +4,7 @@
 "use strict";
 const Palpate = (() => {
   const VERSION = 1, HEAD = 144, ENOUGH = 1e-6, ITERATIONS = 200, CLOSE = 1e-6, LOOSE = 0.1, MOST = 40;
-  const HELD = 2e-3, ALIKE = 0.02, MISSED = 0.05;
+  const HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1;
   const MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8;
   const WORDS = ["body", "regime", "model", "error"], NUMBERS = ["radius_m", "peak_m", "hardest_n"];
 
@@ -52,9 +52,11 @@ const Palpate = (() => {
       info = null;
     }
     must(info !== null && typeof info === "object" && !Array.isArray(info), "its header is not JSON");
+    for (const name of [...WORDS, ...NUMBERS]) {
+      const [kind, said] = WORDS.includes(name) ? ["string", "a text"] : ["number", "a number"];
+      must(typeof info[name] === kind, `its header lacks ${name}, which is ${said}`);
+    }
     let at = HEAD + words;
-    for (const [names, kind] of [[WORDS, "string"], [NUMBERS, "number"]])
-      for (const name of names) must(typeof info[name] === kind, `its header lacks ${name}, which is a ${kind === "string" ? "text" : kind}`);
     const little = new Uint8Array(new Uint32Array([1]).buffer)[0] === 1;
     must(little, "this machine stores numbers the other way round");
     const take = (Kind, count) => {

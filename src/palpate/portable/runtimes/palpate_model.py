@@ -28,7 +28,7 @@ SCALARS = (
     "spare",
 )
 ENOUGH, ITERATIONS = 1e-6, 200
-CLOSE, LOOSE, MOST, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.02, 0.05
+CLOSE, LOOSE, MOST, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
 MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS = 256, 4096, 1024, 8
 WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from portable.conftest import press_near
 
 from palpate.portable.runtimes.palpate_model import ENOUGH, _energies, settle, undeformed
 
@@ -90,7 +91,7 @@ def test_too_hard_a_press_is_doubted_in_words(model):
 
 
 def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):
-    """To a tenth of what runtimes may differ by, and with fewer questions to the cells."""
+    """As close as runtimes are to each other."""
     compared = 0
     for before, presses in drags:
         cold, warm = model.respond(presses), model.respond(presses, start=model.respond(before))
@@ -102,3 +103,17 @@ def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):
         assert warm.forces == pytest.approx(cold.forces, abs=1e-5 * np.abs(cold.forces).max())
         assert warm.error == pytest.approx(cold.error, rel=1e-4) and warm.doubt == ""
     assert compared >= 100
+
+
+def test_a_drag_ends_where_it_would_have_begun(exported):
+    """Forty answers, each from the one before, away from a contact and ever deeper; none is doubted."""
+    contact, answer = exported.contacts[0], None
+    way = np.cross(contact.normal, np.roll(contact.normal, 1))
+    for step in range(40):
+        press = press_near(exported, contact.place + 0.0005 * step * way, 0.0001 * (step + 1))
+        answer = exported.respond([press], start=answer)
+        assert answer.doubt == ""
+    cold = exported.respond([press])
+    peak = np.linalg.norm(cold.displacement, axis=1).max()
+    assert np.abs(answer.displacement - cold.displacement).max() <= 1e-5 * peak
+    assert answer.forces == pytest.approx(cold.forces, abs=1e-4 * np.linalg.norm(cold.forces))

@@ -1,6 +1,7 @@
 // Answer presses on a body from a portable model file (docs/portable-model.md): no dependency, in a page or in node.
 //   const model = Palpate.load(bytes);    // an ArrayBuffer or a view, such as require("fs").readFileSync(path)
 //   model.respond([{triangle, weights: [a, b, c], force: [x, y, z]}]);    // or moved: [x, y, z] in place of force
+//   model.respond(presses, {from: answer});    // begins where an answer to similar presses has ended
 "use strict";
 const Palpate = (() => {
   const VERSION = 1, HEAD = 144, ENOUGH = 1e-6, ITERATIONS = 200, CLOSE = 1e-6, LOOSE = 0.1, MOST = 40;

@@ -73,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
     export.add_argument("--model", default="contact_modes", help="contact_modes, the one that a file can hold")
     export.add_argument("--contacts", type=_count, default=120, help="places to prepare, spread over the surface (120)")
-    export.add_argument("--out", required=True, type=Path, metavar="FILE", help="the file to write")
+    export.add_argument("--out", required=True, type=Path, metavar="FILE", help="the file to write, and its folder")
     export.add_argument("--config", default="config.yaml", type=Path, help="the file of settings (config.yaml)")
     export.set_defaults(act=_export)
     load = commands.add_parser("load", help="check a file that palpate export wrote, and say what it is")

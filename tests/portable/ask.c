@@ -28,7 +28,7 @@ int main(int many, char **names) {
     palpate_model *model = palpate_load(bytes, count, why);
     free(bytes);
     if (!model) return fprintf(stderr, "%s\n", why), 1;
-    /* a load: how many presses, then for each triangle, three weights, whether it moves, three numbers */
+    /* a load: how many presses, below 0 if it goes on from the last; then triangle, weights, whether it moves, three numbers */
     double *asked = (double *)(void *)whole(names[2], &size);
     FILE *out = fopen(names[3], "wb");
     const uint32_t n = palpate_nodes(model, &positions);
@@ -38,7 +38,9 @@ int main(int many, char **names) {
         palpate_press presses[16];
         palpate_answer answer;
         double forces[48];
-        const size_t presses_count = (size_t)asked[at++];
+        const int go_on = asked[at] < 0;
+        const size_t presses_count = (size_t)(go_on ? -asked[at] : asked[at]);
+        at++;
         for (size_t k = 0; k < presses_count; k++, at += 8) {
             presses[k].triangle = (uint32_t)asked[at];
             presses[k].moves = asked[at + 4] != 0;
@@ -46,7 +48,7 @@ int main(int many, char **names) {
         }
         struct timespec begin, end;
         clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin);
-        if (palpate_respond(model, presses, presses_count, moved, forces, &answer)) return fprintf(stderr, "%s\n", answer.doubt), 1;
+        if (palpate_respond(model, presses, presses_count, go_on, moved, forces, &answer)) return fprintf(stderr, "%s\n", answer.doubt), 1;
         clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
         const double told[3] = {answer.error, answer.doubt[0] != 0,
                                 1e3 * (double)(end.tv_sec - begin.tv_sec) + 1e-6 * (double)(end.tv_nsec - begin.tv_nsec)};

@@ -1,7 +1,11 @@
 """A portable model of a block, made up of cells that nothing was solved for, and the C runtime compiled."""
 
+import json
 import shutil
+import struct
 import subprocess
+import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,12 +16,15 @@ import palpate.portable.runtimes
 from palpate.bodies.make_body import make_body
 from palpate.effects.law import PLAIN
 from palpate.models.prepared_contacts import Prepared
-from palpate.portable.runtimes.palpate_model import SCALARS, PortableModel
+from palpate.portable.export import export_model
+from palpate.portable.file import read
+from palpate.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
 from palpate.portable.surface_basis import surface_basis
 from palpate.portable.write import PackedContact, model_bytes
 from palpate.reduction.cells import Cells
 from palpate.reduction.reduced_contact import ReducedContact
 
+SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
 RUNTIMES = Path(palpate.portable.runtimes.__file__).parent
 HERE = Path(__file__).parent
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
@@ -67,13 +74,40 @@ def made_up():
     scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": 0.03, "guard": 0.68, "far": 2.0, "hard": 1.05}
     scalars |= {"farthest_m": 0.1, "floor": 0.01, "share": 0.05, "spread": 0.5, "several": 0.2, "hardest_n": 0.8}
     compliance = 0.01 * np.cov(rng.normal(size=(10, 40)))
-    info = {"format": "palpate portable model", "version": 1, "body": "block"}
+    info = {"format": "palpate portable model", "version": 1, "body": "block", "regime": "large", "model": "made up"}
+    info |= {"radius_m": 0.03, "peak_m": 0.0, "hardest_n": 0.8, "error": "not measured"}
     return MadeUp(model_bytes(info, scalars, basis, compliance, packed), contacts)
+
+
+def repaired(data):
+    return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
+
+
+def headed(data, info):
+    """The bytes of a file with another header."""
+    size, text = struct.unpack_from("<I", data, 20)[0], json.dumps(info).encode()
+    text += b" " * (-len(text) % 4)
+    return repaired(data[:20] + struct.pack("<I", len(text)) + data[24:HEAD] + text + data[HEAD + size :])
 
 
 @pytest.fixture(scope="session")
 def model(made_up):
     return PortableModel(made_up.data)
+
+
+@pytest.fixture(scope="session")
+def pressed(slab_case):
+    """The slab under a disc, and a force that moves it by about 5 % of its size."""
+    case, test, _ = slab_case
+    return replace(case, radius_m=0.03), 0.4 * float(np.linalg.norm(test.force[0]))
+
+
+@pytest.fixture(scope="session")
+def exported(pressed, tmp_path_factory):
+    """The slab's contact modes, read from a file in folders that had to be made."""
+    path = tmp_path_factory.mktemp("exported") / "to/here/slab.palpate"
+    export_model(pressed[0], SETTING, 4, path)
+    return read(path)
 
 
 @pytest.fixture(scope="session")
@@ -89,6 +123,44 @@ def loads(model):
             presses.append(press)
         found.append(presses)
     return found
+
+
+@pytest.fixture(scope="session")
+def pairs(model):
+    """24 pairs of discs on the top, pushed in alike or one twice as deep as the other, from 0 to 2 radii apart."""
+    rng, found = np.random.default_rng(6), []
+    for k in range(24):
+        first, turn = np.array([*rng.uniform(0.03, 0.07, 2), 0.1]), rng.uniform(0.0, 2.0 * np.pi)
+        apart = model.radius_m * (0.0, 0.25, 0.5, 1.0, 2.0, 0.05)[k % 6]
+        second = np.clip(first + apart * np.array([np.cos(turn), np.sin(turn), 0.0]), 0.0, 0.1)
+        depth = 10.0 ** rng.uniform(-5, -3)
+        deeper = depth * (1 + k // 12)
+        found.append([press_near(model, first, depth), press_near(model, second, deeper)])
+    return found
+
+
+@pytest.fixture(scope="session")
+def drags(loads):
+    """Each load after one that begins its way: at a place beside it, with nine tenths of the force or the depth."""
+
+    def before(press):
+        given = "moved" if "moved" in press else "force"
+        weights = (0.9 * np.array(press["weights"]) + 0.1 / 3.0).tolist()
+        return press | {"weights": weights, given: [0.9 * each for each in press[given]]}
+
+    return [([before(press) for press in presses], presses) for presses in loads]
+
+
+def press_near(model, point, depth):
+    """Return a press straight into the flat face that ``point`` lies on."""
+    corners = model.nodes[model.triangles]
+    first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
+    shares = np.einsum("tij,ti->tj", np.linalg.pinv(edges), point - first)
+    weights = np.clip(np.column_stack([1.0 - shares.sum(axis=1), shares]), 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    at = int(np.argmin(np.linalg.norm(np.einsum("ti,tij->tj", weights, corners) - point, axis=1)))
+    moved = (-depth * model._facing[at]).tolist()
+    return {"triangle": at, "weights": weights[at].tolist(), "moved": moved}
 
 
 @pytest.fixture(scope="session")

@@ -4,29 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from portable.conftest import SETTING
 
 from palpate.bodies.contacts import surface_contacts
 from palpate.errors import InputError, NotConverged
 from palpate.models import contact_modes
 from palpate.models.load import Load
 from palpate.portable.export import export_model
-from palpate.portable.file import read
-
-SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
-
-
-@pytest.fixture(scope="module")
-def pressed(slab_case):
-    """The slab under a disc, and a force that moves it by about 5 % of its size."""
-    case, test, _ = slab_case
-    return replace(case, radius_m=0.03), 0.4 * float(np.linalg.norm(test.force[0]))
-
-
-@pytest.fixture(scope="module")
-def exported(pressed, tmp_path_factory):
-    path = tmp_path_factory.mktemp("exported") / "slab.palpate"
-    export_model(pressed[0], SETTING, 4, path)
-    return read(path)
 
 
 def asked(case, model, node, newtons):

@@ -1,10 +1,10 @@
 """Portable model files: what is refused, and in which words."""
 
 import struct
-import zlib
 
 import numpy as np
 import pytest
+from portable.conftest import headed, repaired
 
 from palpate.cli import main
 from palpate.errors import InputError
@@ -18,10 +18,6 @@ def written(made_up, tmp_path):
         return tmp_path / "block.palpate"
 
     return write
-
-
-def repaired(data):
-    return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
 
 
 def test_a_whole_file_is_read_and_told(made_up, written, capsys):
@@ -40,6 +36,9 @@ def test_a_whole_file_is_read_and_told(made_up, written, capsys):
         (lambda data: data[:8] + b"\2" + data[9:], "of version 2"),
         (lambda data: data[:900] + bytes([data[900] ^ 4]) + data[901:], "checksum"),
         (lambda data: repaired(data + b"more"), "something follows"),
+        (lambda data: headed(data, {}), "its header lacks body, which is a text"),
+        (lambda data: headed(data, {"body": "a", "regime": "b", "model": "c", "error": 2}), "lacks error"),
+        (lambda data: headed(data, []), "not JSON"),
         (lambda data: repaired(data[:-400]), "longer than the file"),
         (lambda data: repaired(data[:36] + struct.pack("<I", 10**6) + data[40:]), "sizes"),
         (lambda data: repaired(data[:48] + struct.pack("<d", float("nan")) + data[56:]), "not finite"),
@@ -75,3 +74,12 @@ def test_presses_that_are_none_are_refused(model):
 
 def test_no_press_moves_nothing(model):
     assert not model.respond([]).displacement.any()
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tmp_path, capsys):
+    (tmp_path / "file").write_text("kept")
+    for out in (tmp_path, tmp_path / "file/in.palpate"):
+        assert main(["export", "--scene", "liver_large", "--out", str(out)]) == 1
+        printed = capsys.readouterr().err
+        assert printed.startswith(f"error: {out} cannot be written") and len(printed.splitlines()) == 1
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]

@@ -2,19 +2,19 @@
 
 import numpy as np
 import pytest
+from portable.conftest import press_near
 
-from palpate.portable.runtimes.palpate_model import _evaluate, settle
+from palpate.portable.runtimes.palpate_model import ENOUGH, _energies, settle, undeformed
 
 
 def test_energy_and_gradient_are_those_of_the_corotational_law(made_up, model):
     """Against rotations found by singular value decompositions, and finite differences of the energy."""
     contact, rng = model.contacts[0], np.random.default_rng(1)
-    load = rng.normal(size=6)
     for size in (1e-3, 0.3, 0.8):
         q = size * rng.normal(size=6)
-        energy, gradient, least = _evaluate(contact, load, q)
+        (energy, gradient, least) = _energies([contact], [q])[0]
         f = (contact.slopes @ q).reshape(9, -1).T.reshape(-1, 3, 3) + np.eye(3)
-        expected = 0.5 * q @ contact.rest @ q - load @ q
+        expected = 0.5 * q @ contact.rest @ q
         for one, volume, mu, lam in zip(f, contact.volumes, contact.mu, contact.lam, strict=True):
             stretches = np.linalg.svd(one, compute_uv=False)
             stretches[2] *= np.sign(np.linalg.det(one))
@@ -23,17 +23,20 @@ def test_energy_and_gradient_are_those_of_the_corotational_law(made_up, model):
         assert least == pytest.approx(np.linalg.det(f).min(), rel=1e-9)
         for k in range(6):
             step = 1e-6 * np.eye(6)[k]
-            slope = (_evaluate(contact, load, q + step)[0] - _evaluate(contact, load, q - step)[0]) / 2e-6
+            ahead, back = _energies([contact, contact], [q + step, q - step])
+            slope = (ahead[0] - back[0]) / 2e-6
             assert gradient[k] == pytest.approx(slope, rel=1e-5, abs=1e-7)
 
 
 def test_coordinates_are_those_of_the_reduced_contact(made_up, model):
     for contact, reduced in zip(model.contacts, made_up.contacts, strict=True):
         force = np.array([0.05, -0.02, -0.3])
-        found, residual, least = settle(contact, contact.loads @ force, None)
+        load = contact.loads @ force
+        (found,) = settle([contact], [load], [undeformed(contact)], ENOUGH)
         expected = reduced.settle(force, 1e-8)
-        assert residual <= 1e-6 and least == pytest.approx(expected.least_det, rel=1e-3)
-        assert found == pytest.approx(expected.q, abs=2e-4 * np.abs(expected.q).max())
+        assert np.linalg.norm(load - found.pull) <= ENOUGH * np.linalg.norm(load)
+        assert found.least == pytest.approx(expected.least_det, rel=1e-3)
+        assert found.q == pytest.approx(expected.q, abs=2e-4 * np.abs(expected.q).max())
 
 
 def test_small_presses_are_answered_in_proportion(model):
@@ -72,7 +75,7 @@ def test_a_disc_is_moved_as_far_as_it_is_pushed(model):
     press = {"triangle": 5, "weights": [0.3, 0.3, 0.4]}
     forced = model.respond([press | {"force": [0.01, 0.02, -0.1]}])
     place = model._place(press)
-    linear, bent = model._parts_of([place], forced.forces)
+    linear, bent, _ = model._parts_of([place], forced.forces, [rest for _, rest in forced.rest[0]])
     moved = place.disc @ (linear + bent[0].more)
     found = model.respond([press | {"moved": moved}])
     assert found.forces == pytest.approx(forced.forces, rel=1e-4)
@@ -85,3 +88,32 @@ def test_too_hard_a_press_is_doubted_in_words(model):
     hard = model.respond([press | {"force": (-80.0 * model.contacts[0].normal).tolist()}])
     assert gentle.doubt == "" and hard.doubt != ""
     assert np.isfinite(hard.displacement).all() and 0.0 < gentle.error < hard.error <= 1.0
+
+
+def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):
+    """As close as runtimes are to each other."""
+    compared = 0
+    for before, presses in drags:
+        cold, warm = model.respond(presses), model.respond(presses, start=model.respond(before))
+        if cold.doubt:
+            continue
+        compared += 1
+        peak = np.linalg.norm(cold.displacement, axis=1).max()
+        assert np.abs(warm.displacement - cold.displacement).max() <= 1e-5 * peak
+        assert warm.forces == pytest.approx(cold.forces, abs=1e-5 * np.abs(cold.forces).max())
+        assert warm.error == pytest.approx(cold.error, rel=1e-4) and warm.doubt == ""
+    assert compared >= 100
+
+
+def test_a_drag_ends_where_it_would_have_begun(exported):
+    """Forty answers, each from the one before, away from a contact and ever deeper; none is doubted."""
+    contact, answer = exported.contacts[0], None
+    way = np.cross(contact.normal, np.roll(contact.normal, 1))
+    for step in range(40):
+        press = press_near(exported, contact.place + 0.0005 * step * way, 0.0001 * (step + 1))
+        answer = exported.respond([press], start=answer)
+        assert answer.doubt == ""
+    cold = exported.respond([press])
+    peak = np.linalg.norm(cold.displacement, axis=1).max()
+    assert np.abs(answer.displacement - cold.displacement).max() <= 1e-5 * peak
+    assert answer.forces == pytest.approx(cold.forces, abs=1e-4 * np.linalg.norm(cold.forces))

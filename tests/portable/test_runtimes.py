@@ -6,14 +6,15 @@ import subprocess
 
 import numpy as np
 import pytest
-from portable.conftest import HERE, RUNTIMES
+from portable.conftest import HERE, RUNTIMES, headed
 
 CLOSE = 1e-5
 ASK = """
 const Palpate = require(process.argv[1]), fs = require("fs"), whole = fs.readFileSync(process.argv[2]);
 const model = Palpate.load(whole.buffer.slice(whole.byteOffset, whole.byteOffset + whole.length));
-const found = JSON.parse(fs.readFileSync(process.argv[3])).map((presses) => {
-  const {displacement, forces, error, doubt} = model.respond(presses);
+const found = JSON.parse(fs.readFileSync(process.argv[3])).map(([before, presses]) => {
+  const from = before.length ? model.respond(before) : null;
+  const {displacement, forces, error, doubt} = model.respond(presses, {from});
   return {displacement: Array.from(displacement), forces: Array.from(forces), error, doubt};
 });
 fs.writeFileSync(process.argv[4], JSON.stringify(found));
@@ -42,16 +43,11 @@ def node():
     return shutil.which("node")
 
 
-@pytest.fixture(scope="session")
-def expected(model, loads):
-    return [model.respond(presses) for presses in loads]
-
-
-def compare(expected, found):
+def compare(expected, found, least=200):
     """Answers that were found are the same; those that were not say so alike."""
     assert len(found) == len(expected)
     answered = [not right.doubt.startswith(("the model found no", "no force")) for right in expected]
-    assert sum(answered) >= 200
+    assert sum(answered) >= least
     for sure, right, (displacement, forces, error, doubt) in zip(answered, expected, found, strict=True):
         if not sure:
             assert doubt.split(":")[0] == right.doubt.split(":")[0]
@@ -63,36 +59,70 @@ def compare(expected, found):
         assert doubt == right.doubt
 
 
-def test_c_answers_as_python(compiled, made_up, model, loads, expected, tmp_path):
-    (tmp_path / "model").write_bytes(made_up.data)
-    rows = []
-    for presses in loads:
-        rows.append(len(presses))
-        for press in presses:
-            moves = "moved" in press
-            rows += [press["triangle"], *press["weights"], float(moves), *press["moved" if moves else "force"]]
-    np.array(rows, dtype=float).tofile(tmp_path / "loads")
-    files = [str(tmp_path / name) for name in ("model", "loads", "answers")]
-    done = subprocess.run([compiled("ask"), *files], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    data, at, found = (tmp_path / "answers").read_bytes(), 0, []
-    for presses in loads:
-        error = np.frombuffer(data, float, 3, at)[0]
-        forces = np.frombuffer(data, float, 3 * len(presses), at + 24)
-        at += 24 + 24 * len(presses)
-        displacement = np.frombuffer(data, np.float32, 3 * len(model.nodes), at)
-        at += 12 * len(model.nodes) + 160
-        found.append((displacement, forces, error, data[at - 160 : at].split(b"\0")[0].decode()))
-    compare(expected, found)
+@pytest.fixture(scope="session")
+def in_c(compiled, made_up, model, tmp_path_factory):
+    """A function that asks the C runtime for loads, each after another one, or after none."""
+    folder = tmp_path_factory.mktemp("asked")
+    (folder / "model").write_bytes(made_up.data)
+    files = [str(folder / name) for name in ("model", "loads", "answers")]
+
+    def ask(drags):
+        rows = []
+        for before, presses in drags:
+            for some, sign in ((before, 1), (presses, -1 if before else 1)):
+                rows += [sign * len(some)] if some else []
+                for press in some:
+                    moves = "moved" in press
+                    rows += [press["triangle"], *press["weights"], float(moves), *press["moved" if moves else "force"]]
+        np.array(rows, dtype=float).tofile(folder / "loads")
+        done = subprocess.run([compiled("ask"), *files], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        data, at, found = (folder / "answers").read_bytes(), 0, []
+        for before, presses in drags:
+            at += 184 + 24 * len(before) + 12 * len(model.nodes) if before else 0
+            error = np.frombuffer(data, float, 3, at)[0]
+            forces = np.frombuffer(data, float, 3 * len(presses), at + 24)
+            at += 24 + 24 * len(presses)
+            displacement = np.frombuffer(data, np.float32, 3 * len(model.nodes), at)
+            at += 12 * len(model.nodes) + 160
+            found.append((displacement, forces, error, data[at - 160 : at].split(b"\0")[0].decode()))
+        return found
+
+    return ask
 
 
-def test_javascript_answers_as_python(node, made_up, loads, expected, tmp_path):
-    (tmp_path / "model").write_bytes(made_up.data)
-    (tmp_path / "loads").write_text(json.dumps(loads))
-    files = [str(tmp_path / name) for name in ("model", "loads", "answers")]
-    subprocess.run([node, "-e", ASK, str(RUNTIMES / "palpate.js"), *files], check=True)
-    answers = json.loads((tmp_path / "answers").read_text())
-    compare(expected, [(np.array(a["displacement"]), np.array(a["forces"]), a["error"], a["doubt"]) for a in answers])
+@pytest.fixture(scope="session")
+def in_javascript(node, made_up, tmp_path_factory):
+    """The same for JavaScript."""
+    folder = tmp_path_factory.mktemp("asked")
+    (folder / "model").write_bytes(made_up.data)
+    files = [str(folder / name) for name in ("model", "loads", "answers")]
+
+    def ask(drags):
+        (folder / "loads").write_text(json.dumps(drags))
+        subprocess.run([node, "-e", ASK, str(RUNTIMES / "palpate.js"), *files], check=True)
+        answers = json.loads((folder / "answers").read_text())
+        return [(np.array(a["displacement"]), np.array(a["forces"]), a["error"], a["doubt"]) for a in answers]
+
+    return ask
+
+
+@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
+def test_other_runtimes_answer_as_python(runtime, request, model, loads):
+    found = request.getfixturevalue(runtime)([([], presses) for presses in loads])
+    compare([model.respond(presses) for presses in loads], found)
+
+
+@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
+def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, request, model, drags):
+    found = request.getfixturevalue(runtime)(drags)
+    compare([model.respond(presses, start=model.respond(before)) for before, presses in drags], found)
+
+
+@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
+def test_other_runtimes_push_near_discs_as_python(runtime, request, model, pairs):
+    found = request.getfixturevalue(runtime)([([], presses) for presses in pairs])
+    compare([model.respond(presses) for presses in pairs], found, least=len(pairs))
 
 
 def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, tmp_path):
@@ -125,13 +155,24 @@ def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compile
 
 def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
     data = made_up.data
-    wrong = {"short": data[:-5], "empty": b"", "other": b"text" * 99, "flipped": data[:-9] + b"\1" + data[-8:]}
+    named = {"body": "a", "regime": "b", "model": "c", "error": "d"}
+    wrong = {
+        "unnamed": headed(data, {}),
+        "sizeless": headed(data, named),
+        "short": data[:-5],
+        "empty": b"",
+        "other": b"text" * 99,
+        "flipped": data[:-9] + b"\1" + data[-8:],
+    }
     for name, each in wrong.items():
         (tmp_path / name).write_bytes(each)
     files = [str(tmp_path / name) for name in wrong]
     done = subprocess.run([node, "-e", REFUSE, str(RUNTIMES / "palpate.js"), *files], capture_output=True, text=True)
     said = done.stdout.splitlines()
-    assert len(said) == 4 and all(line.startswith("Error: ") for line in said)
+    assert len(said) == len(wrong) and all(line.startswith("Error: ") for line in said)
+    assert said[:2] == [
+        f"Error: its header lacks {what}" for what in ("body, which is a text", "radius_m, which is a number")
+    ]
 
 
 def test_the_c_runtime_is_small_and_needs_the_standard_library_only():

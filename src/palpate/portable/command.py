@@ -1,5 +1,6 @@
 """Carry out ``palpate export``: from a scene's name in the settings to a file."""
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -26,11 +27,12 @@ _SCHEMA = Path(__file__).parents[3] / "workflow/schemas/config.schema.yaml"
 def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> str:
     """Write a model of a scene of the settings ``config`` to the file ``out``, and return what it is.
 
-    InputError for a scene that the settings do not have, and for a model that a file cannot hold.
+    InputError for a scene that the settings do not have, a model that a file cannot hold, and no place for the file.
     """
     if model != CAN:
         why = "is not known" if model not in MODELS else "has no form that other programs can answer from"
         raise InputError(f"--model {model} {why}; export {CAN}.")
+    _refuse_place(out)
     if not _SCHEMA.is_file():
         raise InputError(f"{_SCHEMA} is missing; install palpate from its folder, with pip install -e.")
     settings = complete(read_settings(config), read_schema(_SCHEMA), config)
@@ -45,6 +47,14 @@ def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> st
     except OSError as error:
         raise InputError(f"{out} cannot be written ({error.strerror}); give another file with --out.") from error
     return describe(out)
+
+
+def _refuse_place(out: Path) -> None:
+    """Raise InputError for a file that cannot be written, before anything is prepared; folders are made."""
+    folder = next(each for each in out.resolve().parents if each.exists())
+    if out.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        why = "it is a folder" if out.is_dir() else f"{folder} is no folder that can be written to"
+        raise InputError(f"{out} cannot be written ({why}); give another file with --out.")
 
 
 def _case(settings: dict, config: Path, scene: str) -> Case:

@@ -15,7 +15,7 @@ from palpate.models.contact_modes import FAR, GUARD, HARD, ContactModes
 from palpate.models.contact_workshop import Workshop
 from palpate.models.model import Case, Setting
 from palpate.models.prepared_contacts import Prepared
-from palpate.portable.calibrate import Calibration, calibrate
+from palpate.portable.calibrate import calibrate
 from palpate.portable.runtimes.palpate_model import SCALARS, VERSION, PortableModel
 from palpate.portable.surface_basis import SurfaceBasis, fitted_compliance, surface_basis
 from palpate.portable.write import PackedContact, model_bytes
@@ -57,15 +57,16 @@ def export_model(
     packed = [PackedContact(basis.nodes[i], basis.normals[i], each) for i, each in zip(at, prepared, strict=True)]
     scalars = _scalars(case, prepared)
     empty = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
-    bare = PortableModel(model_bytes({}, scalars, basis, empty, packed))
+    unmeasured = _info(case, setting, basis, prepared, scalars) | {"error": "not measured"}
+    bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
     scalars["farthest_m"] = min(
         FARTHEST * case.radius_m, _farthest(bare, basis, np.searchsorted(case.body.fine.surface, _able(case.body)))
     )
     compliance = _compliance(bare, basis, np.searchsorted(case.body.fine.surface, seen), sampled, columns)
-    first = PortableModel(model_bytes({}, scalars, basis, compliance, packed))
+    first = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
     found = calibrate(first, case.body.fine.surface, solver, best, nodes, checked)
     scalars |= found.scalars()
-    info = _info(case, setting, basis, prepared, scalars, found)
+    info = _info(case, setting, basis, prepared, scalars) | found.told()
     with write_whole(path) as temporary:
         temporary.write_bytes(model_bytes(info, scalars, basis, compliance, packed))
 
@@ -177,7 +178,6 @@ def _info(
     basis: SurfaceBasis,
     prepared: Sequence[Prepared],
     scalars: dict[str, float],
-    found: Calibration,
 ) -> dict:
     """Return the header."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}
@@ -185,4 +185,4 @@ def _info(
     body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(setting)}
     of_body = {"size_m": float(case.body.fine.size), "young_pa": float(case.body.material.young_pa)}
     hard = {"radius_m": float(case.radius_m), "peak_m": scalars["peak_m"], "hardest_n": scalars["hardest_n"]}
-    return named | body | of_body | hard | sizes | {"vectors": basis.vectors.shape[1]} | found.told()
+    return named | body | of_body | hard | sizes | {"vectors": basis.vectors.shape[1]}

@@ -6,54 +6,55 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define VERSION 1u
-#define HEAD 144u
-#define ENOUGH 1e-6
-#define CLOSE 1e-6
-#define HELD 2e-3
-enum { ITERATIONS = 200, MEMORY = 10, MOST = 40 };
-enum { MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8, MOST_PRESSES = 16 };
+static const double ENOUGH = 1e-6, CLOSE = 1e-6, LOOSE = 0.1, HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1;
+enum { VERSION = 1, HEAD = 144, ITERATIONS = 200, MOST = 40, MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024 };
+enum { MOST_PARTS = 8, MOST_PRESSES = 16, WIDE = 3 * MOST_PRESSES };
 
 typedef struct {
-    uint32_t r, m; double place[3], normal[3], bearing[3], reach, noise;
-    double *loads, *rest, *volumes, *mu, *lam, *slopes, *coefficients, *here, *f;
+    uint32_t r, m; const double *place, *normal, *bearing; double reach, noise;
+    double *loads, *rest, *volumes, *mu, *lam, *slopes, *coefficients, *f;
 } contact;
-
+/* coordinates, and there the energy of the cells, its gradient and the smallest det F */
+typedef struct { double q[MOST_MODES], pull[MOST_MODES], energy, least; } state;
+/* a contact near a press: loads (3, r) of the press, how its coordinates move discs (3 a press, r), and the inverse of
+   its stiffness (r, r), the identity until it is bent */
+typedef struct { contact *one; double weight, *loads, *seen, *inverse; int bent; state now, before; } neighbour;
 typedef struct {
-    contact *one; double weight, loads[3 * MOST_MODES], q[MOST_MODES]; int warm;
-} neighbour;
-
-typedef struct {
-    double *disc, apart, *more, size, spread, least, far, left; neighbour near[3]; int count;
+    double disc[3 * MOST_VECTORS], more[MOST_VECTORS], apart, size, spread, least, far, left, force[3];
+    neighbour near[3]; int known;
 } place_of_press;
-
-struct palpate_model {
-    void *held; uint32_t n, t, stored, vectors, contacts_count, parts; double s[12]; char *info;
-    float *nodes, *normals, *by, *basis, *compliance, *moved; uint32_t *triangles, *from;
-    double *shapes, *areas, *facing, *middles, *weights, wide, *part, *sum, *loaded; uint32_t shapes_count;
-    contact *contacts; place_of_press places[MOST_PRESSES];
-};
-
+/* moved components, what they are to do, their responses to all forces, and the forces that move discs independently */
 typedef struct {
-    palpate_model *model; const unsigned char *bytes; size_t count, at; const char *why;
-} reader;
+    size_t moved[WIDE], size, kept, all;
+    double wanted[WIDE], missed[WIDE], step[WIDE], linear[WIDE * WIDE], ways[WIDE * WIDE];
+} search;
+struct palpate_model {
+    void *held; uint32_t n, t, stored, vectors, contacts_count, parts, modes, shapes_count; size_t answered; char *info;
+    float *nodes, *normals, *by, *basis, *compliance, *moved; uint32_t *triangles, *from; contact *contacts;
+    double s[12], shapes[3 * MOST_PARTS * MOST_PARTS], *areas, *facing, *middles, *weights, wide;
+    double part[3 * MOST_VECTORS], sum[MOST_VECTORS], loaded[MOST_VECTORS]; place_of_press places[MOST_PRESSES];
+};
+typedef struct { palpate_model *model; const unsigned char *bytes; size_t count, at; const char *why; } reader;
 
 static uint32_t word(const unsigned char *p) {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 static double dot(const double *a, const double *b, size_t count) {
-    double sum = 0;
-    for (size_t i = 0; i < count; i++) sum += a[i] * b[i];
-    return sum;
+    double sums[4] = {0, 0, 0, 0}; size_t i = 0; /* four at once: a single one waits for itself */
+    for (; i + 4 <= count; i += 4)
+        for (size_t k = 0; k < 4; k++) sums[k] += a[i + k] * b[i + k];
+    for (; i < count; i++) sums[0] += a[i] * b[i];
+    return sums[0] + sums[1] + (sums[2] + sums[3]);
+}
+static double square_apart(const double *a, const double *b) {
+    return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
 }
 static uint32_t crc32_of(const unsigned char *bytes, size_t count) {
-    uint32_t table[256], crc = 0xffffffffu;
-    for (uint32_t i = 0; i < 256; i++) {
-        uint32_t c = i;
-        for (int k = 0; k < 8; k++) c = c & 1u ? (c >> 1) ^ 0xedb88320u : c >> 1;
-        table[i] = c;
+    uint32_t crc = 0xffffffffu;
+    for (size_t i = 0; i < 8 * count; i++) {
+        if (i % 8 == 0) crc ^= bytes[i / 8];
+        crc = crc & 1u ? (crc >> 1) ^ 0xedb88320u : crc >> 1;
     }
-    for (size_t i = 0; i < count; i++) crc = table[(crc ^ bytes[i]) & 255u] ^ (crc >> 8);
     return crc ^ 0xffffffffu;
 }
 /* memory of zeros that lives as long as the model */
@@ -71,21 +72,18 @@ static const unsigned char *take(reader *in, size_t count, size_t size) {
     for (in->at += count * size; in->at % 4 && in->at < in->count;) in->at++;
     return found;
 }
-static float single(reader *in, const unsigned char *p) {
-    const uint32_t w = word(p); float found; memcpy(&found, &w, 4);
-    if (!isfinite(found)) in->why = "a number is not finite";
+/* the next count numbers, as floats or doubles */
+static void *reals(reader *in, size_t count, size_t size) {
+    const unsigned char *p = take(in, count, 4); char *found = p ? keep(in, count, size) : NULL;
+    for (size_t i = 0; found && i < count; i++) {
+        const uint32_t w = word(p + 4 * i); float one; memcpy(&one, &w, 4); const double wide = one;
+        memcpy(found + i * size, size == sizeof one ? (const void *)&one : &wide, size);
+        if (!isfinite(one)) in->why = "a number is not finite";
+    }
     return found;
 }
-static float *floats(reader *in, size_t count) {
-    const unsigned char *p = take(in, count, 4); float *found = p ? keep(in, count, sizeof *found) : NULL;
-    for (size_t i = 0; found && i < count; i++) found[i] = single(in, p + 4 * i);
-    return found;
-}
-static double *doubles(reader *in, size_t count) {
-    const unsigned char *p = take(in, count, 4); double *found = p ? keep(in, count, sizeof *found) : NULL;
-    for (size_t i = 0; found && i < count; i++) found[i] = single(in, p + 4 * i);
-    return found;
-}
+static float *floats(reader *in, size_t count) { return reals(in, count, sizeof(float)); }
+static double *doubles(reader *in, size_t count) { return reals(in, count, sizeof(double)); }
 static uint32_t *numbers(reader *in, size_t count, uint32_t below, const char *otherwise) {
     const unsigned char *p = take(in, count, 4); uint32_t *found = p ? keep(in, count, sizeof *found) : NULL;
     for (size_t i = 0; found && i < count; i++)
@@ -109,19 +107,13 @@ static void mean_over_disc(palpate_model *m, const double *point, const double *
     const double square = m->s[0] * m->s[0], near = (m->s[0] + m->wide) * (m->s[0] + m->wide); double total = 0;
     memset(m->weights, 0, m->stored * sizeof *m->weights);
     for (uint32_t e = 0; e < m->t; e++) {
-        double apart = 0, cosine = 0, x[9], sums[3] = {0, 0, 0};
-        for (int d = 0; d < 3; d++) {
-            apart += (m->middles[3 * e + d] - point[d]) * (m->middles[3 * e + d] - point[d]);
-            cosine += m->facing[3 * e + d] * normal[d];
-        }
-        if (apart >= near || !(cosine > 0)) continue;
-        const double weight = fmin(cosine / 0.1, 1) * m->areas[e];
-        for (int k = 0; k < 9; k++) x[k] = (double)m->nodes[3 * m->triangles[3 * e + k / 3] + k % 3] - point[k % 3];
-        for (uint32_t i = 0; i < m->shapes_count; i++) {
-            const double *w = m->shapes + 3 * i; double part = 1;
-            for (int d = 0; d < 3; d++) {
-                const double off = w[0] * x[d] + w[1] * x[3 + d] + w[2] * x[6 + d]; part -= off * off / square;
-            }
+        const double cosine = dot(m->facing + 3 * e, normal, 3), weight = fmin(cosine / 0.1, 1) * m->areas[e];
+        double x[9], sums[3] = {0, 0, 0}, at[3];
+        if (square_apart(m->middles + 3 * e, point) >= near || !(cosine > 0)) continue;
+        for (int k = 0; k < 9; k++) x[k] = m->nodes[3 * m->triangles[3 * e + k / 3] + k % 3];
+        for (const double *w = m->shapes; w < m->shapes + 3 * m->shapes_count; w += 3) {
+            for (int d = 0; d < 3; d++) at[d] = w[0] * x[d] + w[1] * x[3 + d] + w[2] * x[6 + d];
+            const double part = 1 - square_apart(at, point) / square;
             for (int k = 0; part > 0 && k < 3; k++) sums[k] += w[k] * part;
         }
         for (int k = 0; k < 3; k++) add(m, m->triangles[3 * e + k], weight * sums[k]);
@@ -130,8 +122,7 @@ static void mean_over_disc(palpate_model *m, const double *point, const double *
     if (!(total > 0)) {
         uint32_t best = 0; double least = INFINITY;
         for (uint32_t i = 0; i < m->n; i++) {
-            double apart = 0;
-            for (int d = 0; d < 3; d++) apart += (m->nodes[3 * i + d] - point[d]) * (m->nodes[3 * i + d] - point[d]);
+            const double at[3] = {m->nodes[3 * i], m->nodes[3 * i + 1], m->nodes[3 * i + 2]}, apart = square_apart(at, point);
             if (apart < least) best = i, least = apart;
         }
         memset(m->weights, 0, m->stored * sizeof *m->weights); add(m, best, 1); total = 1;
@@ -139,61 +130,51 @@ static void mean_over_disc(palpate_model *m, const double *point, const double *
     memset(found, 0, 3 * m->vectors * sizeof *found);
     for (uint32_t i = 0; i < m->stored; i++) {
         const double weight = m->weights[i] / total;
-        if (weight == 0) continue;
-        for (uint32_t d = 0; d < 3; d++) {
+        for (uint32_t d = 0; weight != 0 && d < 3; d++) {
             const float *row = m->basis + (size_t)(3 * i + d) * m->vectors;
             for (uint32_t v = 0; v < m->vectors; v++) found[d * m->vectors + v] += weight * row[v];
         }
     }
 }
-
 static void read_contact(palpate_model *model, reader *in, contact *one) {
     const unsigned char *p = take(in, 2, 4); const size_t b = model->vectors;
     if (!p) return;
     const size_t r = one->r = word(p), m = one->m = word(p + 4);
     if (r == 0 || r > MOST_MODES || m > MOST_CELLS) in->why = "a contact has too many coordinates or cells";
-    const double *places = doubles(in, 10); one->loads = doubles(in, 3 * r); one->rest = doubles(in, r * r);
+    const double *places = doubles(in, 10), *loads = doubles(in, 3 * r); one->rest = doubles(in, r * r);
     one->volumes = doubles(in, m); one->mu = doubles(in, m); one->lam = doubles(in, m);
     one->slopes = scaled(in, 9 * m, r, 0); one->coefficients = scaled(in, r, b, 1);
     if (in->why) return;
-    one->here = keep(in, 3 * b, sizeof(double)); one->f = keep(in, 9 * m, sizeof(double));
-    one->reach = places[9];
+    one->loads = keep(in, 3 * r, sizeof(double)); one->f = keep(in, 9 * m, sizeof(double));
+    one->place = places, one->normal = places + 3, one->bearing = places + 6, one->reach = places[9];
     if (!(one->reach > 0)) in->why = "a contact reaches nowhere";
-    for (int d = 0; d < 3; d++) one->place[d] = places[d], one->normal[d] = places[3 + d], one->bearing[d] = places[6 + d];
+    if (in->why) return;
     for (size_t i = 0; i < m; i++) one->noise += 4e-15 * one->volumes[i] * (one->mu[i] + one->lam[i]);
-    if (!in->why) mean_over_disc(model, one->place, one->normal, one->here);
+    mean_over_disc(model, one->place, one->normal, model->part);
+    for (size_t i = 0; i < 3 * r; i++) /* less its own, to which that of a press is added */
+        one->loads[i] = loads[i % r * 3 + i / r] - dot(model->part + i / r * b, one->coefficients + i % r * b, b);
+    model->modes = r > model->modes ? (uint32_t)r : model->modes;
 }
-
 static void split_triangle(palpate_model *m) {
     const uint32_t count = m->parts; double *at = m->shapes;
     for (uint32_t i = 0; i < count; i++)
         for (uint32_t j = 0; j < count - i; j++)
             for (uint32_t k = 1; k < (i + j + 1 < count ? 3u : 2u); k++, at += 3, m->shapes_count++) {
-                at[0] = (3.0 * i + k) / (3.0 * count); at[1] = (3.0 * j + k) / (3.0 * count);
-                at[2] = 1 - at[0] - at[1];
+                at[0] = (3.0 * i + k) / (3.0 * count); at[1] = (3.0 * j + k) / (3.0 * count); at[2] = 1 - at[0] - at[1];
             }
 }
 /* areas, normals and middles of the triangles */
 static void frame(palpate_model *m) {
     for (uint32_t e = 0; e < m->t; e++) {
-        const float *a = m->nodes + 3 * m->triangles[3 * e], *b = m->nodes + 3 * m->triangles[3 * e + 1];
-        const float *corners[3] = {a, b, m->nodes + 3 * m->triangles[3 * e + 2]};
-        double p[3], q[3], *area = m->facing + 3 * e;
-        for (int d = 0; d < 3; d++) {
-            p[d] = (double)b[d] - a[d]; q[d] = (double)corners[2][d] - a[d];
-            m->middles[3 * e + d] = ((double)a[d] + b[d] + corners[2][d]) / 3;
-        }
+        double x[9], p[3], q[3], *area = m->facing + 3 * e, *middle = m->middles + 3 * e;
+        for (int k = 0; k < 9; k++) x[k] = m->nodes[3 * m->triangles[3 * e + k / 3] + k % 3], middle[k % 3] += x[k] / 3;
+        for (int d = 0; d < 3; d++) p[d] = x[3 + d] - x[d], q[d] = x[6 + d] - x[d];
         for (int d = 0; d < 3; d++) area[d] = p[(d + 1) % 3] * q[(d + 2) % 3] - p[(d + 2) % 3] * q[(d + 1) % 3];
         m->areas[e] = sqrt(dot(area, area, 3));
         for (int d = 0; d < 3; d++) area[d] /= fmax(m->areas[e], 1e-300);
-        for (int k = 0; k < 3; k++) {
-            double square = 0;
-            for (int d = 0; d < 3; d++) square += (corners[k][d] - m->middles[3 * e + d]) * (corners[k][d] - m->middles[3 * e + d]);
-            m->wide = fmax(m->wide, sqrt(square));
-        }
+        for (int k = 0; k < 9; k += 3) m->wide = fmax(m->wide, sqrt(square_apart(x + k, middle)));
     }
 }
-
 static void read_surface(palpate_model *m, reader *in) {
     const size_t n = m->n, t = m->t, b = m->vectors, rows = 3 * (size_t)m->stored; m->nodes = floats(in, 3 * n);
     m->normals = floats(in, 3 * n);
@@ -201,19 +182,12 @@ static void read_surface(palpate_model *m, reader *in) {
     m->from = numbers(in, 6 * n, m->stored, "a node is made of one that is not there");
     m->by = floats(in, 6 * n); const double *basis = scaled(in, b, rows, 1); m->compliance = floats(in, b * b);
     if (in->why) return;
-    m->basis = keep(in, rows * b, sizeof(float));
+    m->basis = keep(in, rows * b, sizeof(float)); m->moved = keep(in, rows, sizeof(float));
     for (size_t i = 0; m->basis && i < rows * b; i++) m->basis[i] = (float)basis[i % b * rows + i / b];
-    m->shapes = keep(in, 3 * (size_t)m->parts * m->parts, sizeof(double));
     m->areas = keep(in, t, sizeof(double)); m->facing = keep(in, 3 * t, sizeof(double));
     m->middles = keep(in, 3 * t, sizeof(double)); m->weights = keep(in, m->stored, sizeof(double));
-    m->moved = keep(in, rows, sizeof(float)); m->part = keep(in, 3 * b, sizeof(double));
-    m->sum = keep(in, b, sizeof(double)); m->loaded = keep(in, b, sizeof(double));
     m->contacts = keep(in, m->contacts_count, sizeof(contact));
-    for (uint32_t i = 0; i < MOST_PRESSES; i++) {
-        m->places[i].disc = keep(in, 3 * b, sizeof(double)); m->places[i].more = keep(in, b, sizeof(double));
-    }
-    if (in->why) return;
-    split_triangle(m); frame(m);
+    if (!in->why) split_triangle(m), frame(m);
 }
 /* what is before the arrays; returns the length of the header's text */
 static size_t read_head(palpate_model *m, reader *in) {
@@ -246,23 +220,24 @@ palpate_model *palpate_load(const void *bytes, size_t count, char why[160]) {
     if (!in.why) in.at += words, read_surface(m, &in);
     for (uint32_t i = 0; !in.why && i < m->contacts_count; i++) read_contact(m, &in, m->contacts + i);
     if (!in.why && in.at != count) in.why = "something follows its last array";
+    for (int k = 0; !in.why && k < 3 * MOST_PRESSES; k++) {
+        neighbour *near = m->places[k / 3].near + k % 3; near->loads = keep(&in, (3 + WIDE + m->modes) * m->modes, sizeof(double));
+        near->seen = near->loads + 3 * m->modes, near->inverse = near->loads + (3 + WIDE) * m->modes;
+    }
     if (!in.why) return m;
     snprintf(why, 160, "%s", in.why); palpate_free(m);
     return NULL;
 }
-
 void palpate_free(palpate_model *m) {
     for (void **each = m ? m->held : NULL, **next; each; each = next) next = each[0], free(each);
     free(m);
 }
-
 uint32_t palpate_nodes(const palpate_model *m, const float **positions) { return *positions = m->nodes, m->n; }
 uint32_t palpate_triangles(const palpate_model *m, const uint32_t **corners) { return *corners = m->triangles, m->t; }
 const char *palpate_info(const palpate_model *m) { return m->info; }
-
-/* energy of a contact's cells less the work of the load; writes the gradient (r) and the smallest det F.
+/* energy of a contact's cells, its gradient (r) and the smallest det F.
    s = tr R'F is the largest root of (s^2 - I)^2 = 4 II + 8 J s, I, II and J^2 being the invariants of F'F; R = ds/dF */
-static double evaluate(contact *one, const double *load, const double *q, double *gradient, double *least) {
+static double evaluate(contact *one, const double *q, double *gradient, double *least) {
     const size_t r = one->r, m = one->m; double energy = 0, *f = one->f; *least = INFINITY;
     for (size_t i = 0; i < 9 * m; i++) f[i] = dot(one->slopes + i * r, q, r);
     for (size_t k = 0; k < m; k++) {
@@ -288,57 +263,56 @@ static double evaluate(contact *one, const double *load, const double *q, double
         for (int i = 0; i < 9; i++) f[i * m + k] = own * F[i] - 2 * turned * S[i] + 2 * s * turned * C[i];
         if (!(det >= *least)) *least = det;
     }
-    for (size_t i = 0; i < r; i++) {
-        const double pull = dot(one->rest + i * r, q, r); energy += q[i] * (0.5 * pull - load[i]);
-        gradient[i] = pull - load[i];
-    }
+    for (size_t i = 0; i < r; i++) gradient[i] = dot(one->rest + i * r, q, r), energy += 0.5 * q[i] * gradient[i];
     for (size_t i = 0; i < 9 * m; i++)
         for (size_t k = 0; k < r; k++) gradient[k] += f[i] * one->slopes[i * r + k];
     return energy;
 }
-/* minimise it from q on, by L-BFGS that starts from the identity; returns the residual over the load */
-static double settle(contact *one, const double *load, double *q, double *least) {
-    double steps[MEMORY][MOST_MODES], bends[MEMORY][MOST_MODES], scale[MEMORY], part[MEMORY];
-    double gradient[MOST_MODES], bent[MOST_MODES], ahead[MOST_MODES], reached[MOST_MODES], lower = 0, smallest = 0;
+/* by how much a load would change the coordinates: the inverse of the stiffness, as far as steps have shown it */
+static void bent_by(const neighbour *at, const double *load, double *found) {
+    const size_t r = at->one->r;
+    for (size_t i = 0; i < r; i++) found[i] = at->bent ? dot(at->inverse + i * r, load, r) : load[i];
+}
+/* what a step to the next coordinates shows of it, by the method of Broyden, Fletcher, Goldfarb and Shanno */
+static void learn(neighbour *at, const state *next) {
+    double step[MOST_MODES], bend[MOST_MODES], along[MOST_MODES], *b = at->inverse; const size_t r = at->one->r;
+    for (size_t i = 0; i < r; i++) step[i] = next->q[i] - at->now.q[i], bend[i] = next->pull[i] - at->now.pull[i];
+    const double curvature = dot(step, bend, r);
+    if (!(curvature > 0)) return;
+    for (size_t i = 0; !at->bent && i < r * r; i++) b[i] = i % (r + 1) == 0;
+    at->bent = 1, bent_by(at, bend, along); const double both = (1 + dot(bend, along, r) / curvature) / curvature;
+    for (size_t i = 0; i < r; i++)
+        for (size_t j = 0; j < r; j++) b[i * r + j] += both * step[i] * step[j] - (along[i] * step[j] + step[i] * along[j]) / curvature;
+}
+/* minimise the energy less the work of the load, from where it is on; returns the residual over the load */
+static double settle(neighbour *at, const double *load, double enough) {
+    double left[MOST_MODES], ahead[MOST_MODES]; state next, *now = &at->now; contact *one = at->one;
     const size_t r = one->r; const double size = sqrt(dot(load, load, r));
-    double energy = evaluate(one, load, q, gradient, least); int kept = 0;
-    for (int turn = 0; turn < ITERATIONS; turn++) {
-        if (sqrt(dot(gradient, gradient, r)) <= ENOUGH * size) break;
-        const int oldest = kept > MEMORY ? kept - MEMORY : 0;
-        for (size_t i = 0; i < r; i++) ahead[i] = -gradient[i];
-        for (int j = kept - 1; j >= oldest; j--) {
-            const int k = j % MEMORY; part[k] = scale[k] * dot(steps[k], ahead, r);
-            for (size_t i = 0; i < r; i++) ahead[i] -= part[k] * bends[k][i];
-        }
-        for (int j = oldest; j < kept; j++) {
-            const int k = j % MEMORY; const double by = part[k] - scale[k] * dot(bends[k], ahead, r);
-            for (size_t i = 0; i < r; i++) ahead[i] += by * steps[k][i];
-        }
-        const double slope = -dot(gradient, ahead, r); double length = 1; int found = 0;
+    for (int turn = 0;; turn++) {
+        for (size_t i = 0; i < r; i++) left[i] = load[i] - now->pull[i];
+        const double residual = sqrt(dot(left, left, r));
+        if (residual <= enough * size || turn == ITERATIONS) return residual / fmax(size, 1e-300);
+        bent_by(at, left, ahead); const double energy = now->energy - dot(load, now->q, r), slope = dot(left, ahead, r);
+        double length = 1; int found = 0;
         while (slope > 0 && length > 1e-4) {
-            for (size_t i = 0; i < r; i++) reached[i] = q[i] + length * ahead[i];
-            lower = evaluate(one, load, reached, bent, &smallest);
+            for (size_t i = 0; i < r; i++) next.q[i] = now->q[i] + length * ahead[i];
+            next.energy = evaluate(one, next.q, next.pull, &next.least);
+            const double lower = next.energy - dot(load, next.q, r);
             if ((found = lower <= energy - 1e-4 * length * slope + 1e-12 * fabs(energy) + one->noise)) break;
             length *= 0.5;
         }
-        if (!found) {
-            if (kept == 0) break;
-            kept = 0;
-            continue;
-        }
-        const int k = kept % MEMORY;
-        for (size_t i = 0; i < r; i++) {
-            steps[k][i] = reached[i] - q[i]; bends[k][i] = bent[i] - gradient[i];
-        }
-        const double curvature = dot(steps[k], bends[k], r);
-        if (curvature > 0) scale[k] = 1 / curvature, kept++;
-        memcpy(q, reached, r * sizeof *q); memcpy(gradient, bent, r * sizeof *gradient);
-        energy = lower, *least = smallest;
+        if (!found && !at->bent) return residual / fmax(size, 1e-300);
+        if (found) learn(at, &next), *now = next;
+        else at->bent = 0;
     }
-    return sqrt(dot(gradient, gradient, r)) / fmax(size, 1e-300);
+}
+/* how a contact's coordinates move a component of a disc, into a row of its own */
+static void see(const palpate_model *m, neighbour *near, size_t row, const double *component) {
+    const size_t r = near->one ? near->one->r : 0, b = m->vectors;
+    for (size_t i = 0; i < r; i++) near->seen[row * r + i] = dot(component, near->one->coefficients + i * b, b);
 }
 /* what a press needs, at its point of the surface; 0, or -1 with a sentence */
-static int find_place(palpate_model *m, const palpate_press *press, place_of_press *at, char *why) {
+static int find_place(palpate_model *m, const palpate_press *press, place_of_press *at, int go_on, char *why) {
     double point[3] = {0, 0, 0}, normal[3] = {0, 0, 0}, apart[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, shares[3], total = 0;
     contact *order[4] = {NULL, NULL, NULL, NULL};
     const double *w = press->weights; const char *wrong = NULL;
@@ -355,13 +329,8 @@ static int find_place(palpate_model *m, const palpate_press *press, place_of_pre
     const double length = fmax(sqrt(dot(normal, normal, 3)), 1e-30);
     for (int d = 0; d < 3; d++) normal[d] /= length;
     mean_over_disc(m, point, normal, at->disc);
-    for (uint32_t i = 0; i < m->contacts_count; i++) {
-        contact *one = m->contacts + i; double square = 0;
-        for (int d = 0; d < 3; d++) {
-            const double off = one->place[d] - point[d], turn = m->s[0] * (one->normal[d] - normal[d]);
-            square += off * off + turn * turn;
-        }
-        const double far = sqrt(square); int k = 4;
+    for (contact *one = m->contacts; one < m->contacts + m->contacts_count; one++) {
+        const double far = sqrt(square_apart(one->place, point) + m->s[0] * m->s[0] * square_apart(one->normal, normal)); int k = 4;
         while (k > 0 && far < apart[k - 1]) k--;
         for (int j = 3; j > k; j--) apart[j] = apart[j - 1], order[j] = order[j - 1];
         if (k < 4) apart[k] = far, order[k] = one;
@@ -372,138 +341,175 @@ static int find_place(palpate_model *m, const palpate_press *press, place_of_pre
         total += shares[k] = left > 0 ? left * left / (off * off) : 0;
     }
     if (!(total > 0)) total = shares[0] = 1, shares[1] = shares[2] = 0;
-    at->count = 0, at->apart = apart[0];
-    for (int k = 0; k < 3 && order[k]; k++) {
-        neighbour *near = at->near + at->count;
-        if (!(shares[k] > 1e-3 * total)) continue;
-        contact *one = near->one = order[k]; near->weight = shares[k], near->warm = 0, at->count++;
-        for (uint32_t i = 0; i < 3 * m->vectors; i++) m->part[i] = at->disc[i] - one->here[i];
-        for (uint32_t i = 0; i < 3 * one->r; i++)
-            near->loads[i] = one->loads[i] + dot(m->part + i % 3 * m->vectors, one->coefficients + (size_t)(i / 3) * m->vectors, m->vectors);
+    for (int k = 0; k < 3; k++)
+        if (!(shares[k] > 1e-3 * total)) order[k] = NULL, shares[k] = 0;
+    at->apart = apart[0], at->known = 0;
+    for (int i = 0; i < 9; i++)
+        if (order[i / 3] && at->near[i % 3].one == order[i / 3]) { /* what an earlier press has left comes to its place */
+            const neighbour other = at->near[i % 3]; at->near[i % 3] = at->near[i / 3], at->near[i / 3] = other;
+        }
+    for (int k = 0; k < 3; k++) {
+        neighbour *near = at->near + k; contact *one = order[k];
+        if (one && one == near->one && go_on) at->known = 1;
+        else memset(&near->now, 0, sizeof near->now), near->now.least = 1, near->bent = 0;
+        near->one = one, near->weight = shares[k] / (shares[0] + shares[1] + shares[2]);
+        for (size_t d = 0, row = 3 * (size_t)(at - m->places); one && d < 3; d++, row++) {
+            see(m, near, row, at->disc + d * m->vectors);
+            for (size_t i = 0; i < one->r; i++) near->loads[d * one->r + i] = one->loads[d * one->r + i] + near->seen[row * one->r + i];
+        }
     }
-    total = 0;
-    for (int k = 0; k < at->count; k++) total += at->near[k].weight;
-    for (int k = 0; k < at->count; k++) at->near[k].weight /= total;
     return 0;
 }
+static void load_of(const neighbour *at, const double *force, double *load) {
+    const double *loads = at->loads; const size_t r = at->one->r;
+    for (size_t i = 0; i < r; i++) load[i] = force[0] * loads[i] + force[1] * loads[r + i] + force[2] * loads[2 * r + i];
+}
 /* what a press has beyond its linear part */
-static void bend(palpate_model *m, place_of_press *at, const double *force, int warm) {
-    const size_t b = m->vectors; double load[MOST_MODES], least = 0; memset(at->more, 0, b * sizeof *at->more);
-    at->least = INFINITY, at->far = at->left = at->spread = 0;
-    for (int k = 0; k < at->count; k++) {
+static void bend(palpate_model *m, place_of_press *at, const double *force) {
+    const size_t b = m->vectors; double load[MOST_MODES]; memset(at->more, 0, b * sizeof *at->more);
+    at->least = INFINITY, at->far = at->left = at->spread = 0, memcpy(at->force, force, sizeof at->force);
+    for (int k = 0; k < 3 && at->near[k].one; k++) {
         neighbour *near = at->near + k; contact *one = near->one; double *part = m->part + k * b;
-        for (uint32_t i = 0; i < one->r; i++) load[i] = dot(near->loads + 3 * i, force, 3);
-        if (!warm || !near->warm) memcpy(near->q, load, one->r * sizeof *load);
-        near->warm = 1; at->left = fmax(at->left, settle(one, load, near->q, &least));
-        at->least = fmin(at->least, least);
-        at->far = fmax(at->far, sqrt(dot(near->q, near->q, one->r)) / one->reach);
-        memset(part, 0, b * sizeof *part);
+        load_of(near, force, load), at->left = fmax(at->left, settle(near, load, ENOUGH));
+        at->least = fmin(at->least, near->now.least), at->far = fmax(at->far, sqrt(dot(near->now.q, near->now.q, one->r)) / one->reach), memset(part, 0, b * sizeof *part);
         for (uint32_t i = 0; i < one->r; i++)
-            for (size_t v = 0; v < b; v++) part[v] += (near->q[i] - load[i]) * one->coefficients[i * b + v];
+            for (size_t v = 0; v < b; v++) part[v] += (near->now.q[i] - load[i]) * one->coefficients[i * b + v];
         for (size_t v = 0; v < b; v++) at->more[v] += near->weight * part[v];
     }
-    for (int k = 0; k < at->count; k++)
-        for (size_t v = 0; v < b; v++) {
-            const double off = m->part[k * b + v] - at->more[v]; at->spread += at->near[k].weight * off * off;
-        }
+    for (size_t i = 0; i < 3 * b; i++)
+        if (at->near[i / b].one) at->spread += at->near[i / b].weight * (m->part[i] - at->more[i % b]) * (m->part[i] - at->more[i % b]);
     at->spread = sqrt(at->spread); at->size = sqrt(dot(at->more, at->more, b));
 }
 /* coordinates of all presses in the vectors, into m->sum */
-static void all(palpate_model *m, size_t count, const double *forces, int warm) {
-    const size_t b = m->vectors; memset(m->loaded, 0, b * sizeof *m->loaded);
+static void all(palpate_model *m, size_t count, const double *forces) {
+    const size_t b = m->vectors; memset(m->loaded, 0, b * sizeof *m->loaded), memset(m->sum, 0, b * sizeof *m->sum);
     for (size_t k = 0; k < 3 * count; k++)
         for (size_t v = 0; v < b; v++) m->loaded[v] += forces[k] * m->places[k / 3].disc[k % 3 * b + v];
-    for (size_t i = 0; i < b; i++) {
-        m->sum[i] = 0;
-        for (size_t j = 0; j < b; j++) m->sum[i] += m->compliance[i * b + j] * m->loaded[j];
-    }
+    for (size_t i = 0; i < b; i++)
+        for (size_t j = 0; j < b; j++) m->sum[j] += m->compliance[i * b + j] * m->loaded[i]; /* it is symmetric */
     for (size_t k = 0; k < count; k++) {
-        bend(m, m->places + k, forces + 3 * k, warm);
+        bend(m, m->places + k, forces + 3 * k);
         for (size_t v = 0; v < b; v++) m->sum[v] += m->places[k].more[v];
     }
 }
-/* Gauss and Jordan, with pivots, of rows of 2 size numbers; zeros where there is none */
-static void invert(double *a, size_t size, double least) {
-    const size_t wide = 2 * size;
-    for (size_t i = 0; i < size; i++)
-        for (size_t j = 0; j < size; j++) a[i * wide + size + j] = i == j;
-    for (size_t k = 0; k < size; k++) {
-        size_t best = k;
-        for (size_t i = k + 1; i < size; i++)
-            if (fabs(a[i * wide + k]) > fabs(a[best * wide + k])) best = i;
-        const double pivot = a[best * wide + k];
-        if (!(fabs(pivot) > least && isfinite(pivot))) {
-            memset(a, 0, wide * size * sizeof *a);
-            return;
+/* eigenvectors of a symmetric matrix, in columns, by Jacobi's rotations; its diagonal becomes the eigenvalues */
+static void eigen(double *a, double *vectors, size_t n) {
+    for (size_t i = 0; i < n * n; i++) vectors[i] = i % (n + 1) == 0;
+    for (size_t turn = 0; turn < 30 * n * n; turn++) {
+        const size_t p = turn / n % n, q = turn % n;
+        const double off = a[p * n + q], apart = a[q * n + q] - a[p * n + p];
+        if (q <= p || !(fabs(off) > 1e-18 * (fabs(a[p * n + p]) + fabs(a[q * n + q])))) continue;
+        const double t = (apart < 0 ? -2 : 2) * off / (fabs(apart) + sqrt(apart * apart + 4 * off * off));
+        const double c = 1 / sqrt(t * t + 1), s = t * c;
+        for (size_t k = 0; k < 3 * n; k++) { /* columns of the matrix and of the vectors, then rows */
+            double *x = k < n ? a + k * n + p : k < 2 * n ? vectors + (k - n) * n + p : a + p * n + k - 2 * n;
+            double *y = x + (k < 2 * n ? q - p : (q - p) * n); const double old = *x;
+            *x = c * old - s * *y, *y = s * old + c * *y;
         }
-        for (size_t j = 0; j < wide; j++) {
-            const double swap = a[k * wide + j]; a[k * wide + j] = a[best * wide + j];
-            a[best * wide + j] = swap; a[k * wide + j] /= pivot;
-        }
-        for (size_t i = 0; i < size; i++)
-            for (size_t j = wide; i != k && j-- > k;) a[i * wide + j] -= a[i * wide + k] * a[k * wide + j];
     }
 }
-static double largest(const double *x, size_t count) {
-    double found = 0;
-    for (size_t i = 0; i < count; i++)
-        if (!(fabs(x[i]) <= found)) found = fabs(x[i]);
-    return found;
-}
-/* by how much the moved discs miss what is asked of them */
-static void missing(palpate_model *m, size_t count, const double *force, const double *given, const size_t *free_, size_t size, double *left) {
-    all(m, count, force, 1);
-    for (size_t i = 0; i < size; i++)
-        left[i] = given[free_[i]] - dot(m->places[free_[i] / 3].disc + free_[i] % 3 * m->vectors, m->sum, m->vectors);
-}
-/* the inverse, right of what invert was given, times x */
-static void times(const double *matrix, const double *x, size_t size, double *found) {
-    for (size_t i = 0; i < size; i++) found[i] = dot(matrix + (2 * i + 1) * size, x, size);
-}
-/* find the forces of moved discs by Broyden's method; returns whether they were missed */
-static int find_forces(palpate_model *m, const palpate_press *presses, size_t count, const double *given, double *force) {
-    enum { WIDE = 3 * MOST_PRESSES };
-    double inverse[2 * WIDE * WIDE], left[WIDE], now[WIDE], step[WIDE], tried[WIDE], change[WIDE], by[WIDE], scale = 0;
-    size_t free_[WIDE], size = 0; const size_t b = m->vectors;
-    for (size_t i = 0; i < 3 * count; i++) {
-        force[i] = presses[i / 3].moves ? 0 : given[i];
-        if (presses[i / 3].moves) free_[size++] = i, scale = fmax(scale, fabs(given[i]));
+/* solve by elimination, of a matrix whose pivots are above 0; otherwise the answer is 0 */
+static void solve(double *a, double *x, size_t n) {
+    for (size_t k = 0; k < n; k++) {
+        if (!(a[k * n + k] > 0)) memset(x, 0, n * sizeof *x);
+        for (size_t i = 0; a[k * n + k] > 0 && i < n; i++) {
+            const double by = (a[i * n + k] - (i == k)) / a[k * n + k]; x[i] -= by * x[k];
+            for (size_t j = n; j-- > k;) a[i * n + j] -= by * a[k * n + j];
+        }
     }
-    for (size_t i = 0; i < size; i++) {
-        const double *mine = m->places[free_[i] / 3].disc + free_[i] % 3 * b;
-        memset(m->loaded, 0, b * sizeof *m->loaded);
+}
+/* forces that move discs independently: each disc counts over its mean response, not at all if that is what a held one
+   has, and discs that are nearly the same one move alike only */
+static void find_ways(search *s, double held) {
+    double linear[WIDE * WIDE], axes[WIDE * WIDE], by[WIDE]; const size_t n = s->size;
+    for (size_t i = 0; i < n; i++) {
+        const double *row = s->linear + s->all * (i / 3 * 3); const size_t *own = s->moved + i / 3 * 3;
+        const double mean = (row[own[0]] + row[s->all + own[1]] + row[2 * s->all + own[2]]) / 3;
+        by[i] = mean > held ? 1 / sqrt(mean) : 0;
+    }
+    for (size_t i = 0; i < n * n; i++) linear[i] = by[i / n] * by[i % n] * s->linear[i / n * s->all + s->moved[i % n]];
+    eigen(linear, axes, n), s->kept = 0;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = (s->kept += linear[j * n + j] > ALIKE, 0); linear[j * n + j] > ALIKE && i < n; i++)
+            s->ways[(s->kept - 1) * n + i] = by[i] * axes[i * n + j];
+}
+/* what independent ways have of displacements of the discs; returns its norm */
+static double along_ways(const search *s, const double *x, double *found) {
+    for (size_t j = 0; j < s->kept; j++) found[j] = dot(s->ways + j * s->size, x, s->size);
+    return sqrt(dot(found, found, s->kept));
+}
+/* what discs miss, and a step towards it that foresees where contacts will rest; returns how far both are */
+static double look_ahead(palpate_model *m, const double *force, search *s) {
+    double slope[WIDE * WIDE], square[WIDE * WIDE], x[WIDE], y[WIDE], rest[WIDE] = {0}, load[MOST_MODES], ahead[MOST_MODES];
+    const size_t n = s->size, kept = s->kept; memcpy(slope, s->linear, sizeof slope), memset(s->step, 0, sizeof s->step);
+    for (size_t i = 0; i < n; i++) s->missed[i] = s->wanted[i] - dot(s->linear + i * s->all, force, s->all);
+    for (size_t k = 0; k < 5 * s->all; k++) { /* of each contact near: what three loads do, where it is, where it will be */
+        const size_t d = k % 5, press = k / 15 * 3; const neighbour *at = m->places[k / 15].near + k / 5 % 3;
+        const size_t r = at->one ? at->one->r : 0; const double *loads = at->loads + d * r;
+        if (r) load_of(at, force + press, load);
+        for (size_t i = 0; d == 4 && i < r; i++) load[i] -= at->now.pull[i];
+        if (r) bent_by(at, d < 3 ? loads : load, ahead);
+        for (size_t i = 0; d < 4 && i < r; i++) ahead[i] = d < 3 ? ahead[i] - loads[i] : at->now.q[i] - load[i];
+        for (size_t i = 0; r && i < n; i++) {
+            double *sum = d < 3 ? slope + i * s->all + press + d : d < 4 ? s->missed + i : rest + i;
+            *sum += (d == 3 ? -at->weight : at->weight) * dot(at->seen + s->moved[i] * r, ahead, r);
+        }
+    }
+    for (size_t i = 0; i < kept * kept; i++)
+        for (size_t p = (square[i] = 0, 0); p < n; p++)
+            for (size_t q = 0; q < n; q++)
+                square[i] += s->ways[i / kept * n + p] * slope[p * s->all + s->moved[q]] * s->ways[i % kept * n + q];
+    const double most = along_ways(s, s->missed, x) + along_ways(s, rest, y);
+    for (size_t i = 0; i < kept; i++) x[i] -= y[i];
+    solve(square, x, kept);
+    for (size_t i = 0; i < n * kept; i++) s->step[s->moved[i % n]] += s->ways[i] * x[i / n];
+    return most;
+}
+/* bring all contacts to rest, or back to where they were */
+static void rest_all(palpate_model *m, size_t count, const double *force, double enough) {
+    double load[MOST_MODES];
+    for (size_t k = 0; k < 3 * count; k++) {
+        neighbour *at = m->places[k / 3].near + k % 3;
+        if (at->one && force) at->before = at->now, load_of(at, force + k / 3 * 3, load), settle(at, load, enough);
+        else at->now = at->before;
+    }
+}
+/* find the forces of moved discs by Newton's method; returns by how much they are missed [m] */
+static double find_forces(palpate_model *m, const palpate_press *presses, size_t count, double *force, char *doubt) {
+    search s; double x[WIDE], step[WIDE], tried[WIDE], others[WIDE] = {0}; const size_t b = m->vectors;
+    s.size = 0, s.all = 3 * count;
+    for (size_t i = 0; i < s.all; i++)
+        if (presses[i / 3].moves) s.wanted[s.size] = presses[i / 3].given[i % 3], s.moved[s.size++] = i;
+    for (size_t i = 0; i < s.size; i++) {
+        const double *mine = m->places[s.moved[i] / 3].disc + s.moved[i] % 3 * b; memset(m->loaded, 0, b * sizeof *m->loaded);
         for (size_t a = 0; a < b; a++)
             for (size_t c = 0; c < b; c++) m->loaded[c] += mine[a] * m->compliance[a * b + c];
-        for (size_t j = 0; j < size; j++) inverse[2 * i * size + j] = dot(m->loaded, m->places[free_[j] / 3].disc + free_[j] % 3 * b, b);
-    }
-    invert(inverse, size, m->s[10] > 0 ? HELD * m->s[9] / m->s[10] : 0);
-    missing(m, count, force, given, free_, size, left), times(inverse, left, size, step), scale = fmax(scale, largest(left, size));
-    for (int turn = 0; turn < MOST; turn++) {
-        if (largest(left, size) <= CLOSE * scale) return 0;
-        memcpy(tried, force, 3 * count * sizeof *tried);
-        for (size_t i = 0; i < size; i++) tried[free_[i]] += step[i];
-        missing(m, count, tried, given, free_, size, now);
-        if (!(sqrt(dot(now, now, size)) < 1.5 * sqrt(dot(left, left, size)))) {
-            for (size_t i = 0; i < size; i++) step[i] *= 0.5;
-            continue;
+        for (size_t j = 0; j < s.all; j++) {
+            const double found = s.linear[i * s.all + j] = dot(m->loaded, m->places[j / 3].disc + j % 3 * b, b);
+            others[i] += presses[j / 3].moves ? 0 : found * force[j], see(m, m->places[j / 3].near + j % 3, s.moved[i], mine);
         }
-        for (size_t i = 0; i < size; i++) left[i] -= now[i];
-        times(inverse, left, size, change); const double below = dot(step, change, size);
-        for (size_t j = 0; j < size; j++) {
-            by[j] = 0;
-            for (size_t i = 0; i < size; i++) by[j] += step[i] * inverse[(2 * i + 1) * size + j];
-        }
-        for (size_t i = 0; below != 0 && i < size * size; i++)
-            inverse[(2 * (i / size) + 1) * size + i % size] += (step[i / size] - change[i / size]) * by[i % size] / below;
-        memcpy(force, tried, 3 * count * sizeof *force); memcpy(left, now, size * sizeof *left);
-        times(inverse, left, size, step);
     }
-    return !(largest(left, size) <= 1e-3 * scale);
+    find_ways(&s, m->s[10] > 0 ? HELD * m->s[9] / m->s[10] : 0);
+    look_ahead(m, force, &s), memcpy(step, s.step, sizeof step);
+    const double scale = fmax(fmax(along_ways(&s, s.wanted, x), along_ways(&s, others, x)), 1e-300);
+    const double way = fmax(sqrt(fmax(dot(s.wanted, s.wanted, s.size), dot(others, others, s.size))), 1e-300); /* a held disc has one */
+    double size = scale, tolerance = LOOSE, most = sqrt(dot(s.missed, s.missed, s.size));
+    for (int turn = 0; turn < MOST && !(size <= CLOSE * scale && tolerance <= ENOUGH); turn++) {
+        tolerance = fmax(ENOUGH, LOOSE * fmin(1, size / scale));
+        for (size_t i = 0; i < s.all; i++) tried[i] = force[i] + step[i];
+        rest_all(m, count, tried, tolerance); const double found = look_ahead(m, tried, &s);
+        const int nearer = found < 1.5 * size || found <= CLOSE * scale;
+        for (size_t i = 0; i < s.all; i++) step[i] = nearer ? s.step[i] : 0.5 * step[i];
+        if (!nearer) rest_all(m, count, NULL, 0);
+        else memcpy(force, tried, s.all * sizeof *force), size = found, most = sqrt(dot(s.missed, s.missed, s.size));
+    }
+    if (!(size <= 1e-3 * scale)) snprintf(doubt, 160, "no force was found that moves the disc as far as it is pushed");
+    else if (!(most <= MISSED * way)) snprintf(doubt, 160, "a disc is held there, or too near another, and misses its way by %.0f %%", 100 * most / way);
+    return most;
 }
-
 static void say_doubt(const palpate_model *m, const place_of_press *at, const double *force, char *doubt) {
     double hard = 0;
-    for (int k = 0; k < at->count; k++) hard += at->near[k].weight * dot(at->near[k].one->bearing, force, 3);
+    for (int k = 0; k < 3 && at->near[k].one; k++) hard += at->near[k].weight * dot(at->near[k].one->bearing, force, 3);
     if (!(at->left <= 1e-3)) snprintf(doubt, 160, "the model found no rest: %.1f %% of the load are left", 100 * at->left);
     else if (!(at->least >= m->s[1])) snprintf(doubt, 160, "cells are squeezed to det F = %.2f, beyond what the contact's model was made for", at->least);
     else if (!(at->far <= m->s[2])) snprintf(doubt, 160, "this goes %.1f times as far as what the contact's model is made of", at->far);
@@ -512,43 +518,37 @@ static void say_doubt(const palpate_model *m, const place_of_press *at, const do
 }
 /* bring coordinates to all nodes; returns the largest displacement, or NAN */
 static double expand(palpate_model *m, float *out) {
-    const size_t b = m->vectors, rows = 3 * (size_t)m->stored; float *sum = m->moved + 0; double most = 0;
-    int sound = 1;
-    for (size_t v = 0; v < b; v++) sound = sound && isfinite((float)m->sum[v]);
-    for (size_t i = 0; i < rows; i++) {
-        const float *row = m->basis + i * b;
-        float parts[8] = {0, 0, 0, 0, 0, 0, 0, 0}, one = 0;
-        size_t v = 0;
+    const size_t b = m->vectors; float x[MOST_VECTORS]; double most = 0; int sound = 1;
+    for (size_t v = 0; v < b; v++) x[v] = (float)m->sum[v], sound = sound && isfinite(x[v]);
+    for (size_t i = 0; i < 3 * (size_t)m->stored; i++) {
+        const float *row = m->basis + i * b; float parts[8] = {0, 0, 0, 0, 0, 0, 0, 0}; size_t v = 0;
         for (; v + 8 <= b; v += 8)
-            for (size_t k = 0; k < 8; k++) parts[k] += row[v + k] * (float)m->sum[v + k];
-        for (; v < b; v++) one += row[v] * (float)m->sum[v];
-        for (size_t k = 0; k < 8; k++) one += parts[k];
-        sum[i] = one;
+            for (size_t k = 0; k < 8; k++) parts[k] += row[v + k] * x[v + k];
+        for (; v < b; v++) parts[v % 8] += row[v] * x[v];
+        m->moved[i] = (parts[0] + parts[4]) + (parts[1] + parts[5]) + ((parts[2] + parts[6]) + (parts[3] + parts[7]));
     }
-    for (size_t i = 0; i < m->n; i++) {
-        double square = 0;
-        for (size_t d = 0; d < 3; d++) {
-            float one = 0;
-            for (size_t j = 6 * i; j < 6 * i + 6; j++) one += m->by[j] * sum[3 * m->from[j] + d];
-            sound = sound && isfinite(one); out[3 * i + d] = one; square += (double)one * one;
-        }
-        if (square > most) most = square;
+    for (size_t i = 0; i < m->n; i++, out += 3) {
+        float at[3] = {0, 0, 0};
+        for (size_t j = 18 * i; j < 18 * i + 18; j++) at[j % 3] += m->by[j / 3] * m->moved[3 * m->from[j / 3] + j % 3];
+        const double square = (double)at[0] * at[0] + (double)at[1] * at[1] + (double)at[2] * at[2];
+        sound = sound && isfinite(square), most = fmax(most, square), memcpy(out, at, sizeof at);
     }
     return sound ? sqrt(most) : NAN;
 }
-
-int palpate_respond(palpate_model *m, const palpate_press *presses, size_t count, float *displacement, double *forces,
-                    palpate_answer *answer) {
-    double given[3 * MOST_PRESSES], sizes = 0, most = 0; int missed = 0, finite = 1, moves = 0;
+int palpate_respond(palpate_model *m, const palpate_press *presses, size_t count, int go_on, float *displacement,
+                    double *forces, palpate_answer *answer) {
+    double sizes = 0, most = 0, missed = 0; int finite = 1, moves = 0;
     answer->doubt[0] = 0, answer->error = 1;
     if (count > MOST_PRESSES) return snprintf(answer->doubt, 160, "more than %d presses are asked for", MOST_PRESSES), -1;
-    for (size_t k = 0; k < count; k++) {
-        if (find_place(m, presses + k, m->places + k, answer->doubt)) return -1;
-        memcpy(given + 3 * k, presses[k].given, sizeof presses[k].given); moves = moves || presses[k].moves;
+    const size_t answered = go_on ? m->answered : 0; m->answered = 0;
+    for (size_t k = 0; k < count; k++)
+        if (find_place(m, presses + k, m->places + k, k < answered, answer->doubt)) return -1;
+    for (size_t i = 0; i < 3 * count; i++) {
+        const palpate_press *press = presses + i / 3; const place_of_press *at = m->places + i / 3;
+        forces[i] = !press->moves ? press->given[i % 3] : at->known ? at->force[i % 3] : 0, moves = moves || press->moves;
     }
-    memcpy(forces, given, 3 * count * sizeof *forces);
-    if (moves) missed = find_forces(m, presses, count, given, forces);
-    all(m, count, forces, 0); const double found = expand(m, displacement);
+    if (moves) missed = find_forces(m, presses, count, forces, answer->doubt);
+    all(m, count, forces); const double found = expand(m, displacement);
     for (size_t i = 0; i < 3 * count; i++) finite = finite && isfinite((float)forces[i]);
     if (!isfinite(found) || !finite) {
         memset(displacement, 0, 3 * (size_t)m->n * sizeof *displacement);
@@ -556,8 +556,7 @@ int palpate_respond(palpate_model *m, const palpate_press *presses, size_t count
         snprintf(answer->doubt, 160, "the numbers of this answer are beyond what can be stored");
         return 0;
     }
-    const double peak = fmax(found, 1e-30); answer->error = m->s[5];
-    if (missed) snprintf(answer->doubt, 160, "no force was found that moves the disc as far as it is pushed");
+    const double peak = fmax(found, 1e-30); const int lost = answer->doubt[0] != 0; answer->error = m->s[5] + missed / peak;
     for (size_t k = 0; k < count; k++) {
         const place_of_press *at = m->places + k;
         answer->error += (m->s[6] * at->size + m->s[7] * at->spread) / peak;
@@ -565,6 +564,7 @@ int palpate_respond(palpate_model *m, const palpate_press *presses, size_t count
         if (!answer->doubt[0]) say_doubt(m, at, forces + 3 * k, answer->doubt);
     }
     answer->error += m->s[8] * (sizes - most) / peak;
-    if (missed || !(answer->error <= 1)) answer->error = 1;
-    return 0;
+    if (lost || !(answer->error <= 1)) answer->error = 1;
+    if (!answer->doubt[0]) m->answered = count;
+    return go_on && answer->doubt[0] ? palpate_respond(m, presses, count, 0, displacement, forces, answer) : 0;
 }

@@ -19,11 +19,12 @@ void palpate_free(palpate_model *model);
 
 uint32_t palpate_nodes(const palpate_model *model, const float **positions);     /* 3 a node [m] */
 uint32_t palpate_triangles(const palpate_model *model, const uint32_t **corners); /* 3 a triangle */
-const char *palpate_info(const palpate_model *model);                             /* the header, JSON */
+const char *palpate_info(const palpate_model *model);                             /* the header, JSON, not read here */
 
-/* Write the displacement (3 a node) [m] of the whole surface, and the forces (3 a press) [N], given or found. Returns 0,
-   or -1 with a sentence in the doubt for presses that are none, or without memory; then nothing else is written. A
-   model may be used by one thread at a time. */
-int palpate_respond(palpate_model *model, const palpate_press *presses, size_t count, float *displacement,
+/* Write the displacement (3 a node) [m] of the whole surface, and the forces (3 a press) [N], given or found. If go_on is
+   not 0 it begins where the model's last answer ended, which saves time where the presses are similar and in the same
+   order. Returns 0, or -1 with a sentence in the doubt for presses that are none, or without memory; then nothing else
+   is written. A model may be used by one thread at a time. */
+int palpate_respond(palpate_model *model, const palpate_press *presses, size_t count, int go_on, float *displacement,
                     double *forces, palpate_answer *answer);
 #endif

@@ -1,10 +1,13 @@
 // Answer presses on a body from a portable model file (docs/portable-model.md): no dependency, in a page or in node.
 //   const model = Palpate.load(bytes);    // an ArrayBuffer or a view, such as require("fs").readFileSync(path)
 //   model.respond([{triangle, weights: [a, b, c], force: [x, y, z]}]);    // or moved: [x, y, z] in place of force
+//   model.respond(presses, {from: answer});    // begins where an answer to similar presses has ended
 "use strict";
 const Palpate = (() => {
-  const VERSION = 1, HEAD = 144, ENOUGH = 1e-6, ITERATIONS = 200, MEMORY = 10, CLOSE = 1e-6, MOST = 40, HELD = 2e-3;
+  const VERSION = 1, HEAD = 144, ENOUGH = 1e-6, ITERATIONS = 200, CLOSE = 1e-6, LOOSE = 0.1, MOST = 40;
+  const HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1;
   const MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8;
+  const WORDS = ["body", "regime", "model", "error"], NUMBERS = ["radius_m", "peak_m", "hardest_n"];
 
   function must(holds, otherwise) {
     if (!holds) throw new Error(otherwise);
@@ -50,6 +53,10 @@ const Palpate = (() => {
       info = null;
     }
     must(info !== null && typeof info === "object" && !Array.isArray(info), "its header is not JSON");
+    for (const name of [...WORDS, ...NUMBERS]) {
+      const [kind, said] = WORDS.includes(name) ? ["string", "a text"] : ["number", "a number"];
+      must(typeof info[name] === kind, `its header lacks ${name}, which is ${said}`);
+    }
     let at = HEAD + words;
     const little = new Uint8Array(new Uint32Array([1]).buffer)[0] === 1;
     must(little, "this machine stores numbers the other way round");
@@ -101,13 +108,13 @@ const Palpate = (() => {
       const scale = read.floats(vectors), packed = read.take(Int16Array, 3 * stored * vectors);
       this.basis = new Float32Array(3 * stored * vectors);
       for (let v = 0, i = 0; v < vectors; v++) for (let j = 0; j < 3 * stored; j++, i++) this.basis[i] = packed[i] * scale[v];
-      this.compliance = read.floats(vectors * vectors);
+      this.compliance = Float64Array.from(read.floats(vectors * vectors));
       this.shapes = splitTriangle(read.counts[5]);
       this.frame();
       this.contacts = [];
       for (let i = 0; i < read.counts[4]; i++) this.contacts.push(this.contact(read));
       read.end();
-      this.moved = new Float32Array(3 * stored);
+      this.moved = new Float64Array(3 * stored);
       this.apart = new Float64Array(this.contacts.length);
     }
 
@@ -144,7 +151,7 @@ const Palpate = (() => {
       const places = read.floats(9), reach = read.floats(1)[0];
       must(reach > 0, "a contact reaches nowhere");
       const one = { r, m, reach, place: places.subarray(0, 3), normal: places.subarray(3, 6), bearing: places.subarray(6, 9) };
-      one.loads = read.floats(3 * r);
+      const loads = read.floats(3 * r);
       one.rest = Float64Array.from(read.floats(r * r));
       one.volumes = read.floats(m);
       one.mu = read.floats(m);
@@ -158,11 +165,11 @@ const Palpate = (() => {
       for (let i = 0; i < packed.length; i++) one.coefficients[i] = packed[i] * scale[Math.floor(i / vectors)];
       one.noise = 0;
       for (let i = 0; i < m; i++) one.noise += 4e-15 * one.volumes[i] * (one.mu[i] + one.lam[i]);
-      one.here = this.disc(one.place, one.normal);
+      one.loads = movedBy(one, this.disc(one.place, one.normal)); // less its own, to which that of a press is added
+      for (let i = 0; i < r; i++) for (let d = 0; d < 3; d++) one.loads[d * r + i] = loads[3 * i + d] - one.loads[d * r + i];
       one.f = new Float64Array(9 * m);
       return one;
     }
-
     // the mean of the vectors over the disc around a point, (3, vectors), weighted by its pressure
     disc(point, normal) {
       const { radius, stored, vectors, basis, weights, shapes, nodes, triangles } = this;
@@ -261,17 +268,12 @@ const Palpate = (() => {
       });
       let total = shares.reduce((a, b) => a + b, 0);
       if (!(total > 0)) [shares, total] = [[1, 0, 0], 1];
-      let near = [];
+      const near = [];
       for (let k = 0; k < Math.min(3, order.length); k++) {
         if (!(shares[k] > 1e-3 * total)) continue;
-        const one = this.contacts[order[k]], loads = Float64Array.from(one.loads);
-        for (let i = 0; i < one.r; i++)
-          for (let d = 0; d < 3; d++) {
-            let more = 0;
-            for (let v = 0; v < vectors; v++) more += (disc[d * vectors + v] - one.here[d * vectors + v]) * one.coefficients[i * vectors + v];
-            loads[3 * i + d] += more;
-          }
-        near.push({ one, weight: shares[k], loads, q: null });
+        const one = this.contacts[order[k]], loads = movedBy(one, disc);
+        for (let i = 0; i < loads.length; i++) loads[i] += one.loads[i];
+        near.push({ one, weight: shares[k], loads, ...atRest(one) });
       }
       total = near.reduce((sum, each) => sum + each.weight, 0);
       for (const each of near) each.weight /= total;
@@ -279,44 +281,53 @@ const Palpate = (() => {
     }
 
     // what a press has beyond its linear part
-    bent(place, force, warm) {
+    bent(place, force) {
       const { vectors } = this, more = new Float64Array(vectors), parts = [];
       let least = Infinity, far = 0, left = 0, spread = 0;
       for (const each of place.near) {
-        const { one, loads } = each, load = new Float64Array(one.r), part = new Float64Array(vectors);
-        for (let i = 0; i < one.r; i++) load[i] = loads[3 * i] * force[0] + loads[3 * i + 1] * force[1] + loads[3 * i + 2] * force[2];
-        const found = settle(one, load, warm ? each.q : null);
-        if (warm) each.q = found.q;
-        let size = 0;
+        const { one } = each, load = loadOf(each, force), part = new Float64Array(vectors);
+        left = Math.max(left, settle(each, load, ENOUGH));
         for (let i = 0; i < one.r; i++) {
-          const by = found.q[i] - load[i];
-          size += found.q[i] * found.q[i];
+          const by = each.q[i] - load[i];
           for (let v = 0; v < vectors; v++) part[v] += by * one.coefficients[i * vectors + v];
         }
         for (let v = 0; v < vectors; v++) more[v] += each.weight * part[v];
         parts.push(part);
-        least = Math.min(least, found.least);
-        left = Math.max(left, found.left);
-        far = Math.max(far, Math.sqrt(size) / one.reach);
+        least = Math.min(least, each.least);
+        far = Math.max(far, norm(each.q) / one.reach);
       }
-      let size = 0;
-      for (let v = 0; v < vectors; v++) {
-        size += more[v] * more[v];
+      for (let v = 0; v < vectors; v++)
         for (let k = 0; k < parts.length; k++) spread += place.near[k].weight * (parts[k][v] - more[v]) ** 2;
+      return { more, size: norm(more), spread: Math.sqrt(spread), least, far, left };
+    }
+
+    // what forces on a disc move, all three at once: the compliance, which is symmetric, times (3, vectors)
+    times(disc) {
+      const { vectors, compliance } = this, found = new Float64Array(3 * vectors);
+      for (let i = 0, at = 0; i < vectors; i++) {
+        let a = 0, b = 0, c = 0;
+        for (let j = 0; j < vectors; j++, at++) {
+          const by = compliance[at];
+          a += by * disc[j];
+          b += by * disc[vectors + j];
+          c += by * disc[2 * vectors + j];
+        }
+        found[i] = a;
+        found[vectors + i] = b;
+        found[2 * vectors + i] = c;
       }
-      return { more, size: Math.sqrt(size), spread: Math.sqrt(spread), least, far, left };
+      return found;
     }
 
     // coordinates of the linear part of all presses in the vectors
     linear(places, forces) {
       const { vectors, compliance } = this, loaded = new Float64Array(vectors), sum = new Float64Array(vectors);
-      places.forEach((place, k) => {
-        for (let d = 0; d < 3; d++) for (let v = 0; v < vectors; v++) loaded[v] += forces[3 * k + d] * place.disc[d * vectors + v];
+      places.forEach(({ disc }, k) => {
+        for (let d = 0; d < 3; d++) for (let v = 0; v < vectors; v++) loaded[v] += forces[3 * k + d] * disc[d * vectors + v];
       });
-      for (let i = 0; i < vectors; i++) {
-        let one = 0;
-        for (let j = 0; j < vectors; j++) one += compliance[i * vectors + j] * loaded[j];
-        sum[i] = one;
+      for (let j = 0, at = 0; j < vectors; j++) {
+        const by = loaded[j];
+        for (let i = 0; i < vectors; i++, at++) sum[i] += by * compliance[at];
       }
       return sum;
     }
@@ -324,46 +335,54 @@ const Palpate = (() => {
     // how far [m] a place is moved straight in by as hard a force as it is known to bear, if responses are linear
     depth(press) {
       const { vectors } = this, place = this.place(press), axes = [0, 1, 2];
-      const row = (d) => place.disc.subarray(d * vectors, (d + 1) * vectors);
-      const moved = axes.map((d) => this.linear([place], Float64Array.from(axes, (each) => (each === d ? 1 : 0))));
-      const inverse = inverted(axes.map((e) => axes.map((d) => dot(row(e), moved[d]))), this.held);
-      const metre = Math.hypot(...inverse.map((each) => inner(each, place.normal)));
+      const row = (all, d) => all.subarray(d * vectors, (d + 1) * vectors), moved = this.times(place.disc);
+      const matrix = () => axes.map((e) => axes.map((d) => dot(row(place.disc, e), row(moved, d))));
       const hardest = place.near.reduce((sum, { one, weight }) => sum + weight / Math.hypot(...one.bearing), 0);
-      return metre > 0 ? hardest / metre : 0;
+      if (!eigen(matrix()).values.every((each) => each > this.held)) return 0;
+      return hardest / Math.hypot(...solve(matrix(), [...place.normal]));
     }
 
     // coordinates of all presses in the vectors
-    all(places, forces, warm) {
+    all(places, forces) {
       const { vectors } = this, sum = this.linear(places, forces);
-      const bent = places.map((place, k) => this.bent(place, forces.subarray(3 * k, 3 * k + 3), warm));
+      const bent = places.map((place, k) => this.bent(place, forces.subarray(3 * k, 3 * k + 3)));
       for (const each of bent) for (let v = 0; v < vectors; v++) sum[v] += each.more[v];
       return { sum, bent };
     }
 
-    respond(presses, out) {
+    // from: an answer to similar presses, in the same order, where this one begins; it saves time only, and what is
+    // doubted is answered from the beginning
+    respond(presses, { from = null } = {}) {
       const begin = now(), k = presses.length, places = presses.map((press) => this.place(press));
-      let forces = new Float64Array(3 * k), missed = false;
       const moves = presses.map((press) => press.moved !== undefined && press.moved !== null);
-      presses.forEach((press, i) => forces.set(numbers(press, moves[i] ? "moved" : "force"), 3 * i));
-      if (moves.some(Boolean)) [forces, missed] = this.found(places, forces, moves);
-      const { sum, bent } = this.all(places, forces, false);
-      const displacement = out instanceof Float32Array && out.length === 3 * this.n ? out : new Float32Array(3 * this.n);
-      let peak = Math.max(this.expand(sum, displacement), 1e-30);
+      const given = new Float64Array(3 * k), forces = new Float64Array(3 * k);
+      presses.forEach((press, i) => given.set(numbers(press, moves[i] ? "moved" : "force"), 3 * i));
+      places.forEach((place, i) => {
+        const known = goOn(place, from && !from.doubt && from.rest ? from.rest[i] : null);
+        if (!moves[i]) forces.set(given.subarray(3 * i, 3 * i + 3), 3 * i);
+        else if (known) forces.set(from.forces.subarray(3 * i, 3 * i + 3), 3 * i);
+      });
+      const search = moves.some(Boolean) ? this.search(places, given, forces, moves) : { missed: 0, doubt: "" };
+      const { sum, bent } = this.all(places, forces);
+      const displacement = new Float32Array(3 * this.n);
+      const peak = Math.max(this.expand(sum, displacement), 1e-30);
       if (!Number.isFinite(peak) || !forces.every(Number.isFinite)) {
         displacement.fill(0);
         const doubt = "the numbers of this answer are beyond what can be stored";
-        return { displacement, forces: new Float32Array(3 * k), error: 1, doubt, ms: now() - begin };
+        return { displacement, forces: new Float32Array(3 * k), error: 1, doubt, rest: [], ms: now() - begin };
       }
-      let error = this.floor, sizes = 0, most = 0;
+      let error = this.floor + search.missed / peak, sizes = 0, most = 0;
       for (const each of bent) {
         error += (this.share * each.size + this.spread * each.spread) / peak;
         sizes += each.size;
         most = Math.max(most, each.size);
       }
-      error = missed ? 1 : Math.min(error + (this.several * (sizes - most)) / peak, 1);
-      let doubt = missed ? "no force was found that moves the disc as far as it is pushed" : "";
+      error = search.doubt ? 1 : Math.min(error + (this.several * (sizes - most)) / peak, 1);
+      let { doubt } = search;
       places.forEach((place, i) => (doubt = doubt || this.doubt(place, bent[i], forces.subarray(3 * i, 3 * i + 3))));
-      return { displacement, forces: Float32Array.from(forces), error, doubt, ms: now() - begin };
+      if (doubt && from) return this.respond(presses);
+      const rest = places.map((place) => place.near);
+      return { displacement, forces: Float32Array.from(forces), error, doubt, rest, ms: now() - begin };
     }
 
     // bring coordinates to all nodes; return the largest displacement, NaN if a number is not finite
@@ -371,13 +390,17 @@ const Palpate = (() => {
       const { n, stored, vectors, basis, moved, from, by } = this, size = 3 * stored;
       moved.fill(0);
       let v = 0;
-      for (; v + 3 < vectors; v += 4) {
+      for (; v + 7 < vectors; v += 8) {
         const a = sum[v], b = sum[v + 1], c = sum[v + 2], d = sum[v + 3];
-        const i0 = v * size, i1 = i0 + size, i2 = i1 + size, i3 = i2 + size;
-        for (let i = 0; i < size; i++) moved[i] += a * basis[i0 + i] + b * basis[i1 + i] + c * basis[i2 + i] + d * basis[i3 + i];
+        const e = sum[v + 4], f = sum[v + 5], g = sum[v + 6], h = sum[v + 7];
+        for (let i = v * size, j = 0; j < size; i++, j++) {
+          const one = a * basis[i] + b * basis[i + size] + c * basis[i + 2 * size] + d * basis[i + 3 * size];
+          const two = e * basis[i + 4 * size] + f * basis[i + 5 * size] + g * basis[i + 6 * size] + h * basis[i + 7 * size];
+          moved[j] += one + two;
+        }
       }
       for (; v < vectors; v++) for (let i = 0; i < size; i++) moved[i] += sum[v] * basis[v * size + i];
-      let most = 0;
+      let most = 0, total = 0;
       for (let i = 0; i < n; i++) {
         let x = 0, y = 0, z = 0;
         for (let j = 6 * i; j < 6 * i + 6; j++) {
@@ -391,9 +414,10 @@ const Palpate = (() => {
         out[3 * i + 1] = y;
         out[3 * i + 2] = z;
         const square = x * x + y * y + z * z;
-        if (!(square <= most)) most = square;
+        total += square;
+        if (square > most) most = square;
       }
-      return Number.isFinite(most) && out.every(Number.isFinite) ? Math.sqrt(most) : NaN;
+      return Number.isFinite(total) && Number.isFinite(Math.fround(Math.sqrt(most))) ? Math.sqrt(most) : NaN;
     }
 
     doubt(place, bent, force) {
@@ -408,46 +432,44 @@ const Palpate = (() => {
       return "";
     }
 
-    // the forces of all presses, those of moved discs found by Broyden's method, and whether they were not
-    found(places, given, moves) {
-      const { vectors, compliance } = this, free = [];
-      moves.forEach((moved, i) => moved && free.push(3 * i, 3 * i + 1, 3 * i + 2));
-      const size = free.length, row = (i) => places[Math.floor(i / 3)].disc.subarray((i % 3) * vectors, (i % 3 + 1) * vectors);
-      let force = given.slice();
-      for (const i of free) force[i] = 0;
-      const left_of = (tried) => {
-        const { sum } = this.all(places, tried, true);
-        return free.map((i) => given[i] - dot(row(i), sum));
-      };
-      const slope = free.map((i) => {
-        const part = new Float64Array(vectors), mine = row(i);
-        for (let a = 0; a < vectors; a++) for (let b = 0; b < vectors; b++) part[b] += mine[a] * compliance[a * vectors + b];
-        return free.map((j) => dot(part, row(j)));
+    // find the forces of moved discs by Newton's method, from those in `force` on: in what discs do alone, so that the
+    // whole surface is not asked for; contacts come to rest the closer the nearer the discs are to their way
+    search(places, given, force, moves) {
+      const { vectors } = this, moved = [];
+      moves.forEach((each, i) => each && moved.push(3 * i, 3 * i + 1, 3 * i + 2));
+      const row = (i) => places[Math.floor(i / 3)].disc.subarray((i % 3) * vectors, ((i % 3) + 1) * vectors);
+      const discs = places.filter((_, i) => moves[i]).map((place) => place.disc), parts = discs.map((disc) => this.times(disc));
+      const linear = moved.map((_, i) => {
+        const part = parts[Math.floor(i / 3)].subarray((i % 3) * vectors, ((i % 3) + 1) * vectors);
+        return Float64Array.from(force, (_, j) => dot(part, row(j)));
       });
-      const inverse = inverted(slope, this.held), times = (x) => inverse.map((each) => inner(each, x));
-      const most = (x) => Math.max(...x.map(Math.abs));
-      let left = left_of(force), step = times(left);
-      const scale = Math.max(most(left), ...free.map((i) => Math.abs(given[i]))); // a held disc has a way to go, too
-      for (let turn = 0; turn < MOST; turn++) {
-        if (most(left) <= CLOSE * scale) return [force, false];
-        const tried = force.slice();
-        free.forEach((i, k) => (tried[i] += step[k]));
-        const now_left = left_of(tried);
-        if (!(Math.hypot(...now_left) < 1.5 * Math.hypot(...left))) {
-          step = step.map((each) => 0.5 * each);
+      for (const { near } of places) for (const each of near) each.seen = discs.map((disc) => movedBy(each.one, disc));
+      const others = linear.map((each) => each.reduce((sum, by, j) => sum + (moves[Math.floor(j / 3)] ? 0 : by * given[j]), 0));
+      const wanted = moved.map((i) => given[i]), ways = independent(linear, moved, this.held);
+      const along = (x) => Math.hypot(...ways.map((way) => inner(way, x)));
+      const scale = Math.max(along(wanted), along(others), 1e-300); // a held disc has a way to go, too
+      const way = Math.max(Math.hypot(...wanted), Math.hypot(...others), 1e-300), all = { places, wanted, linear, moved, ways };
+      let { step, missed } = lookAhead(all, force), size = scale, tolerance = LOOSE;
+      for (let turn = 0; turn < MOST && !(size <= CLOSE * scale && tolerance <= ENOUGH); turn++) {
+        tolerance = Math.max(ENOUGH, LOOSE * Math.min(1, size / scale));
+        const tried = force.map((each, i) => each + step[i]), before = places.map(({ near }) => near.map((each) => ({ ...each })));
+        places.forEach(({ near }, i) => {
+          for (const each of near) settle(each, loadOf(each, tried.subarray(3 * i, 3 * i + 3)), tolerance);
+        });
+        const ahead = lookAhead(all, tried), { found } = ahead;
+        if (found < 1.5 * size || found <= CLOSE * scale) {
+          force.set(tried);
+          ({ step, missed } = ahead);
+          size = found;
           continue;
         }
-        const change = times(left.map((each, i) => each - now_left[i])), below = inner(step, change);
-        if (below !== 0) {
-          const by = new Float64Array(size);
-          for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) by[j] += step[i] * inverse[i][j];
-          for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) inverse[i][j] += ((step[i] - change[i]) * by[j]) / below;
-        }
-        force = tried;
-        left = now_left;
-        step = times(left);
+        step = step.map((each) => 0.5 * each);
+        before.forEach((each, i) => each.forEach(({ q, energy, pull, least }, k) => Object.assign(places[i].near[k], { q, energy, pull, least })));
       }
-      return [force, most(left) > 1e-3 * scale];
+      const lost = Math.hypot(...missed), share = lost / way;
+      if (!(size <= 1e-3 * scale)) return { missed: lost, doubt: "no force was found that moves the disc as far as it is pushed" };
+      const doubt = `a disc is held there, or too near another, and misses its way by ${(100 * share).toFixed(0)} %`;
+      return { missed: lost, doubt: share <= MISSED ? "" : doubt };
     }
   }
 
@@ -471,83 +493,199 @@ const Palpate = (() => {
     return sum;
   }
 
-  // Gauss and Jordan, with pivots; rows that have none become zero
-  function inverted(matrix, least) {
-    const size = matrix.length, work = matrix.map((row, i) => [...row, ...row.map((_, j) => (i === j ? 1 : 0))]);
-    for (let k = 0; k < size; k++) {
-      let best = k;
-      for (let i = k + 1; i < size; i++) if (Math.abs(work[i][k]) > Math.abs(work[best][k])) best = i;
-      [work[k], work[best]] = [work[best], work[k]];
-      const pivot = work[k][k];
-      if (!(Math.abs(pivot) > least && Number.isFinite(pivot))) return matrix.map((row) => row.map(() => 0));
-      for (let j = 0; j < 2 * size; j++) work[k][j] /= pivot;
-      for (let i = 0; i < size; i++) {
-        const by = work[i][k];
-        if (i !== k) for (let j = 0; j < 2 * size; j++) work[i][j] -= by * work[k][j];
-      }
-    }
-    return work.map((row) => row.slice(size));
+  function norm(x) {
+    return Math.sqrt(dot(x, x));
   }
 
-  // minimise the energy of a contact's cells less the work of the load, by L-BFGS that starts from the identity
-  function settle(one, load, start) {
-    const { r } = one, size = Math.sqrt(dot(load, load)), pairs = [];
-    let q = start ? start : load.slice(), gradient = new Float64Array(r), bent = new Float64Array(r);
-    let [energy, least] = evaluate(one, load, q, gradient);
-    for (let turn = 0; turn < ITERATIONS; turn++) {
-      if (Math.sqrt(dot(gradient, gradient)) <= ENOUGH * size) break;
-      const ahead = gradient.map((each) => -each), parts = [];
-      for (let k = pairs.length - 1; k >= 0; k--) {
-        const [step, bend, scale] = pairs[k];
-        parts[k] = scale * dot(step, ahead);
-        for (let i = 0; i < r; i++) ahead[i] -= parts[k] * bend[i];
+  // how a contact's coordinates move a disc, (3, r)
+  function movedBy({ r, coefficients }, disc) {
+    const vectors = coefficients.length / r, found = new Float64Array(3 * r);
+    for (let i = 0, at = 0; i < r; i++) {
+      let a = 0, b = 0, c = 0;
+      for (let v = 0; v < vectors; v++, at++) {
+        const by = coefficients[at];
+        a += disc[v] * by;
+        b += disc[vectors + v] * by;
+        c += disc[2 * vectors + v] * by;
       }
-      for (let k = 0; k < pairs.length; k++) {
-        const [step, bend, scale] = pairs[k], by = parts[k] - scale * dot(bend, ahead);
-        for (let i = 0; i < r; i++) ahead[i] += by * step[i];
+      found[i] = a;
+      found[r + i] = b;
+      found[2 * r + i] = c;
+    }
+    return found;
+  }
+
+  // a contact without a load; inverse is that of its stiffness, the identity until steps have shown more
+  function atRest({ r }) {
+    return { q: new Float64Array(r), pull: new Float64Array(r), energy: 0, least: 1, inverse: null };
+  }
+
+  // begin where an earlier answer has left the contacts that it shares, and say whether there are any
+  function goOn(place, earlier) {
+    let known = false;
+    for (const each of place.near) {
+      const left = earlier ? earlier.find(({ one }) => one === each.one) : null;
+      if (!left) continue;
+      const { q, pull, energy, least, inverse } = left;
+      Object.assign(each, { q, pull, energy, least, inverse: inverse && inverse.slice() });
+      known = true;
+    }
+    return known;
+  }
+
+  function loadOf({ loads }, force) {
+    const r = loads.length / 3, load = new Float64Array(r);
+    for (let i = 0; i < r; i++) load[i] = force[0] * loads[i] + force[1] * loads[r + i] + force[2] * loads[2 * r + i];
+    return load;
+  }
+
+  // forces that move discs independently: each disc counts over its mean response, not at all if that is what a held one
+  // has, and discs that are nearly the same one move alike only
+  function independent(linear, moved, held) {
+    const by = moved.map((_, i) => {
+      const first = i - (i % 3), mean = [0, 1, 2].reduce((sum, d) => sum + linear[first + d][moved[first + d]] / 3, 0);
+      return mean > held ? 1 / Math.sqrt(mean) : 0;
+    });
+    const { values, vectors } = eigen(moved.map((_, i) => moved.map((j, k) => by[i] * by[k] * linear[i][j])));
+    return vectors.map((each) => each.map((x, i) => by[i] * x)).filter((_, k) => values[k] > ALIKE);
+  }
+
+  // eigenvalues of a symmetric matrix, and rows of eigenvectors, by Jacobi's rotations
+  function eigen(a) {
+    const n = a.length, vectors = a.map((_, i) => a.map((_, j) => (i === j ? 1 : 0)));
+    for (let turn = 0; turn < 30 * n * n; turn++) {
+      const p = Math.floor(turn / n) % n, q = turn % n, off = a[p][q], apart = a[q][q] - a[p][p];
+      if (q <= p || !(Math.abs(off) > 1e-18 * (Math.abs(a[p][p]) + Math.abs(a[q][q])))) continue;
+      const t = ((apart < 0 ? -2 : 2) * off) / (Math.abs(apart) + Math.sqrt(apart * apart + 4 * off * off));
+      const c = 1 / Math.sqrt(t * t + 1), s = t * c;
+      for (const each of a) [each[p], each[q]] = [c * each[p] - s * each[q], s * each[p] + c * each[q]];
+      for (const each of [a, vectors])
+        for (let k = 0; k < n; k++) [each[p][k], each[q][k]] = [c * each[p][k] - s * each[q][k], s * each[p][k] + c * each[q][k]];
+    }
+    return { values: a.map((row, i) => row[i]), vectors };
+  }
+
+  // what discs miss, a step of forces towards it that foresees where contacts will rest, and how far both are
+  function lookAhead({ places, wanted, linear, moved, ways }, force) {
+    const missed = wanted.map((each, i) => each - dot(linear[i], force)), slope = linear.map((each) => each.slice());
+    const foreseen = new Float64Array(missed.length);
+    places.forEach(({ near }, press) => {
+      for (const each of near) {
+        const { r } = each.one, load = loadOf(each, force.subarray(3 * press, 3 * press + 3)), left = load.slice();
+        for (let i = 0; i < r; i++) left[i] -= each.pull[i];
+        const columns = [0, 1, 2].map((d) => bentBy(each, each.loads.subarray(d * r, (d + 1) * r)));
+        columns.forEach((column, d) => {
+          for (let i = 0; i < r; i++) column[i] -= each.loads[d * r + i];
+        });
+        const ahead = bentBy(each, left);
+        for (let i = 0; i < r; i++) left[i] = each.q[i] - load[i];
+        for (let i = 0; i < moved.length; i++) {
+          const seen = each.seen[Math.floor(i / 3)].subarray((i % 3) * r, ((i % 3) + 1) * r);
+          missed[i] -= each.weight * dot(seen, left);
+          foreseen[i] += each.weight * dot(seen, ahead);
+          for (let d = 0; d < 3; d++) slope[i][3 * press + d] += each.weight * dot(seen, columns[d]);
+        }
       }
-      const slope = -dot(gradient, ahead);
-      let length = 1, lower = 0, smallest = 0, found = false, reached = q;
+    });
+    const rows = ways.map((way) => moved.map((j) => way.reduce((sum, each, i) => sum + each * slope[i][j], 0)));
+    const off = ways.map((way) => inner(way, missed)), rest = ways.map((way) => inner(way, foreseen));
+    const solved = solve(rows.map((row) => ways.map((way) => inner(row, way))), off.map((each, i) => each - rest[i]));
+    const step = new Float64Array(force.length);
+    moved.forEach((j, i) => ways.forEach((way, k) => (step[j] += way[i] * solved[k])));
+    return { missed, step, found: Math.hypot(...off) + Math.hypot(...rest) };
+  }
+
+  // solve by elimination, of a matrix whose pivots are above 0; otherwise the answer is 0
+  function solve(rows, x) {
+    for (let k = 0; k < x.length; k++) {
+      const pivot = rows[k][k];
+      if (!(pivot > 0)) return x.map(() => 0);
+      for (let j = 0; j < x.length; j++) rows[k][j] /= pivot;
+      x[k] /= pivot;
+      for (let i = 0; i < x.length; i++) {
+        const by = rows[i][k];
+        if (i === k) continue;
+        x[i] -= by * x[k];
+        for (let j = 0; j < x.length; j++) rows[i][j] -= by * rows[k][j];
+      }
+    }
+    return x;
+  }
+
+  // by how much a load would change the coordinates
+  function bentBy({ inverse }, load) {
+    const found = load.slice(), r = load.length;
+    for (let i = 0, at = 0; inverse && i < r; i++) {
+      let sum = 0;
+      for (let k = 0; k < r; k++, at++) sum += inverse[at] * load[k];
+      found[i] = sum;
+    }
+    return found;
+  }
+
+  // learn the inverse of the stiffness from a step, by the method of Broyden, Fletcher, Goldfarb and Shanno
+  function learn(each, step, bend) {
+    const r = step.length, curvature = dot(step, bend);
+    if (!(curvature > 0)) return;
+    if (!each.inverse) {
+      each.inverse = new Float64Array(r * r);
+      for (let i = 0; i < r; i++) each.inverse[i * (r + 1)] = 1;
+    }
+    const along = bentBy(each, bend), both = (1 + dot(bend, along) / curvature) / curvature, { inverse } = each;
+    for (let i = 0, at = 0; i < r; i++) {
+      const by = both * step[i] - along[i] / curvature, back = step[i] / curvature;
+      for (let k = 0; k < r; k++, at++) inverse[at] += by * step[k] - back * along[k];
+    }
+  }
+
+  // minimise the energy of a contact's cells less the work of the load, from where it is on; return the residual over
+  // the load
+  function settle(each, load, enough) {
+    const { one } = each, { r } = one, size = norm(load), left = new Float64Array(r);
+    for (let turn = 0; ; turn++) {
+      for (let i = 0; i < r; i++) left[i] = load[i] - each.pull[i];
+      const residual = norm(left);
+      if (residual <= enough * size || turn === ITERATIONS) return residual / Math.max(size, 1e-300);
+      const ahead = bentBy(each, left), slope = dot(left, ahead), energy = each.energy - dot(load, each.q);
+      const q = new Float64Array(r), pull = new Float64Array(r);
+      let length = 1, found = null;
       while (slope > 0 && length > 1e-4) {
-        reached = new Float64Array(r);
-        for (let i = 0; i < r; i++) reached[i] = q[i] + length * ahead[i];
-        [lower, smallest] = evaluate(one, load, reached, bent);
+        for (let i = 0; i < r; i++) q[i] = each.q[i] + length * ahead[i];
+        const [inside, least] = evaluate(one, q, pull), lower = inside - dot(load, q);
         if (lower <= energy - 1e-4 * length * slope + 1e-12 * Math.abs(energy) + one.noise) {
-          found = true;
+          found = { q, pull, energy: inside, least };
           break;
         }
         length *= 0.5;
       }
       if (!found) {
-        if (!pairs.length) break;
-        pairs.length = 0;
+        if (!each.inverse) return residual / Math.max(size, 1e-300);
+        each.inverse = null;
         continue;
       }
-      const step = new Float64Array(r), bend = new Float64Array(r);
       for (let i = 0; i < r; i++) {
-        step[i] = reached[i] - q[i];
-        bend[i] = bent[i] - gradient[i];
+        left[i] = q[i] - each.q[i];
+        ahead[i] = pull[i] - each.pull[i];
       }
-      const curvature = dot(step, bend);
-      if (curvature > 0) {
-        if (pairs.length === MEMORY) pairs.shift();
-        pairs.push([step, bend, 1 / curvature]);
-      }
-      q = reached;
-      [gradient, bent] = [bent, gradient];
-      [energy, least] = [lower, smallest];
+      learn(each, left, ahead);
+      Object.assign(each, found);
     }
-    return { q, least, left: Math.sqrt(dot(gradient, gradient)) / Math.max(size, 1e-300) };
   }
 
   // energy and smallest det F; the gradient is written. s = tr RᵀF is the largest root of (s² − I)² = 4 II + 8 J s
-  function evaluate(one, load, q, gradient) {
+  function evaluate(one, q, gradient) {
     const { r, m, slopes, f, rest } = one;
     let energy = 0, least = Infinity;
-    for (let i = 0, at = 0; i < 9 * m; i++) {
-      let sum = 0;
-      for (let k = 0; k < r; k++, at++) sum += slopes[at] * q[k];
-      f[i] = sum;
+    for (let i = 0, at = 0; i < 9 * m; i += 3, at += 2 * r) {
+      let x = 0, y = 0, z = 0; // three rows at once: one sum alone waits for itself
+      for (let k = 0; k < r; k++, at++) {
+        x += slopes[at] * q[k];
+        y += slopes[at + r] * q[k];
+        z += slopes[at + 2 * r] * q[k];
+      }
+      f[i] = x;
+      f[i + 1] = y;
+      f[i + 2] = z;
     }
     for (let k = 0; k < m; k++) {
       const a = f[k] + 1, b = f[m + k], c = f[2 * m + k], d = f[3 * m + k], e = f[4 * m + k] + 1, g = f[5 * m + k];
@@ -582,15 +720,16 @@ const Palpate = (() => {
     for (let i = 0; i < r; i++) {
       let pull = 0;
       for (let k = 0; k < r; k++) pull += rest[i * r + k] * q[k];
-      energy += q[i] * (0.5 * pull - load[i]);
-      gradient[i] = pull - load[i];
+      energy += 0.5 * q[i] * pull;
+      gradient[i] = pull;
     }
-    for (let i = 0, at = 0; i < 9 * m; i++) {
-      const by = f[i];
-      for (let k = 0; k < r; k++, at++) gradient[k] += by * slopes[at];
+    for (let i = 0, at = 0; i < 9 * m; i += 3, at += 2 * r) {
+      const x = f[i], y = f[i + 1], z = f[i + 2];
+      for (let k = 0; k < r; k++, at++) gradient[k] += x * slopes[at] + y * slopes[at + r] + z * slopes[at + 2 * r];
     }
     return [energy, least];
   }
+
 
   return { load: (buffer) => new Model(buffer), VERSION };
 })();

@@ -7,7 +7,7 @@ import json
 import math
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,10 +27,11 @@ SCALARS = (
     "hardest_n",
     "spare",
 )
-ENOUGH, ITERATIONS, MEMORY = 1e-6, 200, 10
-CLOSE, MOST, HELD = 1e-6, 40, 2e-3
+ENOUGH, ITERATIONS = 1e-6, 200
+CLOSE, LOOSE, MOST, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
 MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS = 256, 4096, 1024, 8
+WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")
 
 
 class PortableAnswer(NamedTuple):
@@ -38,12 +39,14 @@ class PortableAnswer(NamedTuple):
 
     displacement : (n, 3) [m]; forces : (k, 3) [N], given or found; error : estimated RMSE over peak
     doubt : why the answer is not to be believed, or ""
+    rest : the contacts of each press and where they came to rest, for an answer that starts from this one
     """
 
     displacement: np.ndarray
     forces: np.ndarray
     error: float
     doubt: str
+    rest: "list[list[tuple[Contact, Rest]]]"
 
 
 class Contact(NamedTuple):
@@ -67,6 +70,23 @@ class Contact(NamedTuple):
     coefficients: np.ndarray
     here: np.ndarray
     noise: float
+
+
+class Rest(NamedTuple):
+    """Coordinates q (r,) of a contact, and there the energy [J] of its cells, its gradient (r,), and the least det F.
+
+    inverse : (r, r), of the stiffness, as far as steps have shown it; None for the identity, which it is at rest
+    """
+
+    q: np.ndarray
+    energy: float
+    pull: np.ndarray
+    least: float
+    inverse: np.ndarray | None
+
+    def bent_by(self, load: np.ndarray) -> np.ndarray:
+        """Return by how much ``load`` (r, ...) would change the coordinates."""
+        return load if self.inverse is None else self.inverse @ load
 
 
 class _Near(NamedTuple):
@@ -93,6 +113,27 @@ class _Bent(NamedTuple):
     least: float
     far: float
     left: float
+
+
+class _Found(NamedTuple):
+    """Forces (k, 3) [N], where contacts rest under them, the part of their way that discs miss, and that one in [m].
+
+    sure : whether the search ended
+    """
+
+    force: np.ndarray
+    rests: list[Rest]
+    share: float
+    missed: float
+    sure: bool
+
+    def doubt(self) -> str:
+        """Return why these forces are not to be believed, or nothing."""
+        if not self.sure:
+            return "no force was found that moves the disc as far as it is pushed"
+        if not self.share <= MISSED:
+            return f"a disc is held there, or too near another, and misses its way by {100.0 * self.share:.0f} %"
+        return ""
 
 
 class PortableModel:
@@ -131,40 +172,51 @@ class PortableModel:
         self._places = np.array([each.place for each in self.contacts])
         self._directions = np.array([each.normal for each in self.contacts])
 
-    def respond(self, presses: Sequence[Mapping[str, Any]]) -> PortableAnswer:
+    def respond(self, presses: Sequence[Mapping[str, Any]], start: PortableAnswer | None = None) -> PortableAnswer:
         """Return the answer to ``presses``, each at a triangle and weights (3,), with a force [N] or the way moved [m].
 
+        start : an answer to similar presses, in the same order, which is where this one begins; it saves time only, and
+            what is doubted is answered from the beginning
         ValueError with one sentence for a press that is none.
         """
         places = [self._place(press) for press in presses]
         unknown = np.array([press.get("moved") is not None for press in presses], dtype=bool)
         given = [_vector(press, "moved" if moves else "force") for press, moves in zip(presses, unknown, strict=True)]
-        force, missed = np.array(given).reshape(-1, 3), False
+        force, rests = _begun(places, start)
+        force = np.where(unknown[:, None], force, np.array(given).reshape(-1, 3))
+        found = _Found(force, rests, 0.0, 0.0, True)
         if unknown.any():
-            force, missed = self._found(places, force, unknown)
-        linear, bent = self._parts_of(places, force)
+            found = _Search(self._compliance, self._held, places, np.array(given), unknown).forces(force, rests)
+        force = found.force
+        linear, bent, rests = self._parts_of(places, force, found.rests)
         more = np.sum([each.more for each in bent], axis=0) if bent else np.zeros_like(linear)
         stored = (self._basis @ (linear + more).astype(np.float32)).reshape(-1, 3)
         moved = np.einsum("nk,nkd->nd", self._by, stored[self._from])
         if not (np.isfinite(moved).all() and np.isfinite(force).all()):
             nothing = np.zeros((len(self.nodes), 3)), np.zeros_like(force)
-            return PortableAnswer(*nothing, 1.0, "the numbers of this answer are beyond what can be stored")
+            return PortableAnswer(*nothing, 1.0, "the numbers of this answer are beyond what can be stored", [])
         peak = max(float(np.linalg.norm(moved, axis=1).max(initial=0.0)), 1e-30)
-        sizes = [float(np.linalg.norm(each.more)) for each in bent]
-        error = (
-            self._floor
-            + sum(self._share * s + self._spread * e.spread for s, e in zip(sizes, bent, strict=True)) / peak
-        )
-        error += self._several * (sum(sizes) - max(sizes, default=0.0)) / peak
-        doubt = "no force was found that moves the disc as far as it is pushed" if missed else ""
+        doubt = found.doubt()
+        error = 1.0 if doubt else self._error(bent, found.missed, peak)
         for place, each, newtons in zip(places, bent, force, strict=True):
             doubt = doubt or self._doubt(place, each, newtons)
-        return PortableAnswer(moved.astype(float), force, 1.0 if missed else min(error, 1.0), doubt)
+        if doubt and start is not None:
+            return self.respond(presses)
+        own = iter(rests)
+        rest = [[(near.contact, next(own)) for near in place.near] for place in places]
+        return PortableAnswer(moved.astype(float), force, error, doubt, rest)
+
+    def _error(self, bent: list[_Bent], missed: float, peak: float) -> float:
+        """Return the bound of an answer's error, as RMSE over peak."""
+        sizes = [float(np.linalg.norm(each.more)) for each in bent]
+        error = missed + self._several * (sum(sizes) - max(sizes, default=0.0))
+        error += sum(self._share * size + self._spread * each.spread for size, each in zip(sizes, bent, strict=True))
+        return min(self._floor + error / peak, 1.0)
 
     def beyond(self, presses: Sequence[Mapping[str, Any]]) -> tuple[list[float], list[float]]:
         """Return the size of what each press by force has beyond its linear part, and how far contacts differ [m]."""
-        forces = np.array([_vector(press, "force") for press in presses])
-        _, bent = self._parts_of([self._place(press) for press in presses], forces)
+        forces, places = np.array([_vector(press, "force") for press in presses]), [self._place(p) for p in presses]
+        _, bent, _ = self._parts_of(places, forces, _begun(places, None)[1])
         return [float(np.linalg.norm(each.more)) for each in bent], [each.spread for each in bent]
 
     def press_at(self, node: int, force: np.ndarray) -> dict[str, Any]:
@@ -258,31 +310,18 @@ class PortableModel:
         return np.tensordot(weights[used], self._basis.reshape(-1, 3, self._basis.shape[1])[used], 1)
 
     def _parts_of(
-        self, places: list[_Place], force: np.ndarray, starts: dict | None = None
-    ) -> tuple[np.ndarray, list[_Bent]]:
-        """Return the linear part (b,) of all presses, and what each has beyond it."""
+        self, places: list[_Place], force: np.ndarray, rests: list[Rest]
+    ) -> tuple[np.ndarray, list[_Bent], list[Rest]]:
+        """Return the linear part (b,) of all presses, what each has beyond it, and where contacts come to rest."""
         loaded = np.zeros(self._compliance.shape[0])
         for place, newtons in zip(places, force, strict=True):
             loaded += newtons @ place.disc
-        return self._compliance @ loaded, [
-            self._bent(place, newtons, None if starts is None else starts.setdefault(i, {}))
-            for i, (place, newtons) in enumerate(zip(places, force, strict=True))
+        rests = settle(*_loaded(places, force), rests, ENOUGH)
+        own = iter(rests)
+        bent = [
+            _bent(place, newtons, [next(own) for _ in place.near]) for place, newtons in zip(places, force, strict=True)
         ]
-
-    def _bent(self, place: _Place, newtons: np.ndarray, starts: dict | None) -> _Bent:
-        parts, least, far, left = [], math.inf, 0.0, 0.0
-        for j, (one, _, loads) in enumerate(place.near):
-            load = loads @ newtons
-            q, residual, smallest = settle(one, load, None if starts is None else starts.get(j))
-            if starts is not None:
-                starts[j] = q
-            parts.append(one.coefficients @ (q - load))
-            least, left = min(least, smallest), max(left, residual)
-            far = max(far, float(np.linalg.norm(q)) / one.reach)
-        weights = np.array([each.weight for each in place.near])
-        more = weights @ np.array(parts)
-        spread = math.sqrt(float(weights @ ((np.array(parts) - more) ** 2).sum(axis=1)))
-        return _Bent(more, spread, least, far, left)
+        return self._compliance @ loaded, bent, rests
 
     def _doubt(self, place: _Place, bent: _Bent, newtons: np.ndarray) -> str:
         """Return why what was found for a press is not to be believed, or nothing."""
@@ -299,110 +338,205 @@ class PortableModel:
             return f"{APART} is {1e3 * place.apart:.0f} mm away"
         return ""
 
-    def _found(self, places: list[_Place], given: np.ndarray, unknown: np.ndarray) -> tuple[np.ndarray, bool]:
-        """Return all forces (k, 3) [N], those of moved discs found by Broyden's method, and whether they were not."""
-        free, force = np.repeat(unknown, 3), np.where(unknown[:, None], 0.0, given).ravel()
-        discs, wanted = np.concatenate([place.disc for place in places]), given.ravel()[free]
-        starts: dict = {}
 
-        def left_of(tried: np.ndarray) -> np.ndarray:
-            linear, bent = self._parts_of(places, tried.reshape(-1, 3), starts)
-            return wanted - (discs @ (linear + np.sum([each.more for each in bent], axis=0)))[free]
+def _bent(place: _Place, newtons: np.ndarray, rests: list[Rest]) -> _Bent:
+    """Return what a press has beyond its linear part."""
+    loads = [each.loads @ newtons for each in place.near]
+    contacts, weights = [each.contact for each in place.near], np.array([each.weight for each in place.near])
+    parts = np.array(
+        [one.coefficients @ (rest.q - load) for one, rest, load in zip(contacts, rests, loads, strict=True)]
+    )
+    more = weights @ parts
+    spread = math.sqrt(float(weights @ ((parts - more) ** 2).sum(axis=1)))
+    far = max(float(np.linalg.norm(rest.q)) / one.reach for one, rest in zip(contacts, rests, strict=True))
+    left = max(_norm(load - rest.pull) / max(_norm(load), 1e-300) for rest, load in zip(rests, loads, strict=True))
+    return _Bent(more, spread, min(rest.least for rest in rests), far, left)
 
-        slope = (discs @ self._compliance @ discs.T)[np.ix_(free, free)]
-        inverse = _inverted(slope, self._held)
-        left = left_of(force)
-        step = inverse @ left
-        scale = float(max(np.abs(wanted).max(), np.abs(left).max()))  # a held disc has a way to go, too
+
+def _begun(places: list[_Place], start: PortableAnswer | None) -> tuple[np.ndarray, list[Rest]]:
+    """Return forces (k, 3) and rests to begin with: of an earlier answer that is believed, where contacts are shared.
+
+    What the earlier answer does not know begins undeformed.
+    """
+    force, rests = np.zeros((len(places), 3)), []
+    earlier = start.rest if start is not None and not start.doubt else []
+    for i, place in enumerate(places):
+        left = earlier[i] if i < len(earlier) else []
+        for near in place.near:
+            known = [rest for one, rest in left if one is near.contact]
+            rests.append(known[0] if known else undeformed(near.contact))
+            if known and start is not None:
+                force[i] = start.forces[i]
+    return force, rests
+
+
+def _loaded(places: list[_Place], force: np.ndarray) -> tuple[list[Contact], list[np.ndarray]]:
+    """Return the contacts of all presses, and the loads (r,) on them."""
+    pairs = [(near, newtons) for place, newtons in zip(places, force, strict=True) for near in place.near]
+    return [near.contact for near, _ in pairs], [near.loads @ newtons for near, newtons in pairs]
+
+
+class _Search:
+    """Finds the forces under which discs move as far as they are pushed, by Newton's method.
+
+    It works on discs alone: linear (f, 3 k) [m/N] are the responses of the f pushed components to all forces, seen
+    (f, r) what a contact's coordinates add to them, and ways (f, j) the forces that move discs independently.
+    """
+
+    def __init__(
+        self, compliance: np.ndarray, held: float, places: list[_Place], given: np.ndarray, unknown: np.ndarray
+    ):
+        self._places, self._free = places, np.repeat(unknown, 3)
+        discs = np.concatenate([place.disc for place in places])
+        mine = discs[self._free]
+        self._linear = mine @ compliance @ discs.T
+        self._seen = [near.weight * (mine @ near.contact.coefficients) for place in places for near in place.near]
+        self._wanted = given.ravel()[self._free]
+        self._ways = _independent(self._linear[:, self._free], held)
+        by_others = self._linear[:, ~self._free] @ given.ravel()[~self._free]
+        self._way = max(_norm(self._wanted), _norm(by_others), 1e-300)  # a held disc has a way to go, too
+        self._scale = max(_norm(self._wanted @ self._ways), _norm(by_others @ self._ways), 1e-300)
+
+    def forces(self, force: np.ndarray, rests: list[Rest]) -> _Found:
+        """Return all forces, from those (k, 3) and ``rests`` on; contacts come to rest the closer the nearer it is."""
+        size, tolerance = self._scale, LOOSE
+        missed, step, _ = self._missed(force, rests)
         for _ in range(MOST):
-            if np.abs(left).max() <= CLOSE * scale:
-                return force.reshape(-1, 3), False
-            tried = force.copy()
-            tried[free] += step
-            found = left_of(tried)
-            if not np.linalg.norm(found) < 1.5 * np.linalg.norm(left):
+            if size <= CLOSE * self._scale and tolerance <= ENOUGH:
+                break
+            tolerance = max(ENOUGH, LOOSE * min(1.0, size / self._scale))
+            tried = force + step
+            reached = settle(*_loaded(self._places, tried), rests, tolerance)
+            now, ahead, found = self._missed(tried, reached)
+            if not (found < 1.5 * size or found <= CLOSE * self._scale):
+                rests = [old._replace(inverse=new.inverse) for old, new in zip(rests, reached, strict=True)]
                 step = 0.5 * step
                 continue
-            change = inverse @ (left - found)
-            below = float(step @ change)
-            if below != 0.0:
-                inverse = inverse + np.outer(step - change, step @ inverse) / below
-            force, left = tried, found
-            step = inverse @ left
-        return force.reshape(-1, 3), bool(np.abs(left).max() > 1e-3 * scale)
+            force, rests, missed, size, step = tried, reached, now, found, ahead
+        most = _norm(missed)
+        return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale)
+
+    def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return what discs miss (f,) [m], a step (k, 3) [N] towards it that foresees where contacts will rest, and how
+        much the discs miss along their ways, and contacts are from rest.
+        """
+        missed, slope = self._wanted - self._linear @ force.ravel(), self._linear.copy()
+        seen, rest, foreseen = iter(self._seen), iter(rests), np.zeros(len(missed))
+        for i, place in enumerate(self._places):
+            for near in place.near:
+                rows, one, load = next(seen), next(rest), near.loads @ force[i]
+                missed -= rows @ (one.q - load)
+                foreseen += rows @ one.bent_by(load - one.pull)
+                slope[:, 3 * i : 3 * i + 3] += rows @ (one.bent_by(near.loads) - near.loads)
+        step = np.zeros(force.size)
+        along = self._ways.T @ slope[:, self._free] @ self._ways
+        step[self._free] = self._ways @ _solved(along, (missed - foreseen) @ self._ways)
+        return missed, step.reshape(-1, 3), _norm(missed @ self._ways) + _norm(foreseen @ self._ways)
 
 
-def _inverted(matrix: np.ndarray, least: float) -> np.ndarray:
-    """Return the inverse, or nothing but 0 where a pivot is at most ``least``: discs that are held, or the same."""
-    size = len(matrix)
-    work = np.hstack([matrix, np.eye(size)])
-    for k in range(size):
-        best = k + int(np.argmax(np.abs(work[k:, k])))
-        work[[k, best]] = work[[best, k]]
-        if not (abs(work[k, k]) > least and math.isfinite(work[k, k])):
-            return np.zeros_like(matrix)
-        work[k] /= work[k, k]
-        others = np.arange(size) != k
-        work[others] -= work[others, k : k + 1] * work[k]
-    return work[:, size:]
+def _independent(linear: np.ndarray, held: float) -> np.ndarray:
+    """Return forces (f, j) that move discs independently, of ``linear`` responses (f, f) to three forces a disc.
 
-
-def settle(contact: Contact, load: np.ndarray, start: np.ndarray | None) -> tuple[np.ndarray, float, float]:
-    """Minimise the energy of a contact's cells less the work of ``load`` (r,), by L-BFGS that starts from the identity.
-
-    Returns coordinates (r,), the residual over the load, and the smallest det F.
+    Each disc counts over its mean response, not at all if that is at most ``held`` [m/N]; discs that are nearly the
+    same one move alike only.
     """
-    size = math.sqrt(float(load @ load))
-    enough = ENOUGH * size
-    q = load.copy() if start is None else start
-    pairs: list[tuple[np.ndarray, np.ndarray, float]] = []
-    energy, gradient, least = _evaluate(contact, load, q)
+    mean = np.repeat(np.diagonal(linear).reshape(-1, 3).mean(axis=1), 3)
+    by = np.where(mean > held, mean, np.inf) ** -0.5
+    scaled = by[:, None] * linear * by
+    if not np.isfinite(scaled).all():
+        return np.zeros((len(linear), 0))
+    values, vectors = np.linalg.eigh(scaled)
+    return by[:, None] * vectors[:, values > ALIKE]
+
+
+def _solved(matrix: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return the solution (k,) by elimination, of a ``matrix`` (k, k) whose pivots are above 0; otherwise zeros."""
+    work = np.column_stack([matrix, x])
+    for k in range(len(work)):
+        if not work[k, k] > 0.0:
+            return np.zeros_like(x)
+        work[k] /= work[k, k]
+        others = np.arange(len(work)) != k
+        work[others] -= work[others, k : k + 1] * work[k]
+    return work[:, -1]
+
+
+def undeformed(contact: Contact) -> Rest:
+    """Return where a contact is without a load."""
+    nothing = np.zeros(len(contact.loads))
+    return Rest(nothing, 0.0, nothing, 1.0, None)
+
+
+def settle(
+    contacts: Sequence[Contact], loads: Sequence[np.ndarray], rests: Sequence[Rest], enough: float
+) -> list[Rest]:
+    """Find where contacts rest under ``loads`` [(r,)], from ``rests`` on, until what is left is ``enough`` of the load.
+
+    Each goes its own way; the cells of all are asked for their energy at once.
+    """
+    ways = [_descent(*each, enough) for each in zip(contacts, loads, rests, strict=True)]
+    found, told = list(rests), dict.fromkeys(range(len(ways)))
+    while told:
+        asked = {}
+        for i, answer in told.items():
+            try:
+                asked[i] = ways[i].send(answer)
+            except StopIteration as end:
+                found[i] = end.value
+        told = dict(zip(asked, _energies([contacts[i] for i in asked], list(asked.values())), strict=True))
+    return found
+
+
+def _descent(contact: Contact, load: np.ndarray, rest: Rest, enough: float) -> Generator[np.ndarray, Any, Rest]:
+    """Minimise the energy of a contact's cells less the work of ``load``; yields coordinates, and is sent energies.
+
+    By the method of Broyden, Fletcher, Goldfarb and Shanno, from the inverse that ``rest`` knows.
+    """
+    size = _norm(load)
     for _ in range(ITERATIONS):
-        if math.sqrt(float(gradient @ gradient)) <= enough:
+        left = load - rest.pull
+        if _norm(left) <= enough * size:
             break
-        ahead = _ahead(gradient, pairs)
-        slope, length, found = -float(gradient @ ahead), 1.0, False
+        ahead, energy = rest.bent_by(left), rest.energy - float(load @ rest.q)
+        slope, length = float(left @ ahead), 1.0
         while slope > 0.0 and length > 1e-4:
-            reached = q + length * ahead
-            lower, bent, smallest = _evaluate(contact, load, reached)
+            q = rest.q + length * ahead
+            inside, pull, least = yield q
+            reached = Rest(q, inside, pull, least, rest.inverse)
+            lower = reached.energy - float(load @ reached.q)
             if lower <= energy - 1e-4 * length * slope + 1e-12 * abs(energy) + contact.noise:
-                found = True
+                rest = reached._replace(inverse=_learned(rest.inverse, q - rest.q, pull - rest.pull))
                 break
             length *= 0.5
-        if not found:
-            if not pairs:
+        else:
+            if rest.inverse is None:
                 break
-            pairs = []
-            continue
-        step, bend = reached - q, bent - gradient
-        curvature = float(step @ bend)
-        if curvature > 0.0:
-            pairs = [*pairs[-MEMORY + 1 :], (step, bend, 1.0 / curvature)]
-        q, gradient, energy, least = reached, bent, lower, smallest
-    return q, math.sqrt(float(gradient @ gradient)) / max(size, 1e-300), least
+            rest = rest._replace(inverse=None)
+    return rest
 
 
-def _ahead(gradient: np.ndarray, pairs: list[tuple[np.ndarray, np.ndarray, float]]) -> np.ndarray:
-    ahead, parts = -gradient, []
-    for step, bend, scale in reversed(pairs):
-        part = scale * float(step @ ahead)
-        parts.append(part)
-        ahead = ahead - part * bend
-    for (step, bend, scale), part in zip(pairs, reversed(parts), strict=True):
-        ahead = ahead + (part - scale * float(bend @ ahead)) * step
-    return ahead
+def _learned(inverse: np.ndarray | None, step: np.ndarray, bend: np.ndarray) -> np.ndarray | None:
+    """Return the inverse of the stiffness after a ``step`` (r,) has changed the gradient by ``bend`` (r,)."""
+    curvature = float(step @ bend)
+    if not curvature > 0.0:
+        return inverse
+    known = np.eye(len(step)) if inverse is None else inverse
+    along = (known @ bend) / curvature
+    both = np.outer(along, step)
+    return known + (1.0 + float(bend @ along)) / curvature * np.outer(step, step) - both - both.T
 
 
-def _evaluate(contact: Contact, load: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray, float]:
-    """Return energy [J], gradient (r,) and smallest det F at coordinates ``q`` (r,).
+def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list[tuple[float, np.ndarray, float]]:
+    """Return energy [J], gradient (r,) and smallest det F of each contact's cells at ``points`` [(r,)].
 
     Ψ = μ ‖F − R‖² + λ/2 (tr RᵀF − 3)², where s = tr RᵀF is the largest root of (s² − I)² = 4 (II + 2 J s), I, II and J²
     being the invariants of FᵀF; and R = ∂s/∂F.
     """
-    f = (contact.slopes @ q).reshape(9, -1)
-    f[0] += 1.0
-    f[4] += 1.0
-    f[8] += 1.0
+    if not contacts:
+        return []
+    f = np.hstack([(one.slopes @ q).reshape(9, -1) for one, q in zip(contacts, points, strict=True)])
+    volumes, mu, lam = (np.concatenate(each) for each in zip(*(one[6:9] for one in contacts), strict=True))
+    f[::4] += 1.0
     a, b, c, d, e, g, h, i, j = f
     cof = np.array(
         [
@@ -432,12 +566,19 @@ def _evaluate(contact: Contact, load: np.ndarray, q: np.ndarray) -> tuple[float,
     cubed = np.einsum("iak,ajk->ijk", rows, products).reshape(9, -1)
     bottom = np.maximum(s * apart - 2.0 * det, 1e-12)
     rotation = (apart * f + 2.0 * (first * f - cubed) + 2.0 * s * cof) / bottom
-    energies = contact.mu * (first - 2.0 * s + 3.0) + 0.5 * contact.lam * (s - 3.0) ** 2
-    stress = 2.0 * contact.mu * (f - rotation) + contact.lam * (s - 3.0) * rotation
-    pull = contact.rest @ q
-    energy = float(contact.volumes @ energies) + 0.5 * float(q @ pull) - float(load @ q)
-    gradient = (contact.volumes * stress).ravel() @ contact.slopes + pull - load
-    return energy, gradient, float(det.min(initial=math.inf))
+    energies = mu * (first - 2.0 * s + 3.0) + 0.5 * lam * (s - 3.0) ** 2
+    stress = 2.0 * mu * (f - rotation) + lam * (s - 3.0) * rotation
+    pulls, found, at = volumes * stress, [], 0
+    for one, q in zip(contacts, points, strict=True):
+        cells, rest = slice(at, at + len(one.volumes)), one.rest @ q
+        at = cells.stop
+        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ rest)
+        found.append((energy, pulls[:, cells].ravel() @ one.slopes + rest, float(det[cells].min(initial=math.inf))))
+    return found
+
+
+def _norm(x: np.ndarray) -> float:
+    return math.sqrt(float(x @ x))
 
 
 class _Reader:
@@ -464,6 +605,9 @@ class _Reader:
         except (UnicodeDecodeError, ValueError):
             raise ValueError("its header is not JSON") from None
         _must(isinstance(self.info, dict), "its header is not JSON")
+        for name in WORDS + NUMBERS:
+            kind, said = (str, "a text") if name in WORDS else (int | float, "a number")
+            _must(isinstance(self.info.get(name), kind), f"its header lacks {name}, which is {said}")
 
     def take(self, kind: str, count: int) -> np.ndarray:
         """Return ``count`` numbers; what follows begins at a multiple of four bytes."""

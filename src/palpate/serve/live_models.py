@@ -2,7 +2,6 @@
 
 import base64
 import json
-import threading
 from collections.abc import Iterable
 
 import numpy as np
@@ -37,7 +36,6 @@ class LiveModels:
         self.rows = {name: best_row(rows[rows["model"] == name], self._settings(name)) for name in names}
         self.bounds = self._bounds()
         self._made: dict[str, PressedModel] = {}
-        self._turn = threading.Lock()  # models keep what they reuse between answers
 
     @property
     def names(self) -> list[str]:
@@ -62,10 +60,12 @@ class LiveModels:
         return self._made[name]
 
     def answer(self, name: str, body: bytes) -> bytes:
-        """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none."""
+        """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none.
+
+        Trap: models keep what they reuse between answers, so one is asked after the other.
+        """
         asked = read_presses(body, self.bounds)
-        with self._turn:
-            found = self.prepare(name).respond(asked)
+        found = self.prepare(name).respond(asked)
         packed = base64.b64encode(found.displacement.astype("<f4").tobytes()).decode("ascii")
         said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
         return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()

@@ -4,18 +4,23 @@ import signal
 import sys
 import threading
 import webbrowser
+from collections.abc import Mapping
+from math import isclose
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.evaluation.press.coarse_answer import coarse_answer, packed
 from palpate.evaluation.tradeoff.finished_run import FinishedRun
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
+from palpate.models.model import Case
+from palpate.portable.file import read
 from palpate.report.press.compose import ABOUT, TITLES
 from palpate.report.press.page import PressModel, press_document
 from palpate.serve.live_models import LiveModels, case_words
 from palpate.serve.server import PressServer
 
-CONTACT_MODES = "contact_modes"
+CONTACT_MODES, COARSE = "contact_modes", "coarse"
 
 
 def press(
@@ -49,14 +54,10 @@ def press(
 
 def _serve(server: PressServer, scene: str, browser: bool) -> None:
     """Answer requests until KeyboardInterrupt."""
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
-        if browser:
-            webbrowser.open(server.address)
-        threading.Event().wait()
-    finally:
-        server.shutdown()
+    print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
+    if browser:  # one in a terminal would not come back before it is closed
+        threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
+    server.serve_forever()
 
 
 def find_run(config: Path | None, results: Path | None) -> FinishedRun:
@@ -76,7 +77,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
     meshes = live.case.meshes
     words = case_words(live.case, live.peak, live.hardest)
-    models = [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate")
+    models = [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate", live.case)
     models += [
         PressModel(
             name,
@@ -89,11 +90,20 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         )
         for name, row in live.rows.items()
     ]
+    models += _coarse(live.case, words)
     return press_document(models, f"Press it: {scene.replace('_', ' ')}")
 
 
-def _in_file(path: Path) -> list[PressModel]:
-    """Return the model that the study press has written for a body, if there is one."""
-    if not path.is_file():
+def _in_file(path: Path, case: Case) -> list[PressModel]:
+    """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
+    if not path.is_file() or not isclose(read(path).radius_m, case.radius_m, rel_tol=1e-6):
         return []
     return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=ABOUT[CONTACT_MODES])]
+
+
+def _coarse(case: Case, words: Mapping[str, float | str]) -> list[PressModel]:
+    """Return the coarse mesh's answer in a file, to stand beside the others, unless it would be too large."""
+    if (found := coarse_answer(case.body, case.radius_m)) is None:
+        return []
+    info = {key: words[key] for key in ("peak_m", "hardest_n")}
+    return [PressModel(COARSE, TITLES[COARSE], packed(found), advice=ABOUT[COARSE], info=info, kind=COARSE)]

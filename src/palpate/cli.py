@@ -112,7 +112,7 @@ def _init(asked: argparse.Namespace) -> str:
 
     paths, label = _given(asked)
     if asked.each:
-        return init_each(paths, label, asked.folder, asked.mri, asked.hold)
+        return init_each(paths, label, asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
     return init(paths, label, asked.threshold, asked.folder, asked.regions, asked.mri, asked.scale, asked.hold)
 
 
@@ -127,12 +127,13 @@ def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
 
 
 def _try(asked: argparse.Namespace) -> str:
+    from palpate.init.command import program
     from palpate.init.data import recognise
     from palpate.init.try_body import try_body
 
     paths, label = _given(asked)
     data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return try_body(data, paths, asked.folder, asked.hold, shlex.join(["palpate", *sys.argv[1:]]))
+    return try_body(data, paths, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
 
 
 def _press(asked: argparse.Namespace) -> str:

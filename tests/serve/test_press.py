@@ -64,13 +64,13 @@ def files(folder: Path) -> dict[str, bytes]:
 
 COMMAND = "import sys; from palpate.cli import main; sys.exit(main(sys.argv[1:]))"
 FOR_EVER = """
-from palpate.serve import pressed_model
-once = pressed_model.PressedModel.respond
-def respond(self, asked):
+from palpate.serve.live_models import LiveModels
+once = LiveModels.answer
+def answer(self, name, body):
     print("asked", flush=True)
     while True:
-        once(self, asked)
-pressed_model.PressedModel.respond = respond
+        once(self, name, body)
+LiveModels.answer = answer
 """
 
 

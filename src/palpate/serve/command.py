@@ -21,6 +21,8 @@ from palpate.serve.live_models import LiveModels, case_words
 from palpate.serve.server import PressServer
 
 CONTACT_MODES, COARSE = "contact_modes", "coarse"
+SCALES = ("peak_m", "hardest_n")
+"""Of a full press: what colours, arrows and depths of the page are measured by."""
 
 
 def press(
@@ -41,7 +43,7 @@ def press(
         from threadpoolctl import threadpool_limits
 
         with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
-            live.prepare(live.names[0])
+            live.warm_up(live.names[0])
         with PressServer(_page(live, run, chosen, model), live.names, live.answer, port) as server:
             _serve(server, chosen, browser)
     except KeyboardInterrupt:  # whenever it comes, it is how one leaves
@@ -77,7 +79,8 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
     meshes = live.case.meshes
     words = case_words(live.case, live.peak, live.hardest)
-    models = [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate", live.case)
+    if models := [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate", live.case):
+        words |= models[0].info  # or the same colour would be another displacement in the view beside
     models += [
         PressModel(
             name,
@@ -96,14 +99,15 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
 
 def _in_file(path: Path, case: Case) -> list[PressModel]:
     """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
-    if not path.is_file() or not isclose(read(path).radius_m, case.radius_m, rel_tol=1e-6):
+    if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
         return []
-    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=ABOUT[CONTACT_MODES])]
+    info, about = {key: model.info[key] for key in SCALES}, ABOUT[CONTACT_MODES]
+    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
 
 
 def _coarse(case: Case, words: Mapping[str, float | str]) -> list[PressModel]:
     """Return the coarse mesh's answer in a file, to stand beside the others, unless it would be too large."""
     if (found := coarse_answer(case.body, case.radius_m)) is None:
         return []
-    info = {key: words[key] for key in ("peak_m", "hardest_n")}
+    info = {key: words[key] for key in SCALES}
     return [PressModel(COARSE, TITLES[COARSE], packed(found), advice=ABOUT[COARSE], info=info, kind=COARSE)]

@@ -3,15 +3,16 @@
 import base64
 import json
 from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 from palpate.evaluation.tradeoff.finished_run import FinishedRun
 from palpate.models.model import Case, Setting, setting_text
 from palpate.serve.pressed_model import PressedModel
-from palpate.serve.presses import Bounds, read_presses
+from palpate.serve.presses import Asked, Bounds, read_presses
 
 OFFERED = ("fast_fem", "fem_p2", "fem_p1")
 """Models that need neither samples nor prepared contacts, best first."""
@@ -58,6 +59,15 @@ class LiveModels:
             setting = self._settings(name)[self.rows[name]["setting"]]
             self._made[name] = PressedModel(self.case, self._run.model(name).prepare(self.case, setting))
         return self._made[name]
+
+    def warm_up(self, name: str) -> None:
+        """Prepare a model and let it answer once to a depth, as what it calls is compiled at the first use ever."""
+        row = np.searchsorted(self.case.body.fine.surface, self.case.database.contact[0])
+        triangle = int(np.argmax((self.case.database.triangles == row).any(axis=1)))
+        asked = Asked(triangle, np.full(3, 1 / 3), None, np.array([0.0, 0.0, 0.01 * self.peak]))
+        model = self.prepare(name)
+        with suppress(InputError, NotConverged):  # a page that asks for it is told
+            model.respond([asked])
 
     def answer(self, name: str, body: bytes) -> bytes:
         """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none.

@@ -287,6 +287,16 @@ def test_a_folder_that_cannot_be_written_gets_one_sentence(data, tmp_path):
         init([data / "bar.vtk"], folder=tmp_path / "file")
 
 
+def test_what_may_not_be_read_gets_one_sentence(capsys, monkeypatch, data):
+    def forbidden(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "exists", forbidden)  # as root, who runs tests in containers, may read all
+    assert main(["init", str(data / "bar.vtk")]) == 1
+    said = f"error: {data / 'bar.vtk'}: Permission denied; mend that, or give another place.\n"
+    assert capsys.readouterr().err == said
+
+
 def test_editors_get_the_schema_only_inside_palpates_folder(tmp_path):
     assert _schema(ROOT / "mine/config.yaml") == Path("../workflow/schemas/config.schema.yaml")
     assert _schema(tmp_path / "config.yaml") is None

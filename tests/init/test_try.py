@@ -94,7 +94,8 @@ def test_commands_are_said_as_they_can_be_typed_here(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", "")
     monkeypatch.chdir(tmp_path)
     assert program() == "bin/palpate"
-    monkeypatch.chdir("/")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
     assert program() == str(tmp_path / "bin/palpate")
     (tmp_path / "bin/palpate").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))

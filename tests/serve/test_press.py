@@ -63,14 +63,17 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 COMMAND = "import sys; from palpate.cli import main; sys.exit(main(sys.argv[1:]))"
+# an answer that never comes, as its functions are compiled for ever
 FOR_EVER = """
+import atexit
+from numba import njit
 from palpate.serve.live_models import LiveModels
-once = LiveModels.answer
 def answer(self, name, body):
     print("asked", flush=True)
     while True:
-        once(self, name, body)
+        njit(lambda x: x + 1)(1)
 LiveModels.answer = answer
+atexit.register(print, "Python takes down what the answer needs")
 """
 
 
@@ -143,6 +146,8 @@ def test_a_run_is_found_by_its_settings_or_its_results(finished, tmp_path):
     assert by_config.results.samefile(by_results.results) and by_config.config.samefile(by_results.config)
     with pytest.raises(InputError, match=r"has no config\.yaml; give the settings of the run with --config\."):
         find_run(None, tmp_path / "results")
+    with pytest.raises(InputError, match=r"config\.yaml: there is no such file; give the settings of the run\."):
+        find_run(tmp_path / "config.yaml", None)
     (tmp_path / "config.yaml").write_text("")
     with pytest.raises(InputError, match=r"results holds no finished run with the study tradeoff; type make CONFIG="):
         find_run(tmp_path / "config.yaml", None)

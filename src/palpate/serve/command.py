@@ -69,6 +69,8 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
         config = next((beside / name for name in ("config.yaml", "try.yaml") if (beside / name).is_file()), None)
         if config is None:
             raise InputError(f"{beside} has no config.yaml; give the settings of the run with --config.")
+    elif not config.is_file():
+        raise InputError(f"{config}: there is no such file; give the settings of the run.")
     run = FinishedRun(config, results or config.parent / "results")
     if not (run.results / "tables/accuracy_vs_time.csv").is_file():
         raise InputError(f"{run.results} holds no finished run with the study tradeoff; type make CONFIG={config}.")

@@ -69,7 +69,12 @@ def run_settings(file: Path, again: str) -> None:
     where = ["--workflow-profile", str(ROOT / "profiles/default"), "--directory", str(file.parent.resolve())]
     command = [sys.executable, str(RUN), "snakemake", *where, "--configfile", str(file.resolve())]
     run = subprocess.Popen(command, cwd=ROOT, env=os.environ | {"PALPATE_COMMAND": again})
-    before = signal.signal(signal.SIGTERM, lambda *_: run.terminate())
+
+    def stop(*_: object) -> None:
+        run.terminate()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
     try:
         code = _waited(run)
     finally:

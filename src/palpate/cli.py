@@ -31,6 +31,11 @@ def main(arguments: list[str] | None = None) -> int:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    except OSError as error:  # such as a folder that may not be read, or a full disk
+        if error.filename is None:
+            raise
+        print(f"error: {error.filename}: {error.strerror}; mend that, or give another place.", file=sys.stderr)
+        return 1
     return 0
 
 
@@ -112,7 +117,7 @@ def _init(asked: argparse.Namespace) -> str:
 
     paths, label = _given(asked)
     if asked.each:
-        return init_each(paths, label, asked.folder, asked.mri, asked.hold)
+        return init_each(paths, label, asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
     return init(paths, label, asked.threshold, asked.folder, asked.regions, asked.mri, asked.scale, asked.hold)
 
 
@@ -127,21 +132,23 @@ def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
 
 
 def _try(asked: argparse.Namespace) -> str:
+    from palpate.init.command import program
     from palpate.init.data import recognise
     from palpate.init.try_body import try_body
 
     paths, label = _given(asked)
     data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return try_body(data, paths, asked.folder, asked.hold, shlex.join(["palpate", *sys.argv[1:]]))
+    return try_body(data, paths, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
 
 
-def _press(asked: argparse.Namespace) -> str:
+def _press(asked: argparse.Namespace) -> NoReturn:
     from palpate.job import kernel_cache
 
     os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))  # what make has compiled serves here, too
     from palpate.serve.command import press
 
-    return press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser)
+    print(press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser), flush=True)
+    os._exit(0)  # a thread that is in the middle of an answer does not survive Python's own end, nor Python it
 
 
 def _port(text: str) -> int:

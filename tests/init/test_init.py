@@ -16,10 +16,11 @@ from palpate.bodies.liver import liver
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.decimate import area_normals
 from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError
-from palpate.init.choose import FINE_TETRAHEDRA, _hold, _patches, _regimes
+from palpate.init.choose import BROAD, FINE_TETRAHEDRA, _hold, _patches, _regimes
 from palpate.init.command import _schema, init, init_each
 from palpate.init.data import body_name, recognise
 from palpate.schema import read_schema
@@ -161,13 +162,37 @@ def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
 
 
 def test_each_label_becomes_a_body_of_its_own(data, tmp_path):
-    printed = init_each([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], tmp_path)
+    printed = init_each([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], folder=tmp_path)
     name, entry, _ = written(tmp_path / "liver/config.yaml")
     assert (name, entry["label"]) == ("liver", "liver") and printed.count("found    a body") == 1
     with pytest.raises(InputError, match=r"organs\.seg\.nrrd: the mask has no label spleen; it has liver, 7\."):
-        init_each([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["spleen"], tmp_path)
+        init_each([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["spleen"], folder=tmp_path)
     with pytest.raises(InputError, match=r"scan\.nii\.gz: bodies or regions by label need a mask; give the mask after"):
         init_each([data / "scan.nii.gz"])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--scale", "0.001"], r"scan\.nii\.gz: an image knows its own unit; leave --scale out\."),
+        (["--threshold", "30", "120"], r"scan\.nii\.gz: with a mask the threshold is not used; give one of the two\."),
+    ],
+)
+def test_words_that_suit_no_label_are_refused_with_each(capsys, data, tmp_path, words, said):
+    files = [str(data / name) for name in ("scan.nii.gz", "organs.seg.nrrd")]
+    assert main(["init", *files, "--each", *words, "-o", str(tmp_path / "new")]) == 1
+    assert re.search(said, capsys.readouterr().err) and not (tmp_path / "new").exists()
+
+
+def test_a_label_that_makes_no_body_does_not_stop_the_others(capsys, data, tmp_path):
+    files = [str(data / name) for name in ("scan.nii.gz", "organs.seg.nrrd")]
+    (tmp_path / "label_7").mkdir()
+    (tmp_path / "label_7/config.yaml").write_text("mine")
+    assert main(["init", *files, "--each", "-o", str(tmp_path)]) == 1
+    printed = capsys.readouterr()
+    assert f"left out 7: {tmp_path}/label_7/config.yaml exists and is kept" in printed.out
+    assert printed.err.count("\n") == 1 and "1 labels are left out, as said above; the others are done." in printed.err
+    assert written(tmp_path / "liver/config.yaml")[0] == "liver"
 
 
 def test_labels_become_regions_of_the_largest(data, tmp_path):
@@ -191,6 +216,17 @@ def test_an_mri_is_said_to_be_one(data):
     assert ranged.entry["threshold"] == [400, 600] and set(ranged.entry) <= {*ranged.comments, "surface_nodes", "snap"}
     with pytest.raises(InputError, match=r"scan\.nii\.gz: grey values of an MRI have no unit, so no range of them is"):
         recognise([data / "scan.nii.gz"], [], None, mri=True)
+
+
+def test_a_body_is_not_held_by_a_strip():
+    """A wedge is flattest at its edge; it hangs from that, and elements converge slowly."""
+    wedge = box([0.2, 0.1, 0.1], [12, 8, 6])
+    nodes = wedge.nodes.copy()
+    nodes[:, 1] = 0.05 + (nodes[:, 1] - 0.05) * (0.15 + 0.85 * nodes[:, 2] / 0.1)
+    wedge = TetMesh(nodes, wedge.tetrahedra)
+    held = choose_anchors("wedge", {"plane": _hold("wedge", wedge, [("z", "min"), ("y", "max")])}, wedge)
+    areas = np.linalg.norm(area_normals(wedge.nodes, wedge.triangles), axis=1)
+    assert areas[np.isin(wedge.triangles, held).all(axis=1)].sum() > BROAD * areas.sum()
 
 
 def test_an_arch_is_not_held_at_its_two_feet():
@@ -249,6 +285,16 @@ def test_a_folder_that_cannot_be_written_gets_one_sentence(data, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
         init([data / "bar.vtk"], folder=tmp_path / "file")
+
+
+def test_what_may_not_be_read_gets_one_sentence(capsys, monkeypatch, data):
+    def forbidden(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "exists", forbidden)  # as root, who runs tests in containers, may read all
+    assert main(["init", str(data / "bar.vtk")]) == 1
+    said = f"error: {data / 'bar.vtk'}: Permission denied; mend that, or give another place.\n"
+    assert capsys.readouterr().err == said
 
 
 def test_editors_get_the_schema_only_inside_palpates_folder(tmp_path):

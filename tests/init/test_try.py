@@ -18,6 +18,7 @@ from palpate.evaluation.tradeoff.bootstrap import read_errors
 from palpate.figures.tables import read
 from palpate.init import try_body as module
 from palpate.init.choose import _hold
+from palpate.init.command import program
 from palpate.init.data import recognise
 from palpate.init.sides import HOLDS, sides_of
 from palpate.init.small_settings import MODELS, is_unchanged
@@ -54,6 +55,7 @@ def ran(monkeypatch, trade_off_folder) -> list[Path]:
         table = table[table["scene"] == "own_large"]
         rows = advise(table, read_errors(trade_off_folder / "data", table), [16.7], [0.1])
         rows.to_csv(tables / "advice.csv", index=False)
+        table.to_csv(tables / "accuracy_vs_time.csv", index=False)
         (figures / "work_precision_block_large.png").write_bytes(b"picture")
 
     monkeypatch.setattr(module, "run_settings", run)
@@ -85,6 +87,33 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
 
 
+def test_commands_are_said_as_they_can_be_typed_here(monkeypatch, tmp_path):
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin/palpate").write_text("")
+    monkeypatch.setattr("sys.executable", str(tmp_path / "bin/python"))
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.chdir(tmp_path)
+    assert program() == "bin/palpate"
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert program() == str(tmp_path / "bin/palpate")
+    (tmp_path / "bin/palpate").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    assert program() == "palpate"
+
+
+@pytest.mark.parametrize("few", [False, True])
+def test_try_says_on_how_many_presses_its_advice_rests(tmp_path, trade_off_folder, few):
+    table = read(trade_off_folder / "tables/accuracy_vs_time.csv")
+    table = table[table["scene"] == "own_large"].assign(samples=1 if few else 4)
+    rows = advise(table, read_errors(trade_off_folder / "data", table), [16.7], [0.1])
+    (tmp_path / "results/tables").mkdir(parents=True)
+    rows.to_csv(tmp_path / "results/tables/advice.csv", index=False)
+    table.to_csv(tmp_path / "results/tables/accuracy_vs_time.csv", index=False)
+    said = module._advice(tmp_path)[-1]
+    assert f"means over {1 if few else 4} press" in said and ("too few to rely on" in said) == few
+
+
 def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, tmp_path, ran):
     words = ["try", str(data / "block.vtk"), "--scale", "0.1", "-o"]
     own, empty, other = tmp_path / "own", tmp_path / "empty", tmp_path / "other"
@@ -110,6 +139,21 @@ def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, 
         )
         (own / name).write_text(text)
     assert len(ran) == 3
+
+
+def test_try_goes_on_where_it_was_killed_and_never_over_results_of_all_settings(capsys, data, tmp_path, ran):
+    words = ["try", str(data / "block.vtk"), "--scale", "0.1", "-o", str(tmp_path / "own")]
+    (tmp_path / "own").mkdir()
+    for name in ("body.png", ".config.part123.yaml"):  # what it writes before its settings
+        (tmp_path / "own" / name).write_text("")
+    assert main(words) == 0 and len(ran) == 1
+    for regime in ("small", "large"):
+        folder = tmp_path / "own/results/data/block" / regime
+        folder.mkdir(parents=True)
+        (folder / "database.h5").write_text("")
+    capsys.readouterr()
+    assert main(words) == 1 and len(ran) == 1
+    assert "holds results of all its config.yaml, and is kept" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("code", [0, 3])

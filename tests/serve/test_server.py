@@ -4,13 +4,16 @@ import json
 import re
 import socket
 import threading
-import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
 from palpate.errors import InputError, NotConverged
+from palpate.serve import handler
 from palpate.serve import server as module
-from palpate.serve.server import LARGEST, PressServer
+from palpate.serve.handler import LARGEST
+from palpate.serve.server import PressServer
 
 PAGE = "<!doctype html><p>größer</p>"
 
@@ -67,6 +70,11 @@ def test_its_address_leads_to_the_page_which_may_not_be_kept_framed_or_told_abou
     assert get(served, path, Host=served.hosts[1])[0] == 200
 
 
+def test_browsers_leave_out_the_usual_port(served, monkeypatch):
+    monkeypatch.setattr(served, "server_port", 80)
+    assert served.hosts == ("127.0.0.1", "localhost")
+
+
 def test_it_listens_to_this_machine_only_and_another_has_another_token(served):
     assert served.socket.getsockname()[0] == "127.0.0.1"
     with PressServer(PAGE, [], answer) as other:
@@ -99,7 +107,9 @@ def test_nothing_is_posted_elsewhere(served, path):
 
 @pytest.mark.parametrize("method", ["HEAD", "PUT", "DELETE", "OPTIONS", "CONNECT", "TRACE", "PATCH", "get"])
 def test_other_methods_are_refused(served, method):
-    assert get(served, f"/{served.token}/", method)[0] == 405
+    status, head, body = get(served, f"/{served.token}/", method)
+    assert status == 405 and "\r\nAllow: GET, POST" in head
+    assert body == ("" if method == "HEAD" else "this request is not understood.\n")
 
 
 @pytest.mark.parametrize("host", ["palpate.example", "127.0.0.1", "localhost:1", "127.0.0.1:1", "", "[::1]:{port}"])
@@ -158,7 +168,7 @@ def test_what_is_no_request_is_refused(served, request_line):
 
 
 def test_clients_that_are_slow_are_sent_away_and_the_others_served(served, monkeypatch):
-    monkeypatch.setattr(module, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(handler, "PATIENCE_S", 0.2)
     slow = [
         f"GET /{served.token}/ HTTP/1.1\r\nHost: ",
         f"POST /{served.token}/answer/modes HTTP/1.1\r\nHost: {served.hosts[0]}\r\n"
@@ -175,27 +185,95 @@ def test_clients_that_are_slow_are_sent_away_and_the_others_served(served, monke
             assert not got or re.match(rb"HTTP/1\.\d 4\d\d ", got)
 
 
-def test_no_more_clients_are_listened_to_than_there_is_room_for(monkeypatch):
-    monkeypatch.setattr(module, "CLIENTS", 2)
-    with PressServer(PAGE, [], answer) as server:
+@contextmanager
+def waiting(monkeypatch, page: str, answer, clients: int = 16) -> Iterator[PressServer]:
+    """Serve, with room for ``clients`` that are waited for."""
+    monkeypatch.setattr(module, "CLIENTS", clients)
+    with PressServer(page, ["modes"], answer) as server:
         threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
-        first = [socket.create_connection(server.server_address, timeout=5) for _ in range(2)]
-        with socket.create_connection(server.server_address, timeout=5) as third:
-            assert third.recv(1) == b""
-        for client in first:
-            client.close()
-        end = time.monotonic() + 5
-        while not _served(server) and time.monotonic() < end:
-            time.sleep(0.02)
-        assert _served(server)
+        yield server
         server.shutdown()
 
 
-def _served(server: PressServer) -> bool:
-    try:
-        return get(server, f"/{server.token}/")[0] == 200
-    except (OSError, IndexError):
-        return False
+def connected(server: PressServer) -> socket.socket:
+    return socket.create_connection(server.server_address, timeout=5)
+
+
+def test_clients_that_say_nothing_make_room_for_others_the_first_first(monkeypatch):
+    with waiting(monkeypatch, PAGE, answer, clients=2) as server:
+        first, second = connected(server), connected(server)
+        with first, second:
+            assert get(server, f"/{server.token}/")[0] == 200
+            assert first.recv(1) == b""  # a test whose client waits for longer than 5 s has failed
+            second.sendall(f"GET /{server.token}/ HTTP/1.1\r\nHost: {server.hosts[0]}\r\n\r\n".encode())
+            assert second.recv(15) == b"HTTP/1.0 200 OK"
+
+
+class Slow:
+    """A model that answers when it is let, and knows whom it has answered."""
+
+    def __init__(self):
+        self.begun, self.let, self.asked = threading.Semaphore(0), threading.Semaphore(0), []
+
+    def __call__(self, name: str, body: bytes) -> bytes:
+        self.asked.append(body)
+        self.begun.release()
+        assert self.let.acquire(timeout=10)
+        self.asked.append(body)
+        return body
+
+
+def ask(server: PressServer, body: bytes) -> socket.socket:
+    """Post presses, and let the answer come when it will."""
+    client = connected(server)
+    head = f"POST /{server.token}/answer/modes HTTP/1.1\r\nHost: {server.hosts[0]}\r\nContent-Type: application/json"
+    client.sendall(f"{head}\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body)
+    return client
+
+
+def test_whoever_waits_for_an_answer_keeps_the_place(monkeypatch):
+    slow = Slow()
+    with waiting(monkeypatch, PAGE, slow, clients=2) as server:
+        with ask(server, b"1") as client:
+            assert slow.begun.acquire(timeout=5)
+            silent = [connected(server) for _ in range(4)]
+            assert silent[0].recv(1) == b""
+            slow.let.release()
+            assert client.recv(15) == b"HTTP/1.0 200 OK"
+        for each in silent:
+            each.close()
+
+
+def test_two_tabs_are_answered_one_after_the_other_and_a_closed_one_is_not(monkeypatch):
+    slow = Slow()
+    with waiting(monkeypatch, PAGE, slow) as server:
+        with ask(server, b"1") as first:
+            assert slow.begun.acquire(timeout=5)
+            ask(server, b"2").close()
+            with ask(server, b"3") as third:
+                slow.let.release(2)
+                assert first.recv(15) == third.recv(15) == b"HTTP/1.0 200 OK"
+        assert slow.asked == [b"1", b"1", b"3", b"3"]
+
+
+def test_a_model_that_breaks_is_said_to_and_shown_in_the_terminal(monkeypatch, capfd):
+    def broken(name: str, body: bytes) -> bytes:
+        raise ZeroDivisionError("of a model")
+
+    with waiting(monkeypatch, PAGE, broken) as server:
+        status, _, said = post(server, f"/{server.token}/answer/modes", b"{}")
+        assert (status, said) == (500, "this model failed; the terminal of palpate press says how.\n")
+    assert "ZeroDivisionError: of a model" in capfd.readouterr().err
+
+
+def test_clients_that_leave_in_the_middle_are_not_spoken_of(monkeypatch, capfd):
+    large = 4_000_000  # more than a connection holds
+    with waiting(monkeypatch, "x" * large, answer) as server:
+        with connected(server) as client:
+            client.sendall(f"GET /{server.token}/ HTTP/1.1\r\nHost: {server.hosts[0]}\r\n\r\n".encode())
+            client.recv(1)
+        assert len(get(server, f"/{server.token}/")[2]) == large
+    assert capfd.readouterr().err == ""
 
 
 def test_a_port_that_is_taken_gets_one_sentence(served):

@@ -1,6 +1,8 @@
 """Carry out ``palpate init``: look at the data, choose, write the configuration, report."""
 
 import shlex
+import shutil
+import sys
 import warnings
 from collections.abc import Sequence
 from os.path import relpath
@@ -17,6 +19,8 @@ from palpate.init.data import Data, body_name, labels_of, recognise
 
 ROOT = Path(__file__).parents[3]
 """Palpate's folder, where ``make`` is typed."""
+PICTURE = "body.png"
+"""The file beside a configuration that shows the body."""
 
 
 def init(
@@ -64,10 +68,10 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with write_whole(file) as part:
-            part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
-        with write_whole(file.with_name("body.png")) as part:
+        with write_whole(file.with_name(PICTURE)) as part:
             mesh_levels.draw([choice.body]).savefig(part)
+        with write_whole(file) as part:  # the last, as it is what tells that a folder is in use
+            part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
     return _report(data, choice, list(said), file, hold)
@@ -76,17 +80,29 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
 def init_each(
     paths: Sequence[Path],
     label: Sequence[int | str] = (),
+    threshold_hu: Sequence[float] | None = None,
     folder: Path | None = None,
     mri: bool = False,
+    scale_m: float | None = None,
     hold: str | None = None,
 ) -> str:
-    """Write a configuration for each label of a mask, or for those asked for, as ``init`` does for one."""
-    found = labels_of(paths, label)[1]
-    names = [body_name(str(one) if isinstance(one, str) else f"label {one}") for one in found]
-    return "\n".join(
-        init(paths, [one], None, folder / name if folder else None, mri=mri, hold=hold)
-        for one, name in zip(found, names, strict=True)
-    )
+    """Write a configuration for each label of a mask, or for those asked for, as ``init`` does for one.
+
+    Raises InputError after the last one if there are labels that make no body.
+    """
+    done, left_out = [], []
+    for one in labels_of(paths, label)[1]:
+        name = body_name(one if isinstance(one, str) else f"label {one}")
+        try:
+            done.append(init(paths, [one], threshold_hu, folder / name if folder else None, False, mri, scale_m, hold))
+        except InputError as error:
+            left_out.append(f"left out {one}: {error}")
+    if left_out and done:
+        print(*done, *left_out, sep="\n")
+        raise InputError(f"{paths[1]}: {len(left_out)} labels are left out, as said above; the others are done.")
+    if left_out:
+        raise InputError(left_out[0].partition(": ")[2])
+    return "\n".join(done)
 
 
 def _beside(path: Path, name: str) -> Path:
@@ -105,6 +121,14 @@ def run_of(file: Path) -> str:
 def typed(command: str) -> str:
     """Return a command of palpate's folder as it is typed where we are."""
     return command if Path.cwd() == ROOT else f"cd {shlex.quote(str(ROOT))} && {command}"
+
+
+def program() -> str:
+    """Return how palpate is typed where we are."""
+    beside = Path(sys.executable).with_name("palpate")
+    if shutil.which("palpate") or not beside.exists():
+        return "palpate"
+    return shlex.quote(relpath(beside) if beside.is_relative_to(Path.cwd()) else str(beside))
 
 
 def _schema(file: Path) -> Path | None:
@@ -127,9 +151,10 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
         *(f"found    {line}" for line in data.found),
         f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
         *(f"assumed  {line}" for line in data.assumed),
-        f"{how} it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes",
+        f"{how} it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes"
+        + ("" if hold else "; else give --hold"),
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
         f"density {entry['density_kg_m3']} kg/m³, a fingertip of {radius} radius",
         *(f"warning: {line}" for line in said),
-        f"wrote    {file.with_name('body.png')}, a picture of it; balls are what is held",
+        f"wrote    {file.with_name(PICTURE)}, a picture of it; balls are what is held",
     ]

@@ -93,7 +93,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     if facts.remeshed:
         entry |= {"surface_nodes": 140, "snap": True}
     found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}"]
-    assumed = [] if scale_m else [f"a unit of the file is {scale:g} m ({how})"]
+    assumed = [] if scale_m else [f"a unit of the file is {scale:g} m ({how}); else give --scale"]
     return Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, assumed)
 
 

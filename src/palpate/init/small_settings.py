@@ -12,8 +12,9 @@ CONTACTS, PRESSES = 8, 2
 """Places that are pressed, and presses at each; with fewer contacts bounds of errors say little."""
 MODELS = ["linear_fem", "warped_compliance", "contact_modes", "fast_fem", "fem_p1", "fem_p2", "interpolation"]
 """Models that answer within 100 ms, or that others are measured by; those that learn need more contacts."""
-PRESS = {"contacts": 8, "modes": "columns", "samples": 4}
-"""Of the model in the report's page that can be pressed: prepared in seconds."""
+PRESS = {"contacts": 32, "modes": "columns", "samples": 4}
+"""Of the model in the report's page that can be pressed: on a liver from a CT 71 % of places are answered without a
+doubt, and with 8 contacts 50 %, for 54 and 53 s of a core."""
 _ABOUT = """\
 # The small settings of palpate try, for a first look: {regime} presses only, {contacts} contacts, {models} models,
 # and a mesh that is refined once. config.yaml beside this file has all; change that one, and go on with

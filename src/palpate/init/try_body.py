@@ -1,6 +1,7 @@
 """Carry out ``palpate try``: what ``palpate init`` writes, run at once on small settings."""
 
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -11,13 +12,16 @@ from time import perf_counter
 
 from palpate.errors import InputError
 from palpate.figures import tables
-from palpate.init.command import ROOT, config_file, run_of, typed, write_config
+from palpate.files import PART, read_yaml
+from palpate.init.command import PICTURE, ROOT, config_file, program, run_of, typed, write_config
 from palpate.init.data import Data
 from palpate.init.small_settings import is_unchanged, write_small
 from palpate.report.advice_list import advice_list
 
 RUN = ROOT / "workflow/run.py"
 """Runs snakemake, as make does."""
+FEW = 3
+"""Presses that a mean error should have at least; eight contacts leave four for it."""
 
 
 def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str | None, again: str) -> str:
@@ -35,17 +39,26 @@ def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str |
     small = write_small(file, run_of(file))
     print(f"wrote    {file}, and {small.name} with the small settings that are run now", flush=True)
     run_settings(small, again)
-    return "\n".join([*_advice(file.parent), *_ways_on(file, perf_counter() - begun)])
+    return "\n".join([*_advice(file.parent), *_ways_on(file, small, perf_counter() - begun)])
 
 
 def refuse_others(folder: Path) -> None:
     """Raise InputError if ``folder`` holds anything but what ``palpate try`` has left there, unchanged."""
-    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())) or is_unchanged(folder):
+    if is_unchanged(folder):
+        if len(list(folder.glob("results/data/*/*/database.h5"))) > 1:
+            raise InputError(f"{folder} holds results of all its config.yaml, and is kept; give another --folder.")
+        return
+    if not folder.exists() or (folder.is_dir() and all(map(_is_begun, folder.iterdir()))):
         return
     if (folder / "try.yaml").is_file() and (folder / "config.yaml").is_file():
         go_on = typed(run_of(folder / "config.yaml"))
         raise InputError(f"{folder}/config.yaml or try.yaml was changed and is kept; run it with {go_on}.")
     raise InputError(f"{folder} exists and is kept; delete it, or give another folder with --folder.")
+
+
+def _is_begun(path: Path) -> bool:
+    """Return whether a file is one that ``palpate try`` leaves if it is killed before it has written its settings."""
+    return path.name == PICTURE or re.fullmatch(PART, path.name) is not None
 
 
 def run_settings(file: Path, again: str) -> None:
@@ -56,7 +69,12 @@ def run_settings(file: Path, again: str) -> None:
     where = ["--workflow-profile", str(ROOT / "profiles/default"), "--directory", str(file.parent.resolve())]
     command = [sys.executable, str(RUN), "snakemake", *where, "--configfile", str(file.resolve())]
     run = subprocess.Popen(command, cwd=ROOT, env=os.environ | {"PALPATE_COMMAND": again})
-    before = signal.signal(signal.SIGTERM, lambda *_: run.terminate())
+
+    def stop(*_: object) -> None:
+        run.terminate()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
     try:
         code = _waited(run)
     finally:
@@ -81,18 +99,22 @@ def _waited(run: subprocess.Popen) -> int:
 
 def _advice(folder: Path) -> list[str]:
     advice = tables.read(folder / "results/tables/advice.csv")
-    return ["", advice_list(advice[advice["error"] == "rms"])]
+    judged = int(tables.read(folder / "results/tables/accuracy_vs_time.csv")["samples"].max())
+    few = f"Errors are means over {judged} press{'es' * (judged > 1)} at contacts held out"
+    if judged < FEW:
+        few += ", which is too few to rely on: see the warnings above; another --hold or smaller press may help"
+    return ["", advice_list(advice[advice["error"] == "rms"]), f"  {few}."]
 
 
-def _ways_on(file: Path, seconds: float) -> list[str]:
+def _ways_on(file: Path, small: Path, seconds: float) -> list[str]:
     """Return where the results are, and how to go on."""
     minutes, rest = divmod(round(seconds), 60)
-    folder = file.parent
-    (diagram,) = sorted((folder / "results/figures").glob("work_precision_*.png"))
+    folder, settings = file.parent, read_yaml(small)
+    scene = "_".join([*settings["bodies"], *settings["regimes"]])
     return [
         "",
         f"The report: {folder / 'results/report.html'}   (after {minutes} min {rest} s)",
-        f"The diagram of error against time: {diagram}",
+        f"The diagram of error against time: {folder / f'results/figures/work_precision_{scene}.png'}",
         f"All presses, contacts and models, after a look at the assumptions in {file}:\n  {typed(run_of(file))}",
-        f"Press it:\n  palpate press --config {shlex.quote(str(file))}",
+        f"Press it:\n  {program()} press --config {shlex.quote(str(file))}",
     ]

@@ -4,18 +4,25 @@ import signal
 import sys
 import threading
 import webbrowser
+from collections.abc import Mapping
+from math import isclose
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.evaluation.press.coarse_answer import coarse_answer, packed
 from palpate.evaluation.tradeoff.finished_run import FinishedRun
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
+from palpate.models.model import Case
+from palpate.portable.file import read
 from palpate.report.press.compose import ABOUT, TITLES
 from palpate.report.press.page import PressModel, press_document
 from palpate.serve.live_models import LiveModels, case_words
 from palpate.serve.server import PressServer
 
-CONTACT_MODES = "contact_modes"
+CONTACT_MODES, COARSE = "contact_modes", "coarse"
+SCALES = ("peak_m", "hardest_n")
+"""Of a full press: what colours, arrows and depths of the page are measured by."""
 
 
 def press(
@@ -36,7 +43,7 @@ def press(
         from threadpoolctl import threadpool_limits
 
         with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
-            live.prepare(live.names[0])
+            live.warm_up(live.names[0])
         with PressServer(_page(live, run, chosen, model), live.names, live.answer, port) as server:
             _serve(server, chosen, browser)
     except KeyboardInterrupt:  # whenever it comes, it is how one leaves
@@ -49,14 +56,10 @@ def press(
 
 def _serve(server: PressServer, scene: str, browser: bool) -> None:
     """Answer requests until KeyboardInterrupt."""
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
-        if browser:
-            webbrowser.open(server.address)
-        threading.Event().wait()
-    finally:
-        server.shutdown()
+    print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
+    if browser:  # one in a terminal would not come back before it is closed
+        threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
+    server.serve_forever()
 
 
 def find_run(config: Path | None, results: Path | None) -> FinishedRun:
@@ -66,6 +69,8 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
         config = next((beside / name for name in ("config.yaml", "try.yaml") if (beside / name).is_file()), None)
         if config is None:
             raise InputError(f"{beside} has no config.yaml; give the settings of the run with --config.")
+    elif not config.is_file():
+        raise InputError(f"{config}: there is no such file; give the settings of the run.")
     run = FinishedRun(config, results or config.parent / "results")
     if not (run.results / "tables/accuracy_vs_time.csv").is_file():
         raise InputError(f"{run.results} holds no finished run with the study tradeoff; type make CONFIG={config}.")
@@ -76,7 +81,8 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
     meshes = live.case.meshes
     words = case_words(live.case, live.peak, live.hardest)
-    models = [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate")
+    if models := [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate", live.case):
+        words |= models[0].info  # or the same colour would be another displacement in the view beside
     models += [
         PressModel(
             name,
@@ -89,11 +95,21 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         )
         for name, row in live.rows.items()
     ]
+    models += _coarse(live.case, words)
     return press_document(models, f"Press it: {scene.replace('_', ' ')}")
 
 
-def _in_file(path: Path) -> list[PressModel]:
-    """Return the model that the study press has written for a body, if there is one."""
-    if not path.is_file():
+def _in_file(path: Path, case: Case) -> list[PressModel]:
+    """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
+    if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
         return []
-    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=ABOUT[CONTACT_MODES])]
+    info, about = {key: model.info[key] for key in SCALES}, ABOUT[CONTACT_MODES]
+    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
+
+
+def _coarse(case: Case, words: Mapping[str, float | str]) -> list[PressModel]:
+    """Return the coarse mesh's answer in a file, to stand beside the others, unless it would be too large."""
+    if (found := coarse_answer(case.body, case.radius_m)) is None:
+        return []
+    info = {key: words[key] for key in SCALES}
+    return [PressModel(COARSE, TITLES[COARSE], packed(found), advice=ABOUT[COARSE], info=info, kind=COARSE)]

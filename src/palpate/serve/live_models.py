@@ -2,17 +2,17 @@
 
 import base64
 import json
-import threading
 from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 from palpate.evaluation.tradeoff.finished_run import FinishedRun
 from palpate.models.model import Case, Setting, setting_text
 from palpate.serve.pressed_model import PressedModel
-from palpate.serve.presses import Bounds, read_presses
+from palpate.serve.presses import Asked, Bounds, read_presses
 
 OFFERED = ("fast_fem", "fem_p2", "fem_p1")
 """Models that need neither samples nor prepared contacts, best first."""
@@ -37,7 +37,6 @@ class LiveModels:
         self.rows = {name: best_row(rows[rows["model"] == name], self._settings(name)) for name in names}
         self.bounds = self._bounds()
         self._made: dict[str, PressedModel] = {}
-        self._turn = threading.Lock()  # models keep what they reuse between answers
 
     @property
     def names(self) -> list[str]:
@@ -61,11 +60,22 @@ class LiveModels:
             self._made[name] = PressedModel(self.case, self._run.model(name).prepare(self.case, setting))
         return self._made[name]
 
+    def warm_up(self, name: str) -> None:
+        """Prepare a model and let it answer once to a depth, as what it calls is compiled at the first use ever."""
+        row = np.searchsorted(self.case.body.fine.surface, self.case.database.contact[0])
+        triangle = int(np.argmax((self.case.database.triangles == row).any(axis=1)))
+        asked = Asked(triangle, np.full(3, 1 / 3), None, np.array([0.0, 0.0, 0.01 * self.peak]))
+        model = self.prepare(name)
+        with suppress(InputError, NotConverged):  # a page that asks for it is told
+            model.respond([asked])
+
     def answer(self, name: str, body: bytes) -> bytes:
-        """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none."""
+        """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none.
+
+        Trap: models keep what they reuse between answers, so one is asked after the other.
+        """
         asked = read_presses(body, self.bounds)
-        with self._turn:
-            found = self.prepare(name).respond(asked)
+        found = self.prepare(name).respond(asked)
         packed = base64.b64encode(found.displacement.astype("<f4").tobytes()).decode("ascii")
         said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
         return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()

@@ -115,15 +115,17 @@ def _compliance(body: Body, kept: np.ndarray) -> np.ndarray:
     return (found + found.T) / 2
 
 
+def packed(answer: CoarseAnswer) -> bytes:
+    """Return ``answer`` as bytes: a line of JSON, then its arrays one after the other."""
+    head = json.dumps(answer.info).encode()
+    head += b" " * (-(len(head) + 1) % 4) + b"\n"
+    return head + b"".join(answer.arrays[name].tobytes() for name in _ARRAYS)
+
+
 def save(answer: CoarseAnswer | None, path: Path | str) -> None:
-    """Write ``answer``: a line of JSON, then its arrays one after the other; an empty file for None."""
-    data = b""
-    if answer is not None:
-        head = json.dumps(answer.info).encode()
-        head += b" " * (-(len(head) + 1) % 4) + b"\n"
-        data = head + b"".join(answer.arrays[name].tobytes() for name in _ARRAYS)
+    """Write ``answer``; an empty file for None."""
     with write_whole(path) as part:
-        part.write_bytes(data)
+        part.write_bytes(b"" if answer is None else packed(answer))
 
 
 def load(path: Path | str) -> CoarseAnswer | None:

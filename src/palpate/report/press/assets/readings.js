@@ -12,9 +12,8 @@ Object.assign(Panel.prototype, {
     return i < 0 || forces.length < 3 * i + 3 ? NaN : norm([...forces.slice(3 * i, 3 * i + 3)]);
   },
 
-  // numbers change ten times a second at most, arrows with each picture
+  // numbers change ten times a second at most
   tell() {
-    this.arrow.draw(this.shafts());
     this.telling ??= setTimeout(() => {
       this.telling = null;
       this.tellNumbers();

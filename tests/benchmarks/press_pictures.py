@@ -57,13 +57,14 @@ DRAG = """async ([way, seconds, apart]) => {
     move();
   });
   const rate = (1e3 * (stage.pictures - before)) / (performance.now() - began);
+  const size = [canvas.width, canvas.height];
   send('pointerup', x, y);
   stage.release();
   await new Promise((done) => setTimeout(done, 700));
   Object.assign(stage, { draw: kept.draw, bend: kept.bend });
   view.ask = kept.ask;
   const median = (list) => list.sort((a, b) => a - b)[list.length >> 1] ?? NaN;
-  return [rate, median(times.answer), median(times.bend), median(times.draw), canvas.width, canvas.height];
+  return [rate, median(times.answer), median(times.bend), median(times.draw), ...size];
 }"""
 
 

@@ -69,7 +69,9 @@ const listen = (stage) => {
   canvas.addEventListener("pointerdown", (event) => {
     const [x, y] = at(event), seen = under(stage, x, y);
     const does = !seen.place || stage.mode === "turn" || event.button ? "turn" : stage.mode;
-    const pointer = { x, y, does, box: seen.box, finger: null };
+    // a touch beside the organ that goes up or down scrolls the page
+    const upright = seen.place || event.pointerType !== "touch" ? 1 : 0;
+    const pointer = { x, y, does, upright, box: seen.box, finger: null };
     if (does !== "turn") pointer.finger = grab(seen, x, y, does === "slide");
     pointers.set(event.pointerId, pointer);
     if (event.isTrusted) canvas.setPointerCapture(event.pointerId);
@@ -82,7 +84,7 @@ const listen = (stage) => {
     Object.assign(pointer, { x, y });
     if (finger) stage.active = finger;
     if (pointer.does === "turn") {
-      stage.look((camera) => camera.turn(dx * TURN, dy * TURN));
+      stage.look((camera) => camera.turn(dx * TURN, dy * TURN * pointer.upright));
     } else if (pointer.does === "press") stage.deepen(deeper(stage, finger, dx, dy, pointer.box));
     else if (pointer.does === "tilt") tiltOnScreen(stage, finger, dx * TILT_PX, dy * TILT_PX);
     else {

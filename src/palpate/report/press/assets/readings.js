@@ -60,7 +60,7 @@ Object.assign(Panel.prototype, {
     if (actual > 0) this.trueBar.style.left = place(actual);
     const peak = 1e3 * (main.most ?? 0);
     const truly = actual > 0 ? `truly ${percent(actual)} of the peak` : "";
-    const told = error > 0 ? `error over the surface ± ${said(error * peak, "mm")}` : "this model does not estimate its error";
+    const told = error > 0 ? `error over the surface ±\u00a0${said(error * peak, "mm")}` : "this model does not estimate its error";
     this.bound.textContent = stage.active ? [`moves ${said(peak, "mm")} at most`, told, truly].filter(Boolean).join("; ") : "press the organ anywhere";
   },
 

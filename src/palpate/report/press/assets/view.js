@@ -94,7 +94,7 @@ const colouring = (kind, view, palettes, truth, most) => {
     const bar = error * most; // the estimate, in metres
     return {
       palette: palettes.displacement, marks: [[0, "1"], [1 / 3, "10"], [2 / 3, "100"], [1, "1000"]],
-      words: "displacement over the estimated error of this answer; grey: less than the error",
+      words: `displacement over the estimated error of this answer; grey: ${bar > 0 ? "less than the error" : "none is estimated"}`,
       ofLength: bar > 0 ? (length) => (length > bar ? Math.log10(length / bar) / 3 : -1) : () => -1,
     };
   }

@@ -12,6 +12,7 @@ from fixtures.material import CAPTIONS
 from palpate.errors import InputError
 from palpate.evaluation.table import declared
 from palpate.report import page as report
+from palpate.report import weight
 
 STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
 PAPERS = {"enrichment", "springs", "shape_matching", "collision"}
@@ -93,6 +94,14 @@ def test_warnings_come_first_and_only_if_there_are_any(page, results_folder):
     opening = written(results_folder, warned=warned).split("<nav")[0]
     assert re.findall(r"<li>(bodies.*)</li>", opening) == [warned[0].replace("<cut>", "&lt;cut&gt;"), warned[1]]
     assert 'id="warnings"' not in page
+
+
+def test_a_heavy_report_warns_in_the_log_and_on_the_page(results_folder, monkeypatch):
+    assert "its largest sections" not in written(results_folder)
+    monkeypatch.setattr(weight, "MOST_MB", 0.01)
+    with pytest.warns(UserWarning, match="its largest sections are"):
+        page = written(results_folder)
+    assert "more than 0 MB; its largest sections are" in page.split("<nav")[0]
 
 
 def test_what_failed_is_listed(page):

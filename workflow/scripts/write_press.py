@@ -7,7 +7,7 @@ from palpate.evaluation.press.measure import measure
 from palpate.files import write_whole
 from palpate.job import job, write_table
 from palpate.portable.file import read
-from palpate.report.press.compose import press_models
+from palpate.report.press.compose import held_nodes, press_models
 from palpate.report.press.page import press_section
 
 with job(snakemake.log[0]):
@@ -20,4 +20,5 @@ with job(snakemake.log[0]):
     table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
     write_table(table, snakemake.output.table)
     with write_whole(snakemake.output.section) as part:
-        part.write_text(press_section(press_models(table, paths, known, model.info), name=body.name))
+        shown = press_models(table, paths, known, model.info)
+        part.write_text(press_section(shown, name=body.name, held=held_nodes(body)))

@@ -1,5 +1,6 @@
 """Write one page about what was found, results/report.html: one file that needs nothing else."""
 
+import warnings
 from collections.abc import Collection, Sequence
 from html import escape
 from pathlib import Path
@@ -8,6 +9,7 @@ from palpate.files import write_whole
 from palpate.report import page_assets, paper_claims, pictures
 from palpate.report.material import Report, Section
 from palpate.report.parts import omissions, verdicts
+from palpate.report.weight import too_heavy
 
 LAST = {"verdicts": verdicts, "omissions": omissions}
 """The parts that belong to no study, by name; they come last."""
@@ -41,7 +43,17 @@ def write(
         name: part.sections(report.of(name)) + paper_claims.section(report, name) for name, part in report.parts.items()
     }
     parts = {name: sections for name, sections in parts.items() if sections}
-    page = (
+    page = _page(report, parts, warned)
+    if heavy := too_heavy(page, parts):
+        warnings.warn(heavy, stacklevel=2)
+        page = _page(report, parts, [*warned, heavy])
+    with write_whole(out) as part:
+        part.write_text(page, encoding="utf-8")
+
+
+def _page(report: Report, parts: dict[str, list[Section]], warned: Sequence[str]) -> str:
+    """Return the whole page."""
+    return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{page_assets.POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -50,8 +62,6 @@ def write(
         f"{''.join(_part(report, name, sections) for name, sections in parts.items())}</main>\n</div>\n"
         f"<script>{page_assets.script()}</script>\n</body>\n</html>\n"
     )
-    with write_whole(out) as part:
-        part.write_text(page, encoding="utf-8")
 
 
 def _opening(report: Report, parts: Collection[str]) -> str:

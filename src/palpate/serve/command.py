@@ -15,7 +15,7 @@ from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.models.model import Case
 from palpate.portable.file import read
-from palpate.report.press.compose import ABOUT, TITLES
+from palpate.report.press.compose import ABOUT, TITLES, held_nodes
 from palpate.report.press.page import PressModel, press_document
 from palpate.serve.live_models import LiveModels, case_words
 from palpate.serve.server import PressServer
@@ -96,7 +96,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         for name, row in live.rows.items()
     ]
     models += _coarse(live.case, words)
-    return press_document(models, f"Press it: {scene.replace('_', ' ')}")
+    return press_document(models, f"Press it: {scene.replace('_', ' ')}", held=held_nodes(live.case.body))
 
 
 def _in_file(path: Path, case: Case) -> list[PressModel]:

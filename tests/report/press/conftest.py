@@ -9,19 +9,28 @@ import pytest
 from palpate.bodies.make_body import make_body
 from palpate.evaluation.press import coarse_answer
 from palpate.evaluation.press.known_presses import place_of
-from palpate.report.press.page import PressModel, PressTruth
+from palpate.report.press.page import PressModel, PressTruth, press_document
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import browser as chromium
+from press_stage import READY
+
 RADIUS_M, PEAK_M = 0.03, 0.02
+LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
+LIVER |= {"anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
 INFO = {"peak_m": PEAK_M, "hardest_n": 1.0}
 
 
 @pytest.fixture(scope="session")
 def liver():
     """The liver of the smoke run, 554 surface nodes."""
-    entry = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3}
-    anchors = {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}
-    return make_body("liver", entry | {"density_kg_m3": 1000, "anchors": anchors})
+    return make_body("liver", LIVER)
+
+
+@pytest.fixture(scope="session")
+def smooth_liver():
+    """The same with refined nodes on the smooth shape."""
+    return make_body("liver", LIVER | {"smooth": True})
 
 
 @pytest.fixture(scope="session")
@@ -30,6 +39,14 @@ def answer(liver, tmp_path_factory):
     path = tmp_path_factory.mktemp("press") / "coarse.bin"
     coarse_answer.save(coarse_answer.coarse_answer(liver, RADIUS_M), path)
     return coarse_answer.load(path), path.read_bytes()
+
+
+@pytest.fixture(scope="session")
+def smooth_answer(smooth_liver, tmp_path_factory):
+    """The coarse mesh's answer for the smooth liver, and its model of a page."""
+    path = tmp_path_factory.mktemp("press") / "coarse.bin"
+    coarse_answer.save(coarse_answer.coarse_answer(smooth_liver, RADIUS_M), path)
+    return coarse_answer.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
 
 
 @pytest.fixture(scope="session")
@@ -55,3 +72,22 @@ def doubtful(answer):
         triangles=np.asarray(arrays["triangles"]),
         info=info,
     )
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A browser that opens pages."""
+    with chromium.started() as opened:
+        yield opened
+
+
+@pytest.fixture
+def page(browser, model, tmp_path):
+    """The page as it is when it has been opened; it must not complain, nor fetch anything."""
+    file = tmp_path / "press.html"
+    file.write_text(press_document([model]), encoding="utf-8")
+    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
+        chromium.until(visited.page, READY)
+        yield visited.page
+        assert visited.complaints == []
+        assert [url for url in visited.asked if not url.startswith(("file:", "data:"))] == []

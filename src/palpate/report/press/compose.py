@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from palpate.bodies.body import Body
 from palpate.evaluation.press.known_presses import Known
 from palpate.figures.number_format import percent, seconds
 from palpate.report.press.page import PressModel, PressTruth
@@ -34,6 +35,11 @@ def press_models(
         advice = f"{ABOUT[row.model]} {worth(row)}"
         found.append(PressModel(row.model, TITLES[row.model], file, advice=advice, truths=truths, info=more, kind=kind))
     return found
+
+
+def held_nodes(body: Body) -> np.ndarray:
+    """Return (n,), whether each node of the fine surface is held."""
+    return np.isin(body.fine.surface, body.anchors[-1])
 
 
 def worth(row) -> str:

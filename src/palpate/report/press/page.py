@@ -11,7 +11,10 @@ import numpy as np
 
 from palpate.report import page_assets
 
-_SCRIPTS = ("camera", "painter", "coarse", "answers", "finger", "view", "panel", "stage", "gestures", "readings")
+_SCRIPTS = (
+    *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
+    *("panel", "stage", "pace", "gestures", "readings"),
+)
 _COLOURS = {"displacement": "YlGnBu", "error": "YlOrRd"}  # as in all other pictures
 _SHADES = 254
 _WHOLE = 32767  # of a truth's numbers: 0.003 % of its peak, far below the truth's own error
@@ -55,12 +58,16 @@ class PressModel:
     kind: str = "portable"
 
 
-def press_section(models: Sequence[PressModel], caption: str = "", name: str = "it") -> str:
+def press_section(
+    models: Sequence[PressModel], caption: str = "", name: str = "it", held: Sequence[bool] | np.ndarray = ()
+) -> str:
     """Return HTML to press the body of ``models``; the first of them answers until another is chosen.
 
     caption : HTML below it; name : of the body, where a page has several
+    held : of its n nodes, whether they are held; they are drawn dark
     """
     head = {"models": [_head(model) for model in models], "palettes": {k: _palette(v) for k, v in _COLOURS.items()}}
+    head["held"] = _text(np.asarray(held, np.uint8).tobytes())
     packed = "".join(
         f'<script type="text/plain" data-model="{escape(model.name)}">{_text(model.file)}</script>\n'
         for model in models
@@ -75,19 +82,25 @@ def press_section(models: Sequence[PressModel], caption: str = "", name: str = "
     )
 
 
-def press_document(models: Sequence[PressModel], title: str = "Press it", caption: str = "") -> str:
+def press_document(
+    models: Sequence[PressModel],
+    title: str = "Press it",
+    caption: str = "",
+    held: Sequence[bool] | np.ndarray = (),
+) -> str:
     """Return a whole page to press the body of ``models``, which needs no other file.
 
-    title : plain text; caption : HTML
+    title : plain text; caption, held : of ``press_section``
     """
     style = page_assets.style() + _asset("document.css")
+    section = press_section(models, caption, held=held)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy(models)}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<link rel="icon" href="data:,">\n'  # or a browser asks the server for one
         f"<title>palpate: {escape(title)}</title>\n<style>{style}</style>\n</head>\n"
-        f'<body>\n<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{press_section(models, caption)}'
+        f'<body>\n<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{section}'
         "</main>\n</body>\n</html>\n"
     )
 

@@ -69,7 +69,9 @@ const listen = (stage) => {
   canvas.addEventListener("pointerdown", (event) => {
     const [x, y] = at(event), seen = under(stage, x, y);
     const does = !seen.place || stage.mode === "turn" || event.button ? "turn" : stage.mode;
-    const pointer = { x, y, does, box: seen.box, finger: null };
+    // a touch beside the organ that goes up or down scrolls the page
+    const upright = seen.place || event.pointerType !== "touch" ? 1 : 0;
+    const pointer = { x, y, does, upright, box: seen.box, finger: null };
     if (does !== "turn") pointer.finger = grab(seen, x, y, does === "slide");
     pointers.set(event.pointerId, pointer);
     if (event.isTrusted) canvas.setPointerCapture(event.pointerId);
@@ -82,8 +84,7 @@ const listen = (stage) => {
     Object.assign(pointer, { x, y });
     if (finger) stage.active = finger;
     if (pointer.does === "turn") {
-      stage.camera.turn(dx * TURN, dy * TURN);
-      stage.redraw();
+      stage.look((camera) => camera.turn(dx * TURN, dy * TURN * pointer.upright));
     } else if (pointer.does === "press") stage.deepen(deeper(stage, finger, dx, dy, pointer.box));
     else if (pointer.does === "tilt") tiltOnScreen(stage, finger, dx * TILT_PX, dy * TILT_PX);
     else {
@@ -103,10 +104,7 @@ const listen = (stage) => {
     if (document.activeElement !== canvas) return;
     event.preventDefault();
     if (stage.active && under(stage, ...at(event)).place) stage.deepen(-Math.sign(event.deltaY) * stage.step);
-    else {
-      stage.camera.magnify(event.deltaY < 0 ? ZOOM : 1 / ZOOM);
-      stage.redraw();
-    }
+    else stage.look((camera) => camera.magnify(event.deltaY < 0 ? ZOOM : 1 / ZOOM));
   }, { passive: false });
   listenToKeys(stage);
 };
@@ -117,26 +115,15 @@ const listenToKeys = (stage) => {
   const free = () => (stage.active?.pinned ? null : stage.active);
   const arrow = (dx, dy) => {
     const finger = free(), { mode } = stage;
-    if (mode === "turn") {
-      stage.camera.turn(dx * KEY_TURN, dy * KEY_TURN);
-      stage.redraw();
-    } else if (!finger) stage.cursor && slideOnScreen(stage, stage.cursor, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
+    if (mode === "turn") stage.look((camera) => camera.turn(dx * KEY_TURN, dy * KEY_TURN));
+    else if (!finger) stage.cursor && slideOnScreen(stage, stage.cursor, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
     else if (mode === "slide") slideOnScreen(stage, finger, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
     else if (mode === "tilt") tiltOnScreen(stage, finger, dx * KEY_TILT, dy * KEY_TILT);
     else if (dy) stage.deepen(dy * stage.step);
-    else {
-      stage.camera.turn(dx * KEY_TURN, 0);
-      stage.redraw();
-    }
+    else stage.look((camera) => camera.turn(dx * KEY_TURN, 0));
   };
-  const zoom = (factor) => {
-    stage.camera.magnify(factor);
-    stage.redraw();
-  };
-  const home = () => {
-    stage.camera.reset();
-    stage.redraw();
-  };
+  const zoom = (factor) => stage.look((camera) => camera.magnify(factor));
+  const home = () => stage.look((camera) => camera.reset());
   const toggle = () => {
     if (free()) stage.release();
     else if (stage.cursor) stage.put(stage.cursor.place).shown = 0;
@@ -162,6 +149,13 @@ const listenToKeys = (stage) => {
 
 // What the panel and keys ask of the stage beside presses.
 Object.assign(Stage.prototype, {
+  // The camera moves.
+  look(move) {
+    move(this.camera);
+    this.moves = true;
+    this.redraw();
+  },
+
   choose(mode) {
     this.mode = mode;
     this.panel.choose();

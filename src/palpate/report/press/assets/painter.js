@@ -1,25 +1,28 @@
-// The surface drawn with WebGL: buffers are made once, and only places, normals and shades are sent anew.
-// Light and colour are worked out at the nodes, which is cheap where a processor has to do what a graphics card would.
+// The surface drawn with WebGL. Its nodes bring their colours along, so that most of it costs next to nothing; what marks
+// it (rings around fingers, stripes of a doubt) is drawn over it, where there is any.
 const VERTEX = `#version 300 es
-in vec3 place; in vec3 normal; in vec3 rest; in float shade; in float held;
-uniform mat3 turn; uniform vec3 centre; uniform vec3 scale; uniform sampler2D palette;
-out vec3 tint; out vec3 still; out vec2 fixedTo;
+in vec3 place; in vec4 tint; in vec3 rest;
+uniform mat3 turn; uniform vec3 centre; uniform vec3 scale;
+out vec4 tinted; out vec3 still;
+invariant gl_Position;
 void main() {
-  vec3 n = turn * normal;
-  vec3 colour = textureLod(palette, vec2(clamp(shade, 0.002, 0.998), 0.5), 0.0).rgb;
-  if (shade < 0.0) colour = vec3(0.72, 0.75, 0.78);
-  float light = 0.44 + 0.50 * max(dot(n, vec3(-0.350, 0.550, 0.758)), 0.0) + 0.14 * n.z;
-  float gloss = 0.14 * pow(max(dot(n, vec3(-0.206, 0.371, 0.906)), 0.0), 24.0);
-  tint = colour * light + gloss; still = rest; fixedTo = vec2(held, light);
+  tinted = tint; still = rest;
   gl_Position = vec4(turn * (place - centre) * scale * vec3(1.0, 1.0, -1.0), 1.0);
 }`;
-const FRAGMENT = `#version 300 es
+const PLAIN = `#version 300 es
+precision mediump float;
+in vec4 tinted; out vec4 shown;
+uniform vec4 dark;
+void main() {
+  shown = vec4(mix(tinted.rgb, dark.rgb * tinted.a, dark.a), 1.0);
+}`;
+const MARKED = `#version 300 es
 precision highp float;
-in vec3 tint; in vec3 still; in vec2 fixedTo; out vec4 shown;
-uniform vec4 rings[3]; uniform vec3 inks[3]; uniform int count;
+in vec4 tinted; in vec3 still; out vec4 shown;
+uniform vec4 dark; uniform vec4 rings[3]; uniform vec3 inks[3]; uniform int count;
 uniform float doubt; uniform float sharp;
 void main() {
-  vec3 colour = fixedTo.x > 0.995 ? vec3(0.27, 0.29, 0.31) * fixedTo.y : tint;
+  vec3 colour = mix(tinted.rgb, dark.rgb * tinted.a, dark.a);
   for (int i = 0; i < count; i++) {
     float from = distance(still, rings[i].xyz) - rings[i].w;
     float pixels = abs(from) / (max(fwidth(from), 1e-9) * sharp);
@@ -33,49 +36,58 @@ void main() {
   }
   shown = vec4(colour, 1.0);
 }`;
-const PARTS = { place: 3, normal: 3, rest: 3, shade: 1, held: 1 };
+const PARTS = ["place", "tint", "rest"];
+const HELD = [0.27, 0.29, 0.31].map((part) => part * LIGHTEST);
 
 class Painter {
+  // an opaque canvas: a browser lays it over nothing, which takes a processor less time
   constructor(canvas) {
     this.canvas = canvas;
-    this.gl = canvas.getContext("webgl2", { antialias: false, alpha: true });
+    this.gl = canvas.getContext("webgl2", { antialias: false, alpha: false });
     if (this.gl) this.build();
   }
 
   build() {
+    const { gl } = this;
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.CULL_FACE);
+    gl.depthFunc(gl.LEQUAL); // marks are drawn again over what they mark
+    this.plain = this.program(VERTEX, PLAIN, ["turn", "centre", "scale", "dark"]);
+    this.marked = this.program(VERTEX, MARKED, ["turn", "centre", "scale", "dark", "rings", "inks", "count", "doubt", "sharp"]);
+    this.arrows = new Arrows(this);
+  }
+
+  program(vertex, fragment, names) {
     const { gl } = this, program = gl.createProgram();
-    for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+    for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, source);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
+    PARTS.forEach((name, i) => gl.bindAttribLocation(program, i, name));
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    gl.useProgram(program);
-    gl.enable(gl.DEPTH_TEST);
-    const names = ["turn", "centre", "scale", "rings", "inks", "count", "doubt", "sharp"];
-    this.uniforms = Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(program, name)]));
-    this.where = Object.fromEntries(Object.keys(PARTS).map((name) => [name, gl.getAttribLocation(program, name)]));
-    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
-    for (const size of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, size, gl.LINEAR);
+    return { program, ...Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(program, name)])) };
   }
 
-  // buffers for one view of a surface
-  surface(count, triangles) {
-    const { gl } = this, array = gl.createVertexArray(), buffers = {};
+  // buffers for one view of a surface; the triangles from `free` on are held, and drawn dark
+  surface(nodes, triangles, free) {
+    const { gl } = this, array = gl.createVertexArray(), buffers = {}, marks = gl.createBuffer(), order = gl.createBuffer();
     gl.bindVertexArray(array);
-    for (const [name, width] of Object.entries(PARTS)) {
+    PARTS.forEach((name, i) => {
+      const bytes = name === "tint";
       buffers[name] = gl.createBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
-      gl.bufferData(gl.ARRAY_BUFFER, 4 * width * count, gl.DYNAMIC_DRAW);
-      gl.enableVertexAttribArray(this.where[name]);
-      gl.vertexAttribPointer(this.where[name], width, gl.FLOAT, false, 0, 0);
-    }
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ARRAY_BUFFER, name === "rest" ? nodes : (bytes ? 4 : 12) * (nodes.length / 3), gl.DYNAMIC_DRAW);
+      gl.enableVertexAttribArray(i);
+      gl.vertexAttribPointer(i, bytes ? 4 : 3, bytes ? gl.UNSIGNED_BYTE : gl.FLOAT, bytes, 0, 0);
+    });
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, marks);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * triangles.length, gl.DYNAMIC_DRAW);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, order);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, triangles, gl.STATIC_DRAW);
-    return { array, buffers, count: triangles.length };
+    return { array, buffers, marks, order, free, count: triangles.length };
   }
 
   send(surface, parts) {
@@ -86,34 +98,45 @@ class Painter {
     }
   }
 
-  // the colours that shades from 0 to 1 have, three bytes each
-  colour(palette) {
-    if (this.palette === palette) return;
-    const { gl } = this;
-    this.palette = palette;
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, palette.length / 3, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, palette);
-  }
-
   begin() {
-    this.gl.clearColor(0, 0, 0, 0);
+    const { backgroundColor } = getComputedStyle(this.canvas); // rgb(245, 247, 248)
+    this.gl.clearColor(...backgroundColor.match(/[\d.]+/g).slice(0, 3).map((part) => part / 255), 1);
     this.gl.clear(this.gl.COLOR_BUFFER_BIT | this.gl.DEPTH_BUFFER_BIT);
   }
 
-  // rings: [place x, y, z, radius] each, with the ink of each; box: x, y, width and height in pixels of the canvas
-  paint(surface, camera, box, { rings, inks, count, doubt, sharp }) {
-    const { gl, uniforms } = this;
+  // box: x, y, width and height in pixels of the canvas
+  // marks: rings [place x, y, z, radius] each, the ink of each, their count, the triangles that they cross; a doubt
+  paint(surface, camera, box, { rings, inks, count, crossed, doubt, sharp }) {
+    const { gl, plain, marked } = this;
     gl.viewport(...box);
-    gl.uniformMatrix3fv(uniforms.turn, true, camera.rows.flat());
-    gl.uniform3fv(uniforms.centre, camera.centre);
-    gl.uniform3fv(uniforms.scale, camera.scale(box[2], box[3]));
-    gl.uniform4fv(uniforms.rings, rings);
-    gl.uniform3fv(uniforms.inks, inks);
-    gl.uniform1i(uniforms.count, count);
-    gl.uniform1f(uniforms.doubt, doubt ? 1 : 0);
-    gl.uniform1f(uniforms.sharp, sharp);
     gl.bindVertexArray(surface.array);
-    gl.drawElements(gl.TRIANGLES, surface.count, gl.UNSIGNED_INT, 0);
+    if (!doubt) this.pass(plain, camera, box, surface.order, surface);
+    if (!doubt && !crossed.count) return;
+    gl.useProgram(marked.program);
+    gl.uniform4fv(marked.rings, rings);
+    gl.uniform3fv(marked.inks, inks);
+    gl.uniform1i(marked.count, count);
+    gl.uniform1f(marked.doubt, doubt ? 1 : 0);
+    gl.uniform1f(marked.sharp, sharp);
+    if (doubt) return this.pass(marked, camera, box, surface.order, surface);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, surface.marks);
+    gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, crossed.triangles.subarray(0, crossed.count));
+    this.pass(marked, camera, box, surface.marks, crossed);
+  }
+
+  // triangles by their numbers in a buffer, `free` of which move; what is held comes last
+  pass(way, camera, box, numbers, { free, count }) {
+    const { gl } = this;
+    gl.useProgram(way.program);
+    gl.uniformMatrix3fv(way.turn, true, camera.rows.flat());
+    gl.uniform3fv(way.centre, camera.centre);
+    gl.uniform3fv(way.scale, camera.scale(box[2], box[3]));
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, numbers);
+    gl.uniform4f(way.dark, 0, 0, 0, 0);
+    gl.drawElements(gl.TRIANGLES, free, gl.UNSIGNED_INT, 0);
+    if (count === free) return;
+    gl.uniform4f(way.dark, ...HELD, 1);
+    gl.drawElements(gl.TRIANGLES, count - free, gl.UNSIGNED_INT, 4 * free);
   }
 }
 

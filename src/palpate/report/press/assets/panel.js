@@ -28,11 +28,10 @@ class Panel {
     this.doubt = make("p", { className: "doubt", hidden: true });
     this.labels = [make("span"), make("span")];
     this.names = make("div", { className: "names", hidden: true }, ...this.labels);
-    this.arrow = new Arrow();
     this.key = make("div", { className: "legend" });
     this.besideKey = make("div", { className: "legend" });
     const keys = make("div", { className: "keys" }, this.key, this.besideKey);
-    const view = make("div", { className: "view" }, this.canvas, this.arrow.drawing, this.names);
+    const view = make("div", { className: "view" }, this.canvas, this.names);
     this.live = make("p", { className: "aloud" });
     this.live.setAttribute("aria-live", "polite");
     const list = make("dl", { id: `${id}_keys` }, ...KEYS.flatMap(([key, text]) => [make("dt", { textContent: key }), make("dd", { textContent: text })]));
@@ -126,30 +125,5 @@ class Panel {
     this.truthNote = make("p", { className: "advice" });
     this.known = make("div", { className: "selects" }, make("label", {}, make("span", { textContent: "known truth" }), this.samples), make("div", { className: "controls" }, this.reveal), this.truthNote);
     return this.known;
-  }
-}
-
-// The direction and the size of the force, drawn over the view.
-class Arrow {
-  constructor() {
-    const space = "http://www.w3.org/2000/svg";
-    this.drawing = document.createElementNS(space, "svg");
-    this.drawing.setAttribute("aria-hidden", "true");
-    this.lines = Array.from({ length: 8 }, (_, i) => {
-      const line = this.drawing.appendChild(document.createElementNS(space, "path"));
-      if (i % 2 === 0) line.setAttribute("class", "edge");
-      return line;
-    });
-  }
-
-  // shafts: [x from, y from, x to, y to] each, in pixels
-  draw(shafts) {
-    this.lines.forEach((line, i) => {
-      const shaft = shafts[i >> 1];
-      if (!shaft) return line.setAttribute("d", "");
-      const [x, y, tx, ty] = shaft, length = Math.hypot(tx - x, ty - y) || 1, [ux, uy] = [(tx - x) / length, (ty - y) / length];
-      const head = Math.min(11, 0.6 * length), [bx, by] = [tx - head * ux, ty - head * uy];
-      line.setAttribute("d", `M${x} ${y}L${bx} ${by}M${bx - 0.45 * head * uy} ${by + 0.45 * head * ux}L${tx} ${ty}L${bx + 0.45 * head * uy} ${by - 0.45 * head * ux}Z`);
-    });
   }
 }

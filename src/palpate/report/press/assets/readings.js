@@ -12,9 +12,8 @@ Object.assign(Panel.prototype, {
     return i < 0 || forces.length < 3 * i + 3 ? NaN : norm([...forces.slice(3 * i, 3 * i + 3)]);
   },
 
-  // numbers change ten times a second at most, arrows with each picture
+  // numbers change ten times a second at most
   tell() {
-    this.arrow.draw(this.shafts());
     this.telling ??= setTimeout(() => {
       this.telling = null;
       this.tellNumbers();
@@ -61,7 +60,7 @@ Object.assign(Panel.prototype, {
     if (actual > 0) this.trueBar.style.left = place(actual);
     const peak = 1e3 * (main.most ?? 0);
     const truly = actual > 0 ? `truly ${percent(actual)} of the peak` : "";
-    const told = error > 0 ? `error over the surface ± ${said(error * peak, "mm")}` : "this model does not estimate its error";
+    const told = error > 0 ? `error over the surface ±\u00a0${said(error * peak, "mm")}` : "this model does not estimate its error";
     this.bound.textContent = stage.active ? [`moves ${said(peak, "mm")} at most`, told, truly].filter(Boolean).join("; ") : "press the organ anywhere";
   },
 

@@ -4,16 +4,18 @@ const DEEPEST = 1.2; // over how far a place is pressed by as hard a force as a 
 const FREE = 0.5; // the same over the largest displacement, for models that do not say
 const FIRST = 0.15; // depth of the first press, over the largest displacement
 const EASE = 0.35; // of the way to the depth that is asked for, in each picture
+const AROUND_PX = 4; // pixels to either side of a ring's line in which it is drawn, on however steep a surface
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 
 class Stage {
   constructor(figure) {
     this.figure = figure;
     this.head = JSON.parse(figure.querySelector("script.head").textContent);
+    this.held = bytesOf(this.head.held); // a byte for each node
     this.palettes = Object.fromEntries(Object.entries(this.head.palettes).map(([name, text]) => [name, bytesOf(text)]));
     this.choices = this.head.models.map((head) => new Choice(figure, head));
     Object.assign(this, { fingers: [], active: null, mode: "press", colour: "displacement", besides: null });
-    Object.assign(this, { truth: null, truthShown: false, stale: false, busy: false, pictures: 0, last: 0, detail: 1, times: [] });
+    Object.assign(this, { truth: null, truthShown: false, stale: false, busy: false, pictures: 0, times: [] });
     this.panel = new Panel(this);
     this.painter = new Painter(this.panel.canvas);
     if (!this.painter.gl) {
@@ -41,7 +43,6 @@ class Stage {
   }
 
   restore() {
-    this.painter.palette = null;
     this.painter.build();
     this.views.forEach((view) => view.upload());
     this.refresh();
@@ -56,17 +57,19 @@ class Stage {
     return 0.04 * this.main.model.info.peak_m;
   }
 
-  // how deep a place can be pressed [m]
+  // how deep a place can be pressed [m]; asked for with each move of a pointer, and worked out once for a place
   most(place = this.active?.place) {
-    const { model } = this.main;
-    return place && model.depth ? DEEPEST * model.depth(place) : FREE * model.info.peak_m;
+    const { model, depths } = this.main;
+    if (!place || !model.depth) return FREE * model.info.peak_m;
+    if (!depths.has(place)) depths.set(place, DEEPEST * model.depth(place));
+    return depths.get(place);
   }
 
   // Let another model answer the same presses.
   take(choice) {
     const { model } = choice, same = this.main?.model.nodes.length === model.nodes.length;
     this.choice = choice;
-    this.main = new View(this.painter, model);
+    this.main = new View(this.painter, model, this.held);
     this.depth = Math.min(this.depth ?? FIRST * model.info.peak_m, this.most(null));
     this.times = [];
     if (!same) {
@@ -80,7 +83,7 @@ class Stage {
 
   compare(choice) {
     this.besides = choice;
-    this.beside = choice && new View(this.painter, choice.model);
+    this.beside = choice && new View(this.painter, choice.model, this.held);
     if (this.colour === "between" && !choice) this.colour = "displacement";
     this.panel.choose();
     this.refresh();
@@ -155,8 +158,9 @@ class Stage {
       return;
     }
     this.busy = true;
+    if (this.stale || this.moves) this.pace(now);
+    this.moves = false;
     if (this.stale) {
-      this.pace(now);
       const share = still.matches ? 1 : EASE;
       this.stale = this.fingers.map((finger) => !finger.force && finger.ease(share)).some(Boolean);
       this.fingers = this.fingers.filter((finger) => !finger.leaving || finger.shown > 0);
@@ -174,7 +178,7 @@ class Stage {
   draw() {
     const { canvas } = this.panel, { width, height } = canvas;
     if (!width || !this.main) return;
-    const sharp = width / canvas.clientWidth;
+    const sharp = width / canvas.clientWidth, rings = this.rings();
     this.painter.begin();
     this.views.forEach((view, i) => {
       const legend = this.bend(view, i);
@@ -182,8 +186,11 @@ class Stage {
       if (i === 1) this.panel.besideLegend(legend);
       const box = this.box(i, width, height);
       const doubt = view.answer.doubt && !(this.truthShown && i === 0);
-      this.painter.paint(view.buffers, this.camera, [box[0], height - box[1] - box[3], box[2], box[3]], { ...this.rings(), doubt, sharp });
+      const crossed = view.cross(rings.rings, rings.count, AROUND_PX * this.camera.pixel(box[2], box[3]) * sharp);
+      const marks = { ...rings, crossed, doubt, sharp };
+      this.painter.paint(view.buffers, this.camera, [box[0], height - box[1] - box[3], box[2], box[3]], marks);
     });
+    this.painter.arrows.draw(this.panel.shafts(), sharp);
     this.pictures++;
     this.panel.tell();
   }
@@ -195,8 +202,7 @@ class Stage {
     const most = view.bend(truth ?? view.answer.displacement, other);
     const legend = colouring(kind, view, this.palettes, this.truth, most);
     view.most = other ? largest(view.answer.displacement) : most;
-    this.painter.colour(legend.palette);
-    view.shade(legend.ofLength);
+    view.shade(legend, this.camera.rows);
     return legend;
   }
 
@@ -216,24 +222,5 @@ class Stage {
       inks.set(ink, 3 * i);
     });
     return { rings, inks, count: Math.min(3, shown.length) };
-  }
-
-  // The pixels that are drawn: fewer while things move and pictures come slowly, and more at rest, for smooth edges.
-  resize(detail = 2) {
-    const { canvas } = this.panel;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((size) => Math.max(1, Math.round(size * detail)));
-    if (canvas.width === width && canvas.height === height) return;
-    [canvas.width, canvas.height] = [width, height];
-    if (this.beside) this.panel.resized();
-    this.redraw();
-  }
-
-  pace(now) {
-    const took = now - this.last;
-    this.last = now;
-    if (took < 300) this.detail = clamp(this.detail * (took > 22 ? 0.94 : 1.03), 0.6, Math.min(window.devicePixelRatio || 1, 2));
-    this.resize(this.detail);
-    clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.resize(), 250);
   }
 }

@@ -1,21 +1,24 @@
-// One body as it is shown: its places, normals and shades, and the answer that they come from.
+// One body as it is shown: its places, normals and colours, and the answer that they come from.
 
 class View {
-  constructor(painter, model) {
+  // held: a byte for each node, 1 where it is held and cannot move
+  constructor(painter, model, held) {
     const { nodes, triangles } = model, normals = new Float32Array(nodes.length);
     fillNormals(nodes, triangles, normals);
-    Object.assign(this, { painter, model, surface: { nodes, triangles, normals } });
+    Object.assign(this, { painter, model, surface: { nodes, triangles, normals }, ...inOrder(triangles, held) });
     this.places = Float32Array.from(nodes);
     this.normals = Float32Array.from(normals);
     this.shades = new Float32Array(nodes.length / 3);
+    this.tints = new Uint8ClampedArray(4 * this.shades.length);
+    this.depths = new WeakMap(); // of places, how deep they can be pressed
+    this.apart = new Float32Array(3 * this.shades.length); // from each of three rings
+    this.crossed = { triangles: new Uint32Array(triangles.length), free: 0, count: 0 };
     this.answer = { displacement: new Float32Array(nodes.length), forces: new Float32Array(0), error: NaN, doubt: "", ms: NaN };
     this.upload();
   }
 
   upload() {
-    this.buffers = this.painter.surface(this.shades.length, this.surface.triangles);
-    this.painter.send(this.buffers, { rest: this.surface.nodes, place: this.places, normal: this.normals });
-    if (this.held) this.painter.send(this.buffers, { held: this.held });
+    this.buffers = this.painter.surface(this.surface.nodes, this.order, this.free);
   }
 
   // Take an answer to some presses; without any, the body is at rest.
@@ -29,23 +32,13 @@ class View {
     try {
       const found = await this.model.respond(presses);
       this.answer = { ...found, ms: found.ms ?? performance.now() - began };
-      this.findHeld();
     } catch (error) {
       this.answer = { ...this.answer, error: NaN, doubt: error.message, ms: performance.now() - began };
     }
   }
 
-  // What is held does not move at all, whatever is pressed; it is drawn dark.
-  findHeld() {
-    const { displacement } = this.answer;
-    if (this.held) return;
-    this.held = Float32Array.from(this.shades, (_, n) =>
-      displacement[3 * n] || displacement[3 * n + 1] || displacement[3 * n + 2] ? 0 : 1);
-    this.painter.send(this.buffers, { held: this.held });
-  }
-
-  // Bend the surface by `displacement`, and colour it by the length of each node's difference from `other`, as
-  // `shade` makes a number from 0 to 1 of it. Returns the largest length [m].
+  // Bend the surface by `displacement`; `shades` becomes the length of each node's difference from `other`, the largest
+  // of which is returned [m].
   bend(displacement, other) {
     const { places, surface: { nodes, triangles }, normals } = this;
     for (let i = 0; i < places.length; i++) places[i] = nodes[i] + displacement[i];
@@ -53,11 +46,46 @@ class View {
     return fillLengths(other ? this.answer.displacement : displacement, other, this.shades);
   }
 
-  shade(ofLength) {
+  // Colour the surface: `ofLength` makes a shade of a length.
+  shade({ ofLength, palette }, rows) {
     for (let n = 0; n < this.shades.length; n++) this.shades[n] = ofLength(this.shades[n]);
-    this.painter.send(this.buffers, { place: this.places, normal: this.normals, shade: this.shades });
+    fillTints(this.tints, this.shades, this.normals, palette, rows);
+    this.painter.send(this.buffers, { place: this.places, tint: this.tints });
+  }
+
+  // Find the triangles that rings cross, or come nearer to than a margin [m], as the body is at rest.
+  cross(rings, count, margin) {
+    const { order, crossed, apart, surface: { nodes } } = this, size = this.shades.length;
+    for (let r = 0; r < count; r++) {
+      const x = rings[4 * r], y = rings[4 * r + 1], z = rings[4 * r + 2], radius = rings[4 * r + 3];
+      for (let n = 0, i = 0; n < size; n++, i += 3) {
+        apart[r * size + n] = Math.sqrt((nodes[i] - x) ** 2 + (nodes[i + 1] - y) ** 2 + (nodes[i + 2] - z) ** 2) - radius;
+      }
+    }
+    [crossed.free, crossed.count] = [0, 0];
+    for (let t = 0; t < order.length; t += 3) {
+      for (let from = 0; from < count * size; from += size) {
+        const a = apart[from + order[t]], b = apart[from + order[t + 1]], c = apart[from + order[t + 2]];
+        if (Math.min(a, b, c) > margin || Math.max(a, b, c) < -margin) continue;
+        crossed.triangles.set([order[t], order[t + 1], order[t + 2]], crossed.count);
+        crossed.count += 3;
+        if (t < this.free) crossed.free = crossed.count;
+        break;
+      }
+    }
+    return crossed;
   }
 }
+
+// The corners of triangles, those that are held last, and how many of them are free.
+const inOrder = (triangles, held) => {
+  const free = [], last = [];
+  for (let t = 0; t < triangles.length; t += 3) {
+    const corners = [triangles[t], triangles[t + 1], triangles[t + 2]];
+    (corners.every((node) => held?.[node]) ? last : free).push(...corners);
+  }
+  return { order: Uint32Array.from([...free, ...last]), free: free.length };
+};
 
 // What colours mean: the palette, the words below the bar, its marks, and the shade of a length.
 const colouring = (kind, view, palettes, truth, most) => {
@@ -66,7 +94,7 @@ const colouring = (kind, view, palettes, truth, most) => {
     const bar = error * most; // the estimate, in metres
     return {
       palette: palettes.displacement, marks: [[0, "1"], [1 / 3, "10"], [2 / 3, "100"], [1, "1000"]],
-      words: "displacement over the estimated error of this answer; grey: less than the error",
+      words: `displacement over the estimated error of this answer; grey: ${bar > 0 ? "less than the error" : "none is estimated"}`,
       ofLength: bar > 0 ? (length) => (length > bar ? Math.log10(length / bar) / 3 : -1) : () => -1,
     };
   }

@@ -175,8 +175,14 @@ def test_a_server_answers_and_its_doubts_are_shown(browser, doubtful, answer):
         assert not page.is_visible(".doubt")
         page.mouse.click(x2, y2)
         page.wait_for_selector(".doubt:visible")
-        assert "too far" in page.text_content(".doubt")
+        assert page.text_content(".doubt") == "The model doubts this answer: too far"
         assert said == []
+        page.unroute("**/*")
+        page.route("**/*", lambda route: route.abort("connectionrefused"))
+        page.mouse.click(x, y)
+        chromium.until(page, f"{STAGE}.main.answer.lost")
+        page.wait_for_timeout(300)
+        assert page.text_content(".doubt") == "No new answer: the server has ended; start palpate press again"
 
 
 def test_only_a_page_with_a_server_may_ask_one(model, doubtful):

@@ -22,7 +22,9 @@ class Remote {
 
   async respond(presses) {
     const asked = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ presses }) };
-    const reply = await fetch(this.url, asked);
+    const reply = await fetch(this.url, asked).catch(() => {
+      throw new Error("the server has ended; start palpate press again");
+    });
     if (!reply.ok) throw new Error((await reply.text()).trim() || `the server answered ${reply.status}`);
     const { displacement, forces, error, doubt, ms } = await reply.json();
     return {

@@ -66,7 +66,12 @@ Object.assign(Panel.prototype, {
 
   doubtShown(doubt) {
     this.doubt.hidden = !doubt || this.stage.truthShown;
-    if (doubt) this.doubt.textContent = `The model doubts this answer: ${doubt}`;
+    if (doubt) this.doubt.textContent = this.doubted(doubt);
+  },
+
+  // an answer that did not come is not one that is doubted
+  doubted(doubt) {
+    return `${this.stage.main.answer.lost ? "No new answer" : "The model doubts this answer"}: ${doubt}`;
   },
 
   // arrows that end where fingers press, as long as their force is large
@@ -88,7 +93,7 @@ Object.assign(Panel.prototype, {
     const newtons = this.forceOf(active), millimetres = 1e3 * this.depthOf(active);
     const errors = error > 0 ? `, estimated error ${percent(error)} of the peak` : "";
     const text = active ? `${said(newtons, "newtons")}, ${said(millimetres, "millimetres")} deep${errors}.` : "Nothing is pressed.";
-    const whole = doubt ? `${text} The model doubts this answer: ${doubt}` : text;
+    const whole = doubt ? `${text} ${this.doubted(doubt)}` : text;
     if (this.live.textContent !== whole) this.live.textContent = whole;
   },
 

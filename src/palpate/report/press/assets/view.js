@@ -26,14 +26,14 @@ class View {
     const began = performance.now();
     if (!presses.length) {
       this.answer.displacement.fill(0);
-      this.answer = { ...this.answer, forces: new Float32Array(0), error: NaN, doubt: "", ms: NaN };
+      this.answer = { ...this.answer, forces: new Float32Array(0), error: NaN, doubt: "", lost: false, ms: NaN };
       return;
     }
     try {
       const found = await this.model.respond(presses);
-      this.answer = { ...found, ms: found.ms ?? performance.now() - began };
+      this.answer = { ...found, lost: false, ms: found.ms ?? performance.now() - began };
     } catch (error) {
-      this.answer = { ...this.answer, error: NaN, doubt: error.message, ms: performance.now() - began };
+      this.answer = { ...this.answer, error: NaN, doubt: error.message, lost: true, ms: performance.now() - began };
     }
   }
 

@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from importlib.util import find_spec
+from os.path import normpath
 from pathlib import Path
 
 from palpate.errors import InputError
@@ -53,6 +54,15 @@ def finger_regimes(config: dict) -> dict[str, dict]:
     known = None if first["radius_of_body_m"] else first["radius_m"]
     radii = [radius for radius in config["tradeoff"]["finger_radii_m"] if radius != known]
     return {FINGER.format(1e6 * radius): first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}
+
+
+def paths_of_body(body: dict, folder: Path) -> dict[str, str]:
+    """Return the files or folders that the entry of a body is made from, by key, as they can be opened from here.
+
+    folder : of the settings, from where the entry names them
+    """
+    keys = [key for key in ("path", "image", "mask", "law") if body.get(key) is not None]
+    return {key: normpath(folder / body[key]) for key in keys if key != "law" or body[key].endswith(".py")}
 
 
 def _check_body(place: str, body: dict, folder: Path) -> None:

@@ -90,6 +90,14 @@ def test_too_hard_a_press_is_doubted_in_words(model):
     assert np.isfinite(hard.displacement).all() and 0.0 < gentle.error < hard.error <= 1.0
 
 
+def test_what_is_no_press_is_refused_in_words(model):
+    press = model.press_at(0, np.array([0.0, 0.0, -1e-3]))
+    both = press | {"moved": [0.0, 0.0, -1e-3]}
+    for presses, why in ((17 * [press], "more than 16"), ([both], "and not both"), ([None], "list of dictionaries")):
+        with pytest.raises(ValueError, match=why):
+            model.respond(presses)
+
+
 def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):
     """As close as runtimes are to each other."""
     compared = 0

@@ -153,6 +153,25 @@ def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compile
     assert refused + answered <= 10000 and refused > 1000 and answered > 1000
 
 
+WRONG = """
+const model = require(process.argv[1]).load(require("fs").readFileSync(process.argv[2]));
+const press = { triangle: 0, weights: [1, 0, 0], force: [0, 0, 0] };
+for (const presses of [Array(17).fill(press), [{ ...press, moved: [0, 0, 0] }], [null], undefined])
+  try { model.respond(presses); console.log("answered"); } catch (error) { console.log(error.message); }
+"""
+
+
+def test_javascript_refuses_what_is_no_press(node, made_up, tmp_path):
+    (tmp_path / "model").write_bytes(made_up.data)
+    command = [node, "-e", WRONG, str(RUNTIMES / "palpate.js"), str(tmp_path / "model")]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert said == [
+        "more than 16 presses are asked for",
+        "a press has a force or is moved, and not both",
+        *2 * ["presses are a list of objects"],
+    ]
+
+
 def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
     data = made_up.data
     named = {"body": "a", "regime": "b", "model": "c", "error": "d"}

@@ -144,6 +144,9 @@ def test_a_run_is_found_by_its_settings_or_its_results(finished, tmp_path):
     by_config = find_run(finished / "config.yaml", None)
     by_results = find_run(None, finished / "results")
     assert by_config.results.samefile(by_results.results) and by_config.config.samefile(by_results.config)
+    with pytest.raises(InputError, match="results: there is no such folder; give the results of a run"):
+        find_run(None, tmp_path / "results")
+    (tmp_path / "results").mkdir()
     with pytest.raises(InputError, match=r"has no config\.yaml; give the settings of the run with --config\."):
         find_run(None, tmp_path / "results")
     with pytest.raises(InputError, match=r"config\.yaml: there is no such file; give the settings of the run\."):

@@ -7,7 +7,7 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.config import asked_for, complete, finger_regimes, pressed_bodies
+from palpate.config import asked_for, complete, finger_regimes, paths_of_body, pressed_bodies
 from palpate.dependencies import digest, files_of
 from palpate.environment import check_environment
 from palpate.errors import InputError

@@ -9,7 +9,7 @@ from palpate.evaluation.press.check import pressed_here, radius_of
 PRESSED_HERE = pressed_here(config)
 
 TARGETS["press"] = merged("press", expand("results/data/{body}/press/press.csv", body=PRESSED_HERE)) + expand(
-    "results/figures/press_{body}.html", body=PRESSED_HERE
+    ["results/figures/press_{body}.html", "results/figures/press_{body}.section"], body=PRESSED_HERE
 )
 WARNED += warned_of(PRESSED_HERE)
 
@@ -46,7 +46,8 @@ rule write_press:
         runtime=relpath(ROOT / "src/palpate/portable/runtimes/palpate.js"),
     output:
         table="results/data/{body}/press/press.csv",
-        section="results/figures/press_{body}.html",
+        section="results/figures/press_{body}.section",
+        page="results/figures/press_{body}.html",
     log:
         "results/logs/{body}/write_press.log",
     params:
@@ -54,6 +55,6 @@ rule write_press:
         samples=config["press"]["samples"],
         code=code_of("write_press"),
     message:
-        "make the page on which {wildcards.body} is pressed"
+        "make the page on which {wildcards.body} is pressed: results/figures/press_{wildcards.body}.html"
     script:
         "../scripts/write_press.py"

@@ -8,7 +8,7 @@ from palpate.files import write_whole
 from palpate.job import job, write_table
 from palpate.portable.file import read
 from palpate.report.press.compose import held_nodes, press_models
-from palpate.report.press.page import press_section
+from palpate.report.press.page import press_document, press_section
 
 with job(snakemake.log[0]):
     files, params, body = snakemake.input, snakemake.params, load(snakemake.input.body)
@@ -19,6 +19,8 @@ with job(snakemake.log[0]):
     paths = {"contact_modes": Path(files.model), "coarse": Path(files.coarse)}
     table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
     write_table(table, snakemake.output.table)
+    shown, held = press_models(table, paths, known, model.info), held_nodes(body)
     with write_whole(snakemake.output.section) as part:
-        shown = press_models(table, paths, known, model.info)
-        part.write_text(press_section(shown, name=body.name, held=held_nodes(body)))
+        part.write_text(press_section(shown, name=body.name, held=held), encoding="utf-8")
+    with write_whole(snakemake.output.page) as part:
+        part.write_text(press_document(shown, f"Press it: {body.name.replace('_', ' ')}", held=held), encoding="utf-8")

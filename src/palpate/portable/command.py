@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bodies.make_body import make_body
-from palpate.config import complete, finger_regimes, pressed_bodies
+from palpate.config import complete, finger_regimes, paths_of_body, pressed_bodies
 from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import InputError, NotConverged, suggest
 from palpate.models.model import Case
@@ -66,7 +66,8 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     name, regime = known[scene]
     entry = regimes[regime]
     radius = float(entry["radius_of_body_m"].get(name, entry["radius_m"]))
-    body = make_body(name, settings["bodies"][name])
+    given = settings["bodies"][name]
+    body = make_body(name, given | paths_of_body(given, config.parent))
     nothing = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
     database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *nothing)
     options = FitOptions(1, {}, 2, "contacts", settings["seed"])

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from math import isclose
 from pathlib import Path
 
+import pandas as pd
+
 from palpate.errors import InputError
 from palpate.evaluation.press.coarse_answer import coarse_answer, packed
 from palpate.evaluation.tradeoff.finished_run import FinishedRun
@@ -15,7 +17,7 @@ from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.models.model import Case
 from palpate.portable.file import read
-from palpate.report.press.compose import ABOUT, TITLES, held_nodes
+from palpate.report.press.compose import ABOUT, TITLES, held_nodes, worth
 from palpate.report.press.page import PressModel, press_document
 from palpate.serve.live_models import LiveModels, case_words
 from palpate.serve.server import PressServer
@@ -64,6 +66,8 @@ def _serve(server: PressServer, scene: str, browser: bool) -> None:
 
 def find_run(config: Path | None, results: Path | None) -> FinishedRun:
     """Return the run of settings and results, of which one or both may be left out; InputError if it has no results."""
+    if results and not results.is_dir():
+        raise InputError(f"{results}: there is no such folder; give the results of a run with --results.")
     if config is None:
         beside = results.resolve().parent if results else Path()
         config = next((beside / name for name in ("config.yaml", "try.yaml") if (beside / name).is_file()), None)
@@ -81,14 +85,15 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
     meshes = live.case.meshes
     words = case_words(live.case, live.peak, live.hardest)
-    if models := [] if only else _in_file(run.folder(scene).parent / "press/contact_modes.palpate", live.case):
+    if models := [] if only else _in_file(run.folder(scene).parent / "press", live.case):
         words |= models[0].info  # or the same colour would be another displacement in the view beside
     models += [
         PressModel(
             name,
             label(name, row["setting"]),
             url=f"answer/{name}",
-            advice=f"{percent(row['rmse_of_peak'])} of the peak wrong, {seconds(row['online_p95_s'])} an answer",
+            advice=f"Error {percent(row['rmse_of_peak'])} of the peak; "
+            f"{seconds(row['online_p95_s'])} for a given force.",
             nodes=meshes.nodes_fine_surface,
             triangles=meshes.triangles,
             info=words,
@@ -99,11 +104,15 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     return press_document(models, f"Press it: {scene.replace('_', ' ')}", held=held_nodes(live.case.body))
 
 
-def _in_file(path: Path, case: Case) -> list[PressModel]:
+def _in_file(folder: Path, case: Case) -> list[PressModel]:
     """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
+    path, measured = folder / f"{CONTACT_MODES}.palpate", folder / "press.csv"
     if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
         return []
     info, about = {key: model.info[key] for key in SCALES}, ABOUT[CONTACT_MODES]
+    if measured.is_file():
+        [row] = [row for row in pd.read_csv(measured).itertuples() if row.model == CONTACT_MODES]
+        about += f" {worth(row)}"
     return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
 
 

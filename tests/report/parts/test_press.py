@@ -38,7 +38,7 @@ class Page:
 
 
 def test_each_body_has_a_section(tmp_path):
-    (tmp_path / "press_liver.html").write_text('<figure class="press"></figure>')
+    (tmp_path / "press_liver.section").write_text('<figure class="press"></figure>')
     ((key, title, content),) = press.sections(Page(tmp_path))
     assert (key, title) == ("press_liver_section", "Liver")
     assert (

@@ -46,6 +46,23 @@ def test_a_drag_presses_deeper_and_the_wheel_too(page, answer):
     assert np.linalg.norm(rest(page)["presses"][0]["moved"]) < deeper[1]
 
 
+def test_a_press_where_the_organ_is_held_takes_nothing_from_the_next(page, answer):
+    page.evaluate(f"{STAGE}.main.model.depth = () => 1")  # deep enough for any wish
+    (x, y), (x2, y2) = spots(page, 9)[0], spots(page, 9)[-1]
+    page.mouse.click(x, y)
+    before = rest(page)
+    page.evaluate(f"{STAGE}.main.depths = new Map(), {STAGE}.main.model.depth = () => 0")
+    page.mouse.click(x2, y2)
+    assert rest(page)["presses"] == []
+    page.wait_for_timeout(300)
+    assert "held" in page.text_content(".bound")
+    page.evaluate(f"{STAGE}.main.depths = new Map(), {STAGE}.main.model.depth = () => 1")
+    page.mouse.click(x, y)
+    after = rest(page)
+    assert np.linalg.norm(after["presses"][0]["moved"]) == pytest.approx(np.linalg.norm(before["presses"][0]["moved"]))
+    same(after, answer[0])
+
+
 def test_a_finger_slides(page, answer):
     (x, y), *_ = spots(page, 1)
     page.get_by_text("Slide", exact=True).click()

@@ -3,12 +3,7 @@
 
 def body_paths(name):
     """The files or folders a body is made from, by key; given relative to the folder of the config file."""
-    body = config["bodies"][name]
-    return {
-        key: normpath(CONFIG_FILE.parent / body[key])
-        for key in ("path", "image", "mask", "law")
-        if body.get(key) is not None and (key != "law" or body[key].endswith(".py"))
-    }
+    return paths_of_body(config["bodies"][name], CONFIG_FILE.parent)
 
 
 def body_files(name):

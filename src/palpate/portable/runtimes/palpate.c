@@ -232,8 +232,8 @@ void palpate_free(palpate_model *m) {
     for (void **each = m ? m->held : NULL, **next; each; each = next) next = each[0], free(each);
     free(m);
 }
-uint32_t palpate_nodes(const palpate_model *m, const float **positions) { return *positions = m->nodes, m->n; }
-uint32_t palpate_triangles(const palpate_model *m, const uint32_t **corners) { return *corners = m->triangles, m->t; }
+uint32_t palpate_nodes(const palpate_model *m, const float **positions) { return positions ? *positions = m->nodes, m->n : m->n; }
+uint32_t palpate_triangles(const palpate_model *m, const uint32_t **corners) { return corners ? *corners = m->triangles, m->t : m->t; }
 const char *palpate_info(const palpate_model *m) { return m->info; }
 /* energy of a contact's cells, its gradient (r) and the smallest det F.
    s = tr R'F is the largest root of (s^2 - I)^2 = 4 II + 8 J s, I, II and J^2 being the invariants of F'F; R = ds/dF */

@@ -7,7 +7,7 @@
 typedef struct palpate_model palpate_model;
 
 /* A press: a triangle and the weights of its corners say where, and a force [N], or, if moves is not 0, by how much the
-   disc is moved [m], on average over its pressure; then the force is found. */
+   disc is moved [m], on average over its pressure; then the force is found. At most 16 act at once. */
 typedef struct { uint32_t triangle; double weights[3]; int moves; double given[3]; } palpate_press;
 
 /* error: RMSE over peak that nine in ten answers keep; doubt: why the answer is not to be believed, or "" */

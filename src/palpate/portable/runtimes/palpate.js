@@ -5,7 +5,7 @@
 "use strict";
 const Palpate = (() => {
   const VERSION = 1, HEAD = 144, ENOUGH = 1e-6, ITERATIONS = 200, CLOSE = 1e-6, LOOSE = 0.1, MOST = 40;
-  const HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1;
+  const HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1, MOST_PRESSES = 16;
   const MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8;
   const WORDS = ["body", "regime", "model", "error"], NUMBERS = ["radius_m", "peak_m", "hardest_n"];
 
@@ -353,8 +353,11 @@ const Palpate = (() => {
     // from: an answer to similar presses, in the same order, where this one begins; it saves time only, and what is
     // doubted is answered from the beginning
     respond(presses, { from = null } = {}) {
+      must(Array.isArray(presses) && presses.every((press) => press !== null && typeof press === "object"), "presses are a list of objects");
+      must(presses.length <= MOST_PRESSES, `more than ${MOST_PRESSES} presses are asked for`);
       const begin = now(), k = presses.length, places = presses.map((press) => this.place(press));
       const moves = presses.map((press) => press.moved !== undefined && press.moved !== null);
+      must(!presses.some((press, i) => moves[i] && (press.force ?? null) !== null), "a press has a force or is moved, and not both");
       const given = new Float64Array(3 * k), forces = new Float64Array(3 * k);
       presses.forEach((press, i) => given.set(numbers(press, moves[i] ? "moved" : "force"), 3 * i));
       places.forEach((place, i) => {

@@ -30,7 +30,7 @@ SCALARS = (
 ENOUGH, ITERATIONS = 1e-6, 200
 CLOSE, LOOSE, MOST, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
-MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS = 256, 4096, 1024, 8
+MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS, MOST_PRESSES = 256, 4096, 1024, 8, 16
 WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")
 
 
@@ -179,6 +179,11 @@ class PortableModel:
             what is doubted is answered from the beginning
         ValueError with one sentence for a press that is none.
         """
+        sound = isinstance(presses, Sequence) and all(isinstance(press, Mapping) for press in presses)
+        _must(sound, "presses are a list of dictionaries")
+        _must(len(presses) <= MOST_PRESSES, f"more than {MOST_PRESSES} presses are asked for")
+        both = any(press.get("moved") is not None and press.get("force") is not None for press in presses)
+        _must(not both, "a press has a force or is moved, and not both")
         places = [self._place(press) for press in presses]
         unknown = np.array([press.get("moved") is not None for press in presses], dtype=bool)
         given = [_vector(press, "moved" if moves else "force") for press, moves in zip(presses, unknown, strict=True)]

@@ -47,7 +47,7 @@ def sections(report: Report) -> list[Section]:
     table = report.tables["press"]
     found = []
     for body in tables.bodies(table):
-        page = require_file(report.figures / f"press_{body}.html").read_text(encoding="utf-8")
+        page = require_file(report.figures / f"press_{body}.section").read_text(encoding="utf-8")
         rows = tables.where(table, body=body)
         shown = pd.DataFrame(
             {

@@ -55,5 +55,5 @@ def worth(row) -> str:
 def _truth(one: Known) -> PressTruth:
     newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(one.displacement, axis=1).max())
     note = f"The truth is the limit of ever finer quadratic elements; its own error is {percent(one.own)} of its peak."
-    title = f"place {one.contact}: {newtons:.2g} N, {1e3 * peak:.0f} mm"
+    title = f"place {one.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm"
     return PressTruth(title, one.place["triangle"], one.place["weights"], list(one.force), one.displacement, note)

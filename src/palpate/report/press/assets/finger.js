@@ -1,10 +1,11 @@
 // A finger: where it presses the surface at rest, how deep, and how it is tilted from the inward normal.
+// `wish` is how deep it is to press, and `depth` as much of that as its place can bear.
 const STEEP = (60 * Math.PI) / 180; // as far as a finger tilts
 
 class Finger {
   // place: {triangle, weights}; ways: the normals (3 n) of the surface at rest
   constructor(surface, place, depth, tilt = [0, 0]) {
-    Object.assign(this, { surface, place, depth, tilt, shown: 0, force: null, pinned: false, leaving: false });
+    Object.assign(this, { surface, place, depth, wish: depth, tilt, shown: 0, force: null, pinned: false, leaving: false });
   }
 
   mix(values) {

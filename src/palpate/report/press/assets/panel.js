@@ -107,7 +107,7 @@ class Panel {
     const titles = choices.map(({ name, title }) => [name, title]), by = (name) => choices.find((each) => each.name === name);
     this.model = select("model", titles, (name) => stage.take(by(name)));
     this.second = select("beside it", [["", "nothing"], ...titles], (name) => stage.compare(by(name) ?? null));
-    this.colours = select("colour", [["displacement", "displacement"], ["error", "displacement / error"]], (kind) => stage.shadeBy(kind));
+    this.colours = select("colour", [["displacement", "displacement"], ["error", "displacement over its error"]], (kind) => stage.shadeBy(kind));
     this.advice = make("p", { className: "advice" });
     if (choices.length < 2) this.second[1].hidden = true;
     return make("div", { className: "selects" }, this.model[1], this.advice, this.second[1], this.colours[1]);

@@ -60,8 +60,10 @@ Object.assign(Panel.prototype, {
     if (actual > 0) this.trueBar.style.left = place(actual);
     const peak = 1e3 * (main.most ?? 0);
     const truly = actual > 0 ? `truly ${percent(actual)} of the peak` : "";
-    const told = error > 0 ? `error over the surface ±\u00a0${said(error * peak, "mm")}` : "this model does not estimate its error";
-    this.bound.textContent = stage.active ? [`moves ${said(peak, "mm")} at most`, told, truly].filter(Boolean).join("; ") : "press the organ anywhere";
+    const own = error > 0 ? `error over the surface ±\u00a0${said(error * peak, "mm")}` : "this model does not estimate its error";
+    const told = [`moves ${said(peak, "mm")} at most`, main.answer.forces.length ? own : "", truly].filter(Boolean).join("; ");
+    const pressed = stage.active && !(stage.most() > 0) ? "here the organ is held, and cannot be pressed" : told;
+    this.bound.textContent = stage.active ? pressed : "press the organ anywhere";
   },
 
   doubtShown(doubt) {
@@ -120,7 +122,7 @@ Object.assign(Panel.prototype, {
       mark.style.left = `${100 * share}%`;
       return mark;
     });
-    key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), words);
+    key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), words + (this.stage.held?.some(Boolean) ? "; dark: held" : ""));
   },
 
   // another model: its advice, its truths, the range of its depths

@@ -106,9 +106,10 @@ class Stage {
 
   // Another press than that of which the truth is known.
   changed() {
-    if (this.active) this.active.depth = clamp(this.active.depth, 0, this.most());
+    if (this.active) this.active.depth = clamp(this.active.wish, 0, this.most());
     if (this.truth) {
-      this.depth = this.active.depth = this.active.shown = clamp(this.panel.depthOf(this.active), 0, this.most());
+      this.wish(this.panel.depthOf(this.active));
+      this.active.shown = this.active.depth;
       this.fingers.forEach((finger) => (finger.force = null));
       [this.truth, this.truthShown] = [null, false];
       if (this.colour === "truth") this.colour = "displacement";
@@ -119,8 +120,15 @@ class Stage {
   deepen(by) {
     if (!this.active) return;
     this.changed();
-    this.active.depth = this.depth = clamp(this.active.depth + by, 0, this.most());
+    this.wish(this.active.depth + by);
     this.refresh();
+  }
+
+  // As deep as a place bears; what bears little, or is held, takes nothing from the wish for the next place.
+  wish(depth) {
+    const { active } = this, most = this.most();
+    active.depth = clamp(depth, 0, most);
+    this.depth = active.wish = depth > most ? Math.max(active.wish, active.depth) : active.depth;
   }
 
   release() {

@@ -29,8 +29,10 @@ def describe(path: Path | str) -> str:
         f"{megabytes:.1f} MB, whole and sound",
         f"surface of {len(model.nodes)} nodes and {len(model.triangles)} triangles, {len(model.contacts)} contacts",
         f"pressed by discs of {1e3 * model.radius_m:g} mm radius, up to about {info.get('hardest_n', 0.0):.2g} N",
-        f"error: {info.get('error')}",
+        "error: " + "\n  ".join(str(info.get("error")).split("; ")),
     ]
+    if isinstance(stored := info.get("float32_error"), float):
+        lines.append(f"at the contacts themselves the file costs {100 * stored:.2g} % of the peak")
     return "\n".join(lines)
 
 

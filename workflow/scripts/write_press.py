@@ -4,11 +4,10 @@ from palpate.bodies.body_file import load
 from palpate.evaluation.press import coarse_answer
 from palpate.evaluation.press.known_presses import known_presses, trial_presses
 from palpate.evaluation.press.measure import measure
-from palpate.files import write_whole
 from palpate.job import job, write_table
 from palpate.portable.file import read
 from palpate.report.press.compose import held_nodes, press_models
-from palpate.report.press.page import press_document, press_section
+from palpate.report.press.page import write_pages
 
 with job(snakemake.log[0]):
     files, params, body = snakemake.input, snakemake.params, load(snakemake.input.body)
@@ -19,8 +18,5 @@ with job(snakemake.log[0]):
     paths = {"contact_modes": Path(files.model), "coarse": Path(files.coarse)}
     table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
     write_table(table, snakemake.output.table)
-    shown, held = press_models(table, paths, known, model.info), held_nodes(body)
-    with write_whole(snakemake.output.section) as part:
-        part.write_text(press_section(shown, name=body.name, held=held), encoding="utf-8")
-    with write_whole(snakemake.output.page) as part:
-        part.write_text(press_document(shown, f"Press it: {body.name.replace('_', ' ')}", held=held), encoding="utf-8")
+    shown = press_models(table, paths, known, model.info)
+    write_pages(shown, body.name, held_nodes(body), snakemake.output.section, snakemake.output.page)

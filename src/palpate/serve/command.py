@@ -19,6 +19,7 @@ from palpate.models.model import Case
 from palpate.portable.file import read
 from palpate.report.press.compose import ABOUT, TITLES, held_nodes, worth
 from palpate.report.press.page import PressModel, press_document
+from palpate.report.words import spaced
 from palpate.serve.live_models import LiveModels, case_words
 from palpate.serve.server import PressServer
 
@@ -101,7 +102,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         for name, row in live.rows.items()
     ]
     models += _coarse(live.case, words)
-    return press_document(models, f"Press it: {scene.replace('_', ' ')}", held=held_nodes(live.case.body))
+    return press_document(models, f"Press it: {spaced(scene)}", held=held_nodes(live.case.body))
 
 
 def _in_file(folder: Path, case: Case) -> list[PressModel]:

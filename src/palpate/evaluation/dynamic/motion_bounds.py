@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from palpate.evaluation.dynamic.tables import TABLES
 from palpate.evaluation.tradeoff.coverage import Draws
 from palpate.evaluation.tradeoff.equal_settings import EXACT
 from palpate.evaluation.tradeoff.error_bounds import CONSTANT, OWN
@@ -16,10 +17,7 @@ MEASURED = [
     "peak_m", "reference_change",
 ]  # fmt: skip
 """The columns of what was measured at each place."""
-COLUMNS = [
-    "scene", "body", "model", "setting", "estimate", "places", "unresolved", "failures", "rank_correlation",
-    "error_of_peak", "bound_factor", "bound_of_peak", "sharpness", "coverage", "coverage_low", "estimate_s",
-]  # fmt: skip
+COLUMNS = TABLES["motion_bounds"].columns.split()
 
 
 def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:

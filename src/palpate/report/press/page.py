@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
+from palpate.files import write_whole
 from palpate.report import page_assets
+from palpate.report.words import spaced
 
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
@@ -103,6 +106,16 @@ def press_document(
         f'<body>\n<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{section}'
         "</main>\n</body>\n</html>\n"
     )
+
+
+def write_pages(
+    models: Sequence[PressModel], name: str, held: Sequence[bool] | np.ndarray, section: Path | str, page: Path | str
+) -> None:
+    """Write the ``section`` of the report and the whole ``page`` on which the body ``name`` is pressed."""
+    whole = press_document(models, f"Press it: {spaced(name)}", held=held)
+    for path, text in ((section, press_section(models, name=name, held=held)), (page, whole)):
+        with write_whole(path) as part:
+            part.write_text(text, encoding="utf-8")
 
 
 def policy(models: Sequence[PressModel]) -> str:

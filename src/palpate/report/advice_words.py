@@ -9,7 +9,8 @@ from palpate.evaluation.tradeoff.advice_reasons import name
 from palpate.evaluation.tradeoff.equal_settings import CLOSE, EQUAL, KINDS
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
-from palpate.report.words import capital, plain
+from palpate.report.names import plain
+from palpate.report.words import capital
 
 WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
 """The meaning of each kind of error."""

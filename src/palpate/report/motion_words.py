@@ -8,7 +8,8 @@ from palpate.evaluation.tradeoff.advice_reasons import name
 from palpate.figures.model_looks import label
 from palpate.figures.number_format import percent, seconds
 from palpate.report.advice_words import advised, left, limit, next_best, preparation, refusal, terms, timed
-from palpate.report.words import capital, plain
+from palpate.report.names import plain
+from palpate.report.words import capital
 
 
 def moves(advice: pd.Series) -> bool:

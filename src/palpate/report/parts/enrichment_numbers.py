@@ -6,7 +6,8 @@ from palpate.figures import style, tables
 from palpate.figures.number_format import each, percent, seconds
 from palpate.figures.pareto import front
 from palpate.report.material import Report
-from palpate.report.words import named, spaced
+from palpate.report.names import named
+from palpate.report.words import spaced
 
 METHOD = "detail_correction"
 """The method that is compared with those of the paper."""

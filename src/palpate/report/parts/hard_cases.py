@@ -8,7 +8,8 @@ from palpate.evaluation.hard_cases.tables import TABLES
 from palpate.figures import tables
 from palpate.report import markup
 from palpate.report.material import Report, Section
-from palpate.report.words import named, spaced
+from palpate.report.names import named
+from palpate.report.words import spaced
 
 __all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
 

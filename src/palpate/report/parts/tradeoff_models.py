@@ -9,7 +9,8 @@ from palpate.figures.tradeoff.scene_rows import answers, averaged, curves
 from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL
 from palpate.report import markup
 from palpate.report.material import Report
-from palpate.report.words import named, spaced
+from palpate.report.names import named
+from palpate.report.words import spaced
 
 _OWN = {"what": "a model of your own", "before": "–", "setting": "–"}
 _GIVEN = {

@@ -40,27 +40,8 @@ def truth_row(
     """
     refused = ~truth.believed
     kept = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
-    row = {
-        "scene": scene,
-        "radius_m": truth.radius_m,
-        "samples": int(kept.sum()),
-        "rejected": int(refused.sum()),
-        "level": truth.level,
-    }
-    row |= {"elements": truth.elements, "nodes": truth.nodes}
-    row |= {"inverted": int((truth.least_det <= 0.0).sum()), "seconds": _of(np.median, truth.seconds[kept])}
-    for name in _MEANS:
-        values = truth.own[kept, OWN.index(name)]
-        row |= {name: _of(np.mean, values), f"{name}_max": _of(np.max, values)}
-    row |= {"order": _of(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
-    row |= {"ratio_min": _of(np.min, truth.ratio), "ratio_max": _of(np.max, truth.ratio)}
-    row |= {"least_det": _of(np.min, truth.least_det), "squeezed": int((truth.least_det < SQUEEZED).sum())}
-    counts = {
-        "volume_change": truth.volume_change,
-        "iterations": truth.iterations,
-        "cycles": truth.products,
-    }
-    row |= {name: _of(np.mean, values[kept]) for name, values in counts.items()}
+    row = {"scene": scene, "samples": int(kept.sum()), "rejected": int(refused.sum())}
+    row |= _counted(truth, kept)
     less = truth.believed & ~kept & np.isfinite(truth.displacement).all(axis=(1, 2))
     row |= {"validation_samples": int(less.sum())}
     row |= _own(truth, less, "validation_{}")
@@ -72,6 +53,20 @@ def truth_row(
         row |= _means(geometry, "geometry_of_peak", "geometry_patch_of_peak")
     reasons = zip(truth.sample[refused], truth.rejected[refused], strict=True)
     return row | {"why_rejected": "; ".join(f"{sample}: {why}" for sample, why in reasons)}
+
+
+def _counted(truth: Truth, kept: np.ndarray) -> dict[str, float]:
+    """Return what the scene was answered on, and the figures of the samples ``kept`` (k,) bool, or of all of them."""
+    row = {"radius_m": truth.radius_m, "level": truth.level, "elements": truth.elements, "nodes": truth.nodes}
+    row |= {"inverted": int((truth.least_det <= 0.0).sum()), "squeezed": int((truth.least_det < SQUEEZED).sum())}
+    for name in _MEANS:
+        values = truth.own[kept, OWN.index(name)]
+        row |= {name: _of(np.mean, values), f"{name}_max": _of(np.max, values)}
+    row |= {"order": _of(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
+    row |= {"ratio_min": _of(np.min, truth.ratio), "ratio_max": _of(np.max, truth.ratio)}
+    row |= {"least_det": _of(np.min, truth.least_det), "seconds": _of(np.median, truth.seconds[kept])}
+    counts = {"volume_change": truth.volume_change, "iterations": truth.iterations, "cycles": truth.products}
+    return row | {name: _of(np.mean, values[kept]) for name, values in counts.items()}
 
 
 def _means(rows: pd.DataFrame, name: str, patch: str) -> dict:

@@ -1,6 +1,6 @@
 """Export contact modes to a portable file: prepare contacts all over the surface, and measure the file's error."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -35,12 +35,20 @@ COLUMNS = {"modes": "columns", "rings": 50, "thinned": 0.003, "target": "limit"}
 """The setting that is exported if none is asked for: cheap, so that many contacts can be had."""
 
 
+Progress = Callable[[str], Callable[[Sequence], Iterable]]
+"""Return, for what is counted, a function that wraps a sequence and tells how far it has come."""
+
+
+def _untold(_: str) -> Callable[[Sequence], Iterable]:
+    return iter
+
+
 def export_model(
-    case: Case, setting: Setting, contacts: int | Sequence[int], path: Path | str, progress: Callable = iter
+    case: Case, setting: Setting, contacts: int | Sequence[int], path: Path | str, progress: Progress = _untold
 ) -> None:
     """Write contact modes of ``setting`` for any place of the body of ``case`` to the file ``path``.
 
-    contacts : how many nodes of the fine surface, spread over it, or which; progress : wraps the sequence of nodes
+    contacts : how many nodes of the fine surface, spread over it, or which
     InputError for a body or a disc that the file cannot hold, and for nodes that cannot be pressed.
     """
     _refuse(case)
@@ -48,7 +56,7 @@ def export_model(
     solver = ContactModes(case, setting)
     shop = solver.shop
     best = ContactModes(case, setting | {"modes": "snapshots"})
-    prepared = [solver.prepare_contact(node) for node in progress(nodes)]
+    prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
     seen, sampled = _linear_responses(case.body, shop, prepared, nodes)
     columns = [each.columns for each in prepared]
     singles = [sampled[:, 3 * k : 3 * k + 3] for k in range(len(seen))]
@@ -64,7 +72,8 @@ def export_model(
     )
     compliance = _compliance(bare, basis, np.searchsorted(case.body.fine.surface, seen), sampled, columns)
     first = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
-    found = calibrate(first, case.body.fine.surface, solver, best, nodes, checked)
+    between = progress("error at place")
+    found = calibrate(first, case.body.fine.surface, solver, best, nodes, checked, between)
     scalars |= found.scalars()
     info = _info(case, setting, basis, prepared, scalars) | found.told()
     with write_whole(path) as temporary:

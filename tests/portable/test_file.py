@@ -11,6 +11,7 @@ from palpate.cli import main
 from palpate.errors import InputError
 from palpate.portable.command import told
 from palpate.portable.file import describe, read
+from palpate.portable.four_errors import FOUR_ERRORS
 
 
 @pytest.fixture
@@ -26,7 +27,8 @@ def test_a_whole_file_is_read_and_told(made_up, written, capsys):
     path = written(made_up.data)
     assert read(path).info["body"] == "block"
     assert main(["load", str(path)]) == 0
-    assert "whole and sound" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "whole and sound" in said and said.endswith("\n".join(FOUR_ERRORS) + "\n")
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         for name, row in live.rows.items()
     ]
     models += _coarse(live.case, words)
-    return press_document(models, f"Press it: {spaced(scene)}", held=held_nodes(live.case.body))
+    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
 
 
 def _in_file(folder: Path, case: Case) -> list[PressModel]:

@@ -226,8 +226,8 @@ def test_a_side_that_holds_too_little_is_refused():
     [
         (190.0, 0.001, "19 cm", 0.002, None),
         (0.25, 1.0, "25 cm", 2.0, None),
-        (6.481, 0.01, "64.8 mm", 0.02, "the inch, which makes it 16.5 cm long (--scale 0.0254) or one of its own"),
-        (22.0, 0.001, "22 mm", 0.002, "22 cm long (--scale 0.01) or the inch, which makes it 55.9 cm long"),
+        (6.481, 0.01, "64.8 mm", 0.02, "the inch, which makes it 16.5 cm long (--scale 0.0254), or one of its own"),
+        (22.0, 0.001, "22 mm", 0.002, "22 cm long (--scale 0.01), or the inch, which makes it 55.9 cm long"),
         (1.2, 0.167, "20 cm", 0.334, "the inch, which makes it 30.5 mm long"),
         (0.01, 20.0, "20 cm", 40.0, "its unit may be one of its own"),
     ],

@@ -130,17 +130,19 @@ def test_other_programs_slow_a_run_only_where_there_are_too_few_processors(use, 
     assert len(slowed) == (said is not None)
     if said:
         alone, beside = (float(re.search(r"([\d.]+) minutes", line)[1]) for line in (first, slowed[0]))
-        assert f"use {said} processors; while they do, it takes" in slowed[0]
+        assert f"keep or want {said} processors; beside them it takes about" in slowed[0]
         assert beside == pytest.approx(1.75 * alone, abs=1.0)
     [short] = describe([Job("write_report")], case, NEW, 2, others=Others(use, processors))
     assert "about a minute" in short
 
 
-def test_the_machine_is_looked_at(monkeypatch):
-    monkeypatch.setattr("psutil.cpu_percent", lambda seconds: 75.0)
+@pytest.mark.parametrize(("percent", "use", "slow"), [(75.0, 3.0, 1.25), (10.0, 0.4, 1.0), (100.0, 8.0, 2.5)])
+def test_programs_count_that_wait_for_full_processors(monkeypatch, percent, use, slow):
+    """The load of a minute ago counts only where the machine is still full."""
+    monkeypatch.setattr("psutil.cpu_percent", lambda seconds: percent)
     monkeypatch.setattr("psutil.cpu_count", lambda: 4)
-    assert look() == Others(3.0, 4)
-    assert (look().slow(2), look().slow(1)) == (1.25, 1.0)
+    monkeypatch.setattr("psutil.getloadavg", lambda: (8.0, 1.0, 1.0))
+    assert look() == Others(pytest.approx(use), 4) and look().slow(2) == slow
 
 
 @pytest.fixture

@@ -124,7 +124,7 @@ def _doubts(path: Path, facts: MeshFacts, scale: float) -> list[str]:
     ]
     if not others and facts.scale_m is not None:
         return []
-    unit = f"its unit may be {' or '.join([*others, 'one of its own'])}"
+    unit = f"its unit may be {', or '.join([*others, 'one of its own'])}"
     return [f"{path}: {unit}; compare the length with the organ's, and give --scale"]
 
 

@@ -17,7 +17,9 @@ LONG_MIN = 30.0
 FEW_JOBS = 30
 """Jobs that call all functions; fewer call, and compile, a part of them."""
 SLOWED = 1.25
-"""How many times as long a run of a minute or more takes, from which on that is said."""
+"""How many times as long a run takes, from which on that is said."""
+SHORT_MIN = 0.5
+"""Minutes of a run below which it is not."""
 
 
 def case_of(config: dict, jobs: Sequence[Job], folder: Path, results: Path = Path("results")) -> Case:
@@ -61,11 +63,9 @@ def describe(
     minutes, left = course.seconds / 60, available_mb()
     on = f"{cores} core{'s' if cores > 1 else ''} of this machine"
     lines = [f"{count}: about {_minutes(minutes)} on {on}, up to {course.memory_mb / 1e3:.1f} GB of memory"]
-    if minutes >= 1.0 and others and others.slow(cores) > SLOWED:
-        slowed = _minutes(minutes * others.slow(cores))
-        lines.append(
-            f"other programs use {others.use:.1f} of {others.processors} processors; while they do, it takes {slowed}"
-        )
+    if minutes > SHORT_MIN and others and others.slow(cores) > SLOWED:
+        slowed, use = _minutes(minutes * others.slow(cores)), f"{others.use:.1f} of {others.processors}"
+        lines.append(f"other programs keep or want {use} processors; beside them it takes about {slowed}")
     if minutes > LONG_MIN:
         lines.append(f"warning: {_what_takes_most(jobs, seconds, case, minutes)}")
     if course.memory_mb > left:

@@ -6,8 +6,12 @@ LOOK_S = 0.3
 """How long the machine is looked at."""
 
 
+FULL = 0.9
+"""Share of the processors from which on they are taken for full, so that some programs wait for others."""
+
+
 class Others(NamedTuple):
-    """Processors that other programs ``use`` on average, of the ``processors`` of this machine."""
+    """Processors that other programs ``use`` or wait for, of the ``processors`` of this machine."""
 
     use: float
     processors: int
@@ -21,5 +25,6 @@ def look() -> Others:
     """Look at what other programs use now, while this one does nothing."""
     import psutil
 
-    processors = psutil.cpu_count() or 1
-    return Others(psutil.cpu_percent(LOOK_S) / 100 * processors, processors)
+    processors, share = psutil.cpu_count() or 1, psutil.cpu_percent(LOOK_S) / 100
+    waiting = psutil.getloadavg()[0] if share > FULL else 0.0  # a mean of the last minute, which may have been another
+    return Others(max(share * processors, waiting), processors)

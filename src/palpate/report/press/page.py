@@ -97,7 +97,8 @@ def press_document(
     """
     style = page_assets.style() + _asset("document.css")
     contact_modes = any(model.kind == "portable" and model.file is not None for model in models)
-    section = press_section(models, escape(" ".join(FOUR_ERRORS)) if contact_modes else "", held=held)
+    joined = f"<p>{escape(' '.join(FOUR_ERRORS))}</p>" if contact_modes else ""
+    section = press_section(models, joined, held=held)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy(models)}">\n'

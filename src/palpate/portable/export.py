@@ -57,7 +57,7 @@ def export_model(
     shop = solver.shop
     best = ContactModes(case, setting | {"modes": "snapshots"})
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
-    seen, sampled = _linear_responses(case.body, shop, prepared, nodes)
+    seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]
     singles = [sampled[:, 3 * k : 3 * k + 3] for k in range(len(seen))]
     basis = surface_basis(case.body, case.radius_m, columns + singles, [each.rest for each in prepared], VECTORS)
@@ -124,7 +124,11 @@ def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[
 
 
 def _linear_responses(
-    body: Body, shop: Workshop, prepared: Sequence[Prepared], nodes: Sequence[int]
+    body: Body,
+    shop: Workshop,
+    prepared: Sequence[Prepared],
+    nodes: Sequence[int],
+    progress: Callable[[Sequence], Iterable],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return free surface nodes (k,), well spread, and their responses (3 n, 3 k) [m/N], of the contacts' target.
 
@@ -132,7 +136,7 @@ def _linear_responses(
     """
     free = np.intersect1d(body.levels[shop.level].surface, sorted(shop.pressable))
     chosen = np.sort(free[spread_out(body.fine.nodes[free], body.fine.nodes[nodes[:1]], min(SAMPLES, len(free)))])
-    reduced = _responses(shop, shop.level, chosen)
+    reduced = _responses(shop, shop.level, chosen, progress)
     if shop.level == 0:
         return chosen, reduced
     own = [to_columns(shop.reduced_columns(node)) for node in nodes]
@@ -150,10 +154,15 @@ def to_columns(moved: np.ndarray) -> np.ndarray:
     return moved.reshape(-1, moved.shape[2])
 
 
-def _responses(shop: Workshop, level: int, nodes: Sequence[int] | np.ndarray) -> np.ndarray:
+def _responses(
+    shop: Workshop,
+    level: int,
+    nodes: Sequence[int] | np.ndarray,
+    progress: Callable[[Sequence], Iterable] = iter,
+) -> np.ndarray:
     """Return the responses (3 n, 3 k) [m/N] of a level to unit forces at ``nodes`` (k,)."""
     elements, parts = shop.elements(level), []
-    for some in np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER)):
+    for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
         loads = np.dstack([elements.nodal(*shop.disc(int(node), level), np.eye(3)) for node in some])
         parts.append(to_columns(to_surface(shop.up(level), elements.solve(loads, NEAR))))
     return np.hstack(parts)

@@ -1,5 +1,6 @@
 """Portable model files: what is refused, and in which words."""
 
+import os
 import re
 import struct
 
@@ -9,6 +10,7 @@ from portable.conftest import headed, repaired
 
 from palpate.cli import main
 from palpate.errors import InputError
+from palpate.job import kernel_cache
 from palpate.portable.command import told
 from palpate.portable.file import describe, read
 from palpate.portable.four_errors import FOUR_ERRORS
@@ -87,6 +89,14 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tm
         printed = capsys.readouterr().err
         assert printed.startswith(f"error: {out} cannot be written") and len(printed.splitlines()) == 1
     assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_an_export_takes_the_functions_that_make_has_compiled(monkeypatch, capsys):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "unset")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr("palpate.portable.command.export", lambda *_: os.environ["NUMBA_CACHE_DIR"])
+    assert main(["export", "--scene", "liver_large", "--out", "none.palpate"]) == 0
+    assert capsys.readouterr().out == f"{kernel_cache()}\n"
 
 
 @pytest.mark.parametrize("live", [True, False])

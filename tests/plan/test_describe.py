@@ -121,7 +121,7 @@ def test_a_portable_model_costs_what_its_level_does_not_the_fine_mesh():
     assert 50 < tried < 86 and tried > seconds
 
 
-@pytest.mark.parametrize(("use", "processors", "said"), [(0.1, 2, None), (20.0, 64, None), (1.5, 2, "1.5 of 2")])
+@pytest.mark.parametrize(("use", "processors", "said"), [(0.1, 2, None), (20.0, 64, None), (1.5, 2, "1.5")])
 def test_other_programs_slow_a_run_only_where_there_are_too_few_processors(use, processors, said):
     jobs, case, _, _ = recorded("default")
     first, *rest = describe(jobs, case, NEW, 2, others=Others(use, processors))
@@ -130,7 +130,7 @@ def test_other_programs_slow_a_run_only_where_there_are_too_few_processors(use, 
     assert len(slowed) == (said is not None)
     if said:
         alone, beside = (float(re.search(r"([\d.]+) minutes", line)[1]) for line in (first, slowed[0]))
-        assert f"keep or want {said} processors; beside them it takes about" in slowed[0]
+        assert f"have work for {said} processors of 2; beside them it takes about" in slowed[0]
         assert beside == pytest.approx(1.75 * alone, abs=1.0)
     [short] = describe([Job("write_report")], case, NEW, 2, others=Others(use, processors))
     assert "about a minute" in short

@@ -64,8 +64,10 @@ def describe(
     on = f"{cores} core{'s' if cores > 1 else ''} of this machine"
     lines = [f"{count}: about {_minutes(minutes)} on {on}, up to {course.memory_mb / 1e3:.1f} GB of memory"]
     if minutes > SHORT_MIN and others and others.slow(cores) > SLOWED:
-        slowed, use = _minutes(minutes * others.slow(cores)), f"{others.use:.1f} of {others.processors}"
-        lines.append(f"other programs keep or want {use} processors; beside them it takes about {slowed}")
+        slowed, there = _minutes(minutes * others.slow(cores)), others.processors
+        lines.append(
+            f"other programs have work for {others.use:.1f} processors of {there}; beside them it takes about {slowed}"
+        )
     if minutes > LONG_MIN:
         lines.append(f"warning: {_what_takes_most(jobs, seconds, case, minutes)}")
     if course.memory_mb > left:

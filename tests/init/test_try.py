@@ -240,8 +240,8 @@ def test_a_guessed_unit_is_said_with_the_size_it_makes_and_doubted_where_others_
     meshio.write_points_cells(tmp_path / "bar.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
     assert main(["init", str(tmp_path / "bar.vtk"), "-o", str(tmp_path / "new")]) == 0
     printed = capsys.readouterr().out
-    said = re.escape(f"{longest:.4g} units, is {length}; --scale {twice:g} makes it twice as long\n")
-    assert re.search(rf"assumed  a unit of the file is {unit:g} m \(.*\), so that its longest side, {said}", printed)
+    said = re.escape(f"of {longest:.4g} is {length}; --scale {twice:g} makes it twice as long\n")
+    assert re.search(rf"assumed  a unit of the file is {unit:g} m \(.*\), so that its longest side {said}", printed)
     warned = [line for line in printed.splitlines() if line.startswith("warning: ")]
     assert len(warned) == (others is not None)
     if others:

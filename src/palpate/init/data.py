@@ -101,7 +101,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     if scale_m is not None:
         return data
     assumed = (
-        f"a unit of the file is {scale:g} m ({how}), so that its longest side, {facts.size:.4g} units, is {length}; "
+        f"a unit of the file is {scale:g} m ({how}), so that its longest side of {facts.size:.4g} is {length}; "
         f"--scale {2 * scale:g} makes it twice as long"
     )
     return replace(data, assumed=[assumed], warned=_doubts(path, facts, scale))

@@ -59,15 +59,13 @@ def describe(
         alone = sum(estimates(jobs, case, timings)) / 60
         return [f"{count}: about {_minutes(alone)} of one core of this machine; the cluster's may be faster or slower"]
     seconds, memory = estimates(jobs, case, timings, first), [memory_mb(job, case) for job in jobs]
-    course = follow(jobs, on_threads(jobs, case, seconds, cores), memory, cores)
+    on_cores = on_threads(jobs, case, seconds, cores)
+    course = follow(jobs, on_cores, memory, cores)
     minutes, left = course.seconds / 60, available_mb()
     on = f"{cores} core{'s' if cores > 1 else ''} of this machine"
     lines = [f"{count}: about {_minutes(minutes)} on {on}, up to {course.memory_mb / 1e3:.1f} GB of memory"]
-    if minutes > SHORT_MIN and others and others.slow(cores) > SLOWED:
-        slowed, there = _minutes(minutes * others.slow(cores)), others.processors
-        lines.append(
-            f"other programs have work for {others.use:.1f} processors of {there}; beside them it takes about {slowed}"
-        )
+    if others and minutes > SHORT_MIN:
+        lines += _beside(others, minutes, sum(on_cores) / course.seconds)
     if minutes > LONG_MIN:
         lines.append(f"warning: {_what_takes_most(jobs, seconds, case, minutes)}")
     if course.memory_mb > left:
@@ -76,6 +74,14 @@ def describe(
             f"{_remedies(_heaviest(jobs, memory), case)}, or run fewer jobs at a time (cores in the profile)."
         )
     return lines
+
+
+def _beside(others: Others, minutes: float, used: float) -> list[str]:
+    """Return a line on what ``minutes`` become beside other programs if that is much more; used : processors, alone."""
+    if not (slow := others.slow(used)) > SLOWED:
+        return []
+    slowed, there = _minutes(minutes * slow), others.processors
+    return [f"other programs have work for {others.use:.1f} processors of {there}; beside them it takes about {slowed}"]
 
 
 def estimates(jobs: Sequence[Job], case: Case, timings: Timings, first: bool = False) -> list[float]:

@@ -16,9 +16,9 @@ class Others(NamedTuple):
     use: float
     processors: int
 
-    def slow(self, cores: int) -> float:
-        """Return how many times as long a run on ``cores`` takes beside them; all programs have equal shares."""
-        return max(1.0, (cores + self.use) / self.processors)
+    def slow(self, used: float) -> float:
+        """Return how many times as long a run takes that has ``used`` processors alone; all have equal shares."""
+        return max(1.0, (used + self.use) / self.processors)
 
 
 def look() -> Others:

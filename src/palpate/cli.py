@@ -141,10 +141,15 @@ def _try(asked: argparse.Namespace) -> str:
     return try_body(data, paths, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
 
 
-def _press(asked: argparse.Namespace) -> NoReturn:
+def _share_compiled() -> None:
+    """Take the compiled functions that make keeps, of this very code."""
     from palpate.job import kernel_cache
 
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))  # what make has compiled serves here, too
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
+
+
+def _press(asked: argparse.Namespace) -> NoReturn:
+    _share_compiled()
     from palpate.serve.command import press
 
     print(press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser), flush=True)
@@ -158,6 +163,7 @@ def _port(text: str) -> int:
 
 
 def _export(asked: argparse.Namespace) -> str:
+    _share_compiled()
     from palpate.portable.command import export
 
     return export(asked.config, asked.scene, asked.model, asked.contacts, asked.out)

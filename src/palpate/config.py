@@ -2,7 +2,7 @@
 
 from importlib import import_module
 from importlib.util import find_spec
-from os.path import normpath
+from os.path import isdir, isfile, normpath
 from pathlib import Path
 
 from palpate.errors import InputError
@@ -82,14 +82,11 @@ def _check_body(place: str, body: dict, folder: Path) -> None:
             f"{place}.paper_surface has {len(body['paper_surface'])} entries; "
             f"give one for each of the {levels} levels, or null."
         )
-    for key in ("path", "image", "mask"):
-        if body.get(key) is not None:
-            path = folder / body[key]
-            # only an image may be a folder, of DICOM slices
-            check_file(f"{place}.{key}", body[key], path.is_file() or (key == "image" and path.is_dir()))
-    if str(body.get("law", "")).endswith(".py"):
-        check_file(f"{place}.law", body["law"], (folder / body["law"]).is_file())
-        check_source(f"{place}.law", folder / body["law"], LAW_FUNCTIONS, "see docs/add-a-law.md")
+    for key, path in paths_of_body(body, folder).items():
+        # only an image may be a folder, of DICOM slices
+        check_file(f"{place}.{key}", body[key], isfile(path) or (key == "image" and isdir(path)))
+        if key == "law":
+            check_source(f"{place}.law", Path(path), LAW_FUNCTIONS, "see docs/add-a-law.md")
     for name, rule in (body.get("regions") or {}).items():
         if sum(kind in rule for kind in ("tag", "sphere", "label")) != 1:
             raise InputError(f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them.")

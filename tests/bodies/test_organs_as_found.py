@@ -2,10 +2,12 @@
 
 import warnings
 
+import meshio
 import numpy as np
 import pytest
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
+from palpate.bodies.box import box
 from palpate.bodies.inspect_mesh import inspect
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh_quality import quality
@@ -116,9 +118,23 @@ def test_a_unit_that_no_organ_has_is_asked_for(tmp_path):
 
 
 def test_tetrahedra_of_the_wild(shared_meshes):
-    """SOFA's liver has elements of 5.9°: kept as they are and reported, and remeshed on request."""
+    """SOFA's liver has elements of 6.2°, kept as they are and reported; it has so few nodes that no remeshing helps."""
     body, said = made(shared_meshes / "liver.msh", scale_m=0.03, anchors={"nodes": [3, 39, 64]}, refinements=0)
     assert len(body.coarse.tetrahedra) == 596
     (text,) = said
     assert "of 596 elements of level 0 have dihedral angles below 10°" in text
-    assert text.endswith("or give surface_nodes: 140 to have it remeshed.")
+    assert text.endswith("; improve the mesh in the program that made it.")
+
+
+@pytest.mark.parametrize("divisions", [3, 8])
+def test_remeshing_bad_tetrahedra_is_advised_where_it_changes_them(tmp_path, divisions):
+    """Flat boxes of 32 and of 162 surface nodes, one fewer and one more than it would be remeshed to."""
+    mesh = box([0.2, 0.2, 0.02 / divisions], [divisions, divisions, 1])
+    meshio.write_points_cells(tmp_path / "flat.vtk", mesh.nodes, [("tetra", mesh.tetrahedra)])
+    plane = {"plane": {"axis": "x", "side": "min", "depth_m": 0.01}}
+    body, (said,) = made(tmp_path / "flat.vtk", scale_m=1, anchors=plane, refinements=0)
+    dense = divisions == 8
+    assert len(body.coarse.surface) == 2 * (divisions + 1) ** 2
+    assert said.endswith(
+        "in the program that made it" + ", or give surface_nodes: 140 to have it remeshed" * dense + "."
+    )

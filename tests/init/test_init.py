@@ -134,8 +134,8 @@ def test_every_key_has_a_comment(made):
 def test_what_was_assumed_is_printed_and_the_last_line_is_the_next_command(made):
     what, file, printed = made
     said = {
-        "stl": "a unit of the file is 0.001 m (guessed from the size)",
-        "tetrahedra": "a unit of the file is 0.2 m (not known; it makes the body 20 cm long)",
+        "stl": "a unit of the file is 0.001 m (guessed from the size), so that its longest side",
+        "tetrahedra": "a unit of the file is 0.2 m (not known), so that its longest side of 1 is 20 cm; --scale",
         "mask": "Young's modulus 3000 Pa",
     }[what]
     assert f"assumed  {said}" in printed

@@ -221,7 +221,36 @@ def test_a_side_that_holds_too_little_is_refused():
         _hold("rod", rod, sides_of("file", "left"))
 
 
+@pytest.mark.parametrize(
+    ("longest", "unit", "length", "twice", "others"),
+    [
+        (190.0, 0.001, "19 cm", 0.002, None),
+        (0.25, 1.0, "25 cm", 2.0, None),
+        (6.481, 0.01, "64.8 mm", 0.02, "the inch, which makes it 16.5 cm long (--scale 0.0254), or one of its own"),
+        (22.0, 0.001, "22 mm", 0.002, "22 cm long (--scale 0.01), or the inch, which makes it 55.9 cm long"),
+        (1.2, 0.167, "20 cm", 0.334, "the inch, which makes it 30.5 mm long"),
+        (0.01, 20.0, "20 cm", 40.0, "its unit may be one of its own"),
+    ],
+)
+def test_a_guessed_unit_is_said_with_the_size_it_makes_and_doubted_where_others_make_an_organ_too(
+    capsys, tmp_path, longest, unit, length, twice, others
+):
+    """SOFA's liver is 6.481 of its own units long, and no one could tell."""
+    bar = box([longest, longest / 4, longest / 4], [8, 2, 2])
+    meshio.write_points_cells(tmp_path / "bar.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
+    assert main(["init", str(tmp_path / "bar.vtk"), "-o", str(tmp_path / "new")]) == 0
+    printed = capsys.readouterr().out
+    said = re.escape(f"of {longest:.4g} is {length}; --scale {twice:g} makes it twice as long\n")
+    assert re.search(rf"assumed  a unit of the file is {unit:g} m \(.*\), so that its longest side {said}", printed)
+    warned = [line for line in printed.splitlines() if line.startswith("warning: ")]
+    assert len(warned) == (others is not None)
+    if others:
+        assert others in warned[0] and "; compare the length with the organ's, and give --scale" in warned[0]
+    scale = yaml.safe_load((tmp_path / "new/config.yaml").read_text())["bodies"]["bar"]["scale_m"]
+    assert scale == pytest.approx(unit)
+
+
 def test_a_given_unit_is_not_assumed(data):
     found = recognise([data / "block.vtk"], [], None, scale_m=0.1)
-    assert found.entry["scale_m"] == 0.1 and found.assumed == []
+    assert found.entry["scale_m"] == 0.1 and found.assumed == found.warned == []
     assert found.comments["scale_m"] == "length of the file's unit [m], given; the longest side is 30 cm"

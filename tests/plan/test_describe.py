@@ -11,10 +11,12 @@ from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.plan import describe as describing
 from palpate.plan.describe import case_of, describe, estimates, on_threads
+from palpate.plan.others import Others, look
 from palpate.plan.schedule import follow
 from palpate.plan.sizes import Level, Size
 from palpate.plan.timings import SHIPPED, Timings
 from palpate.plan.work import Case, Job, amounts, kind_of
+from palpate.plan.work_of_studies import MOST_NODES
 from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
@@ -101,6 +103,46 @@ def test_more_cores_take_less_time_and_compiling_takes_more():
     ]
     assert minutes[0] > 1.8 * minutes[1] and minutes[1] > 1.4 * minutes[2]
     assert sum(estimates(jobs, case, NEW, first=True)) - sum(estimates(jobs, case, NEW)) == pytest.approx(40, rel=0.01)
+
+
+def test_a_portable_model_costs_what_its_level_does_not_the_fine_mesh():
+    """For palpate try, 32 contacts of SOFA's liver took 57 to 86 s of a core on a mesh that is refined once."""
+    schema = SCHEMA["properties"]["tradeoff"]["properties"]["settings"]["properties"]["contact_modes"]
+    assert schema["properties"]["nodes"]["default"] == MOST_NODES
+    jobs, case, took, _ = recorded("default")
+    [(job, shipped)] = [(job, took[i]) for i, job in enumerate(jobs) if job.rule == "export_model"]
+    [seconds] = estimates([job], case, NEW)
+    assert shipped / 1.5 < seconds < 1.5 * shipped
+    once = Case(
+        case.config | {"press": case.config["press"] | {"contacts": 32}},
+        {"liver": replace(case.sizes["liver"], levels=case.sizes["liver"].levels[:2])},
+    )
+    [tried] = estimates([job], once, NEW)
+    assert 50 < tried < 86 and tried > seconds
+
+
+@pytest.mark.parametrize(("use", "processors", "said"), [(0.1, 2, None), (20.0, 64, None), (1.5, 2, "1.5")])
+def test_other_programs_slow_a_run_only_where_there_are_too_few_processors(use, processors, said):
+    jobs, case, _, _ = recorded("default")
+    first, *rest = describe(jobs, case, NEW, 2, others=Others(use, processors))
+    assert first == describe(jobs, case, NEW, 2)[0]
+    slowed = [line for line in rest if line.startswith("other programs")]
+    assert len(slowed) == (said is not None)
+    if said:
+        alone, beside = (float(re.search(r"([\d.]+) minutes", line)[1]) for line in (first, slowed[0]))
+        assert f"have work for {said} processors of 2; beside them it takes about" in slowed[0]
+        assert beside == pytest.approx(1.75 * alone, abs=1.0)
+    [short] = describe([Job("write_report")], case, NEW, 2, others=Others(use, processors))
+    assert "about a minute" in short
+
+
+@pytest.mark.parametrize(("percent", "use", "slow"), [(75.0, 3.0, 1.25), (10.0, 0.4, 1.0), (100.0, 8.0, 2.5)])
+def test_programs_count_that_wait_for_full_processors(monkeypatch, percent, use, slow):
+    """The load of a minute ago counts only where the machine is still full."""
+    monkeypatch.setattr("psutil.cpu_percent", lambda seconds: percent)
+    monkeypatch.setattr("psutil.cpu_count", lambda: 4)
+    monkeypatch.setattr("psutil.getloadavg", lambda: (8.0, 1.0, 1.0))
+    assert look() == Others(pytest.approx(use), 4) and look().slow(2) == slow
 
 
 @pytest.fixture

@@ -165,16 +165,17 @@ def press_near(model, point, depth):
 
 @pytest.fixture(scope="session")
 def compiled(tmp_path_factory):
-    """A function that compiles a program of this folder with the runtime, with the sanitizers or for speed."""
+    """A function that compiles a program, by its name in this folder or its path, with sanitizers or for speed."""
     compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     if compiler is None:
         pytest.skip("there is no C compiler")
     folder = tmp_path_factory.mktemp("c")
 
     def build(name, checks=True):
-        program = folder / f"{name}{checks}"
+        source = HERE / f"{name}.c" if isinstance(name, str) else name
+        program = folder / f"{source.stem}{checks}"
         flags = [*FLAGS, *(CHECKS if checks else ["-O2"]), f"-I{RUNTIMES}"]
-        sources = [str(HERE / f"{name}.c"), str(RUNTIMES / "palpate.c")]
+        sources = [str(source), str(RUNTIMES / "palpate.c")]
         done = subprocess.run([compiler, *flags, *sources, "-o", str(program), "-lm"], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return program

@@ -1,5 +1,7 @@
 """Portable model files: what is refused, and in which words."""
 
+import os
+import re
 import struct
 
 import numpy as np
@@ -8,7 +10,10 @@ from portable.conftest import headed, repaired
 
 from palpate.cli import main
 from palpate.errors import InputError
+from palpate.job import kernel_cache
+from palpate.portable.command import told
 from palpate.portable.file import describe, read
+from palpate.portable.four_errors import FOUR_ERRORS
 
 
 @pytest.fixture
@@ -24,7 +29,8 @@ def test_a_whole_file_is_read_and_told(made_up, written, capsys):
     path = written(made_up.data)
     assert read(path).info["body"] == "block"
     assert main(["load", str(path)]) == 0
-    assert "whole and sound" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "whole and sound" in said and said.endswith("\n".join(FOUR_ERRORS) + "\n")
 
 
 @pytest.mark.parametrize(
@@ -83,3 +89,23 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tm
         printed = capsys.readouterr().err
         assert printed.startswith(f"error: {out} cannot be written") and len(printed.splitlines()) == 1
     assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_an_export_takes_the_functions_that_make_has_compiled(monkeypatch, capsys):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "unset")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr("palpate.portable.command.export", lambda *_: os.environ["NUMBA_CACHE_DIR"])
+    assert main(["export", "--scene", "liver_large", "--out", "none.palpate"]) == 0
+    assert capsys.readouterr().out == f"{kernel_cache()}\n"
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_progress_is_one_line_on_a_terminal_and_eleven_in_a_log(live, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: live)
+    assert list(told("contact")(range(150))) == list(range(150))
+    said = capsys.readouterr().err
+    numbers = [int(one) for one in re.findall(r"contact (\d+) of 150", said)]
+    assert numbers == (list(range(1, 151)) if live else [1, *range(15, 151, 15)])
+    assert said.count("\n") == (1 if live else 11) and said.count("\r") == (150 if live else 0)
+    assert list(told("contact")([7])) == [7] and capsys.readouterr().err.endswith("contact 1 of 1\n")
+    assert list(told("contact")([])) == []

@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -123,6 +124,23 @@ def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, request,
 def test_other_runtimes_push_near_discs_as_python(runtime, request, model, pairs):
     found = request.getfixturevalue(runtime)([([], presses) for presses in pairs])
     compare([model.respond(presses) for presses in pairs], found, least=len(pairs))
+
+
+@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
+@pytest.mark.parametrize("given", ["force", "moved"])
+def test_what_no_number_can_hold_is_answered_by_nothing_and_doubted_without_a_warning(runtime, request, model, given):
+    loads = []
+    for size in (1e100, 1e300, -1.7e308):
+        press = {"triangle": 3, "weights": [0.2, 0.3, 0.5], given: [0.0, size, -size]}
+        loads += [[press], [press, press | {"triangle": 90}]]
+    with warnings.catch_warnings(action="error"):
+        expected = [model.respond(presses) for presses in loads]
+    answers = request.getfixturevalue(runtime)([([], presses) for presses in loads])
+    for right, found in zip(expected, answers, strict=True):
+        assert right.error == 1.0
+        assert right.doubt.startswith(("the numbers of this answer are beyond", "no force was found"))
+        assert not right.displacement.any() and not found[0].any() and found[2:] == (right.error, right.doubt)
+        assert found[1].tolist() == right.forces.ravel().tolist()
 
 
 def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, tmp_path):

@@ -140,6 +140,16 @@ def test_what_there_is_not_gets_one_sentence(capsys, finished, words, said):
     assert re.search(said, printed) and printed.count("error: ") == 1 and "Traceback" not in printed
 
 
+def test_a_port_in_use_is_said_before_anything_is_prepared(capsys, finished, monkeypatch):
+    monkeypatch.setattr(LiveModels, "__init__", lambda *_: pytest.fail("something is prepared"))
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        words = ["--config", str(finished / "config.yaml"), "--no-browser", "--port", str(port)]
+        assert main(["press", *words]) == 1
+    said = capsys.readouterr().err
+    assert re.fullmatch(rf"error: port {port} cannot be had \(.*\); give another one with --port\.\n", said)
+
+
 def test_a_run_is_found_by_its_settings_or_its_results(finished, tmp_path):
     by_config = find_run(finished / "config.yaml", None)
     by_results = find_run(None, finished / "results")

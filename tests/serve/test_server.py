@@ -29,7 +29,8 @@ def answer(name: str, body: bytes) -> bytes:
 
 @pytest.fixture(scope="module")
 def served():
-    with PressServer(PAGE, ["fem_p2", "modes"], answer) as server:
+    with PressServer() as server:
+        server.offer(PAGE, ["fem_p2", "modes"], answer)
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
         thread.start()
         yield server
@@ -77,7 +78,7 @@ def test_browsers_leave_out_the_usual_port(served, monkeypatch):
 
 def test_it_listens_to_this_machine_only_and_another_has_another_token(served):
     assert served.socket.getsockname()[0] == "127.0.0.1"
-    with PressServer(PAGE, [], answer) as other:
+    with PressServer() as other:
         assert other.token != served.token and other.server_port != served.server_port
 
 
@@ -189,7 +190,8 @@ def test_clients_that_are_slow_are_sent_away_and_the_others_served(served, monke
 def waiting(monkeypatch, page: str, answer, clients: int = 16) -> Iterator[PressServer]:
     """Serve, with room for ``clients`` that are waited for."""
     monkeypatch.setattr(module, "CLIENTS", clients)
-    with PressServer(page, ["modes"], answer) as server:
+    with PressServer() as server:
+        server.offer(page, ["modes"], answer)
         threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         yield server
         server.shutdown()
@@ -280,4 +282,4 @@ def test_a_port_that_is_taken_gets_one_sentence(served):
     with pytest.raises(
         InputError, match=rf"^port {served.server_port} cannot be had \(.*\); give another one with --port\.$"
     ):
-        PressServer(PAGE, [], answer, served.server_port)
+        PressServer(served.server_port)

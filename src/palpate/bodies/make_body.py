@@ -19,12 +19,6 @@ from palpate.bodies.smooth_surface import organ_shape, surface_of
 from palpate.errors import InputError
 from palpate.kept_warnings import about
 
-# what to do about bad elements, of a mesh as it is in the file and of a remeshed one
-REMEDIES = {
-    False: "improve the mesh in the program that made it, or give surface_nodes: 140 to have it remeshed",
-    True: "give more surface_nodes",
-}
-
 
 def make_body(name: str, entry: dict) -> Body:
     """Make the coarse mesh that ``entry["kind"]`` asks for, choose its anchors and refine it.
@@ -59,8 +53,20 @@ def _make(name: str, entry: dict) -> Body:
     if moves_with_ct(entry):
         body = replace(body, densities=_weighed(name, entry, body))
     if entry["kind"] in ("file", "ct"):
-        check_quality(body, REMEDIES[remeshed])
+        check_quality(body, _remedy(body, remeshed))
     return body
+
+
+def _remedy(body: Body, remeshed: bool) -> str:
+    """Return what to do about bad elements; a surface that has few nodes already is not remeshed to as many."""
+    if remeshed:
+        return "give more surface_nodes"
+    from palpate.bodies.surfaces.remeshed import NODES
+
+    improve = "improve the mesh in the program that made it"
+    if len(body.coarse.surface) <= NODES[0]:
+        return improve
+    return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
 
 
 def _cylinder(entry: dict) -> TetMesh:

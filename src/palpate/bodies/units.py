@@ -10,6 +10,8 @@ from palpate.errors import InputError
 ORGAN_M = (0.02, 0.6)
 # in this order, since files in millimetres are the most frequent: 20 to 60 units could also be centimetres
 UNITS = {"millimetre": 1e-3, "centimetre": 1e-2, "metre": 1.0, "micrometre": 1e-6}
+# units that are never guessed, and may be meant
+RARE_UNITS = {"inch": 0.0254}
 # sizes [m] that a given scale may make without a warning, and at all
 USUAL_M, POSSIBLE_M = (0.01, 1.0), (0.002, 5.0)
 
@@ -18,6 +20,13 @@ def guess_scale(size: float) -> tuple[str, float] | None:
     """Guess the unit in which a longest side of ``size`` units is an organ's: name and length [m]; None if none is."""
     low, high = ORGAN_M
     return next(((name, scale) for name, scale in UNITS.items() if low <= size * scale <= high), None)
+
+
+def other_units(size: float, taken_m: float) -> dict[str, float]:
+    """Return the units but that of ``taken_m`` [m] in which a longest side of ``size`` is an organ's: lengths [m]."""
+    low, high = ORGAN_M
+    known = (UNITS | RARE_UNITS).items()
+    return {name: scale for name, scale in known if scale != taken_m and low <= size * scale <= high}
 
 
 def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> float:

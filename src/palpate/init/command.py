@@ -151,6 +151,7 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
         *(f"found    {line}" for line in data.found),
         f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
         *(f"assumed  {line}" for line in data.assumed),
+        *(f"warning: {line}" for line in data.warned),
         f"{how} it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes"
         + ("" if hold else "; else give --hold"),
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "

@@ -3,12 +3,12 @@
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from palpate.bodies.ct.image import FORMATS, read_labels
 from palpate.bodies.inspect_mesh import MeshFacts, inspect
-from palpate.bodies.units import in_words
+from palpate.bodies.units import in_words, other_units
 from palpate.errors import InputError
 
 # length [m] that a mesh gets whose unit cannot be guessed
@@ -17,13 +17,17 @@ ASSUMED_M = 0.2
 
 @dataclass(frozen=True)
 class Data:
-    """Content of the files: the keys of a body's entry that follow, comments on some of them, and lines to print."""
+    """Content of the files: the keys of a body's entry that follow, comments on some of them, and lines to print.
+
+    found, assumed, warned : what is in the files, what is taken for granted of it, and where that may well be wrong
+    """
 
     name: str
     entry: dict
     comments: dict[str, str]
     found: list[str]
     assumed: list[str]
+    warned: list[str] = field(default_factory=list)
 
 
 def recognise(
@@ -84,17 +88,23 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     scale, how = _scale(facts, scale_m)
     entry = {"kind": "file", "path": path, "scale_m": scale}
     inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
+    length = in_words(scale * facts.size)
     comments = {
         "kind": "a mesh in a file",
         "path": f"seen from this folder; {facts.kind}, {facts.triangles} triangles on the surface",
-        "scale_m": f"length of the file's unit [m], {how}"
-        + (f"; the longest side is {in_words(scale * facts.size)}" if scale_m or facts.scale_m else ""),
+        "scale_m": f"length of the file's unit [m], {how}; the longest side is {length}",
     }
     if facts.remeshed:
         entry |= {"surface_nodes": 140, "snap": True}
     found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}"]
-    assumed = [] if scale_m else [f"a unit of the file is {scale:g} m ({how}); else give --scale"]
-    return Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, assumed)
+    data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
+    if scale_m is not None:
+        return data
+    assumed = (
+        f"a unit of the file is {scale:g} m ({how}), so that its longest side of {facts.size:.4g} is {length}; "
+        f"--scale {2 * scale:g} makes it twice as long"
+    )
+    return replace(data, assumed=[assumed], warned=_doubts(path, facts, scale))
 
 
 def _scale(facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:
@@ -103,7 +113,19 @@ def _scale(facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:
         return scale_m, "given"
     if facts.scale_m is not None:
         return facts.scale_m, "guessed from the size"
-    return float(f"{ASSUMED_M / facts.size:.3g}"), "not known; it makes the body 20 cm long"
+    return float(f"{ASSUMED_M / facts.size:.3g}"), "not known"
+
+
+def _doubts(path: Path, facts: MeshFacts, scale: float) -> list[str]:
+    """Return a line if the file's unit may well be another than the assumed one."""
+    others = [
+        f"the {name}, which makes it {in_words(other * facts.size)} long (--scale {other:g})"
+        for name, other in other_units(facts.size, scale).items()
+    ]
+    if not others and facts.scale_m is not None:
+        return []
+    unit = f"its unit may be {', or '.join([*others, 'one of its own'])}"
+    return [f"{path}: {unit}; compare the length with the organ's, and give --scale"]
 
 
 def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Sequence[float] | None) -> Data:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.plan.jobs import is_parallel
 from palpate.plan.memory import available_mb, memory_mb
+from palpate.plan.others import Others
 from palpate.plan.schedule import follow
 from palpate.plan.sizes import size_of
 from palpate.plan.timings import Timings
@@ -13,6 +14,12 @@ from palpate.plan.work import Case, Job, amounts, kind_of
 
 LONG_MIN = 30.0
 """Minutes from which on a run is warned of."""
+FEW_JOBS = 30
+"""Jobs that call all functions; fewer call, and compile, a part of them."""
+SLOWED = 1.25
+"""How many times as long a run takes, from which on that is said."""
+SHORT_MIN = 0.5
+"""Minutes of a run below which it is not."""
 
 
 def case_of(config: dict, jobs: Sequence[Job], folder: Path, results: Path = Path("results")) -> Case:
@@ -31,11 +38,19 @@ def case_of(config: dict, jobs: Sequence[Job], folder: Path, results: Path = Pat
     return Case(config, sizes)
 
 
-def describe(jobs: Sequence[Job], case: Case, timings: Timings, cores: int | None, first: bool = False) -> list[str]:
+def describe(
+    jobs: Sequence[Job],
+    case: Case,
+    timings: Timings,
+    cores: int | None,
+    first: bool = False,
+    others: Others | None = None,
+) -> list[str]:
     """Return lines that say what ``jobs`` will cost on this machine, the warnings last.
 
     cores : of this machine, or None where jobs run on others, as on a cluster
     first : whether functions have to be compiled, as in the first run after an installation or a change of the code
+    others : other programs on this machine
     """
     if not jobs:
         return ["nothing to do: everything that was asked for is up to date"]
@@ -44,10 +59,13 @@ def describe(jobs: Sequence[Job], case: Case, timings: Timings, cores: int | Non
         alone = sum(estimates(jobs, case, timings)) / 60
         return [f"{count}: about {_minutes(alone)} of one core of this machine; the cluster's may be faster or slower"]
     seconds, memory = estimates(jobs, case, timings, first), [memory_mb(job, case) for job in jobs]
-    course = follow(jobs, on_threads(jobs, case, seconds, cores), memory, cores)
+    on_cores = on_threads(jobs, case, seconds, cores)
+    course = follow(jobs, on_cores, memory, cores)
     minutes, left = course.seconds / 60, available_mb()
     on = f"{cores} core{'s' if cores > 1 else ''} of this machine"
     lines = [f"{count}: about {_minutes(minutes)} on {on}, up to {course.memory_mb / 1e3:.1f} GB of memory"]
+    if others and minutes > SHORT_MIN:
+        lines += _beside(others, minutes, sum(on_cores) / course.seconds)
     if minutes > LONG_MIN:
         lines.append(f"warning: {_what_takes_most(jobs, seconds, case, minutes)}")
     if course.memory_mb > left:
@@ -58,10 +76,18 @@ def describe(jobs: Sequence[Job], case: Case, timings: Timings, cores: int | Non
     return lines
 
 
+def _beside(others: Others, minutes: float, used: float) -> list[str]:
+    """Return a line on what ``minutes`` become beside other programs if that is much more; used : processors, alone."""
+    if not (slow := others.slow(used)) > SLOWED:
+        return []
+    slowed, there = _minutes(minutes * slow), others.processors
+    return [f"other programs have work for {others.use:.1f} processors of {there}; beside them it takes about {slowed}"]
+
+
 def estimates(jobs: Sequence[Job], case: Case, timings: Timings, first: bool = False) -> list[float]:
     """Estimate what each job takes [s], its start included; with ``first`` compiling functions, shared among all."""
     start = timings.shipped_seconds("start", {})
-    compiling = timings.shipped_seconds("compile", {}) / max(len(jobs), 50) if first else 0.0
+    compiling = timings.shipped_seconds("compile", {}) / max(len(jobs), FEW_JOBS) if first else 0.0
     return [start + compiling + timings.seconds(kind_of(job, case), amounts(job, case)) for job in jobs]
 
 

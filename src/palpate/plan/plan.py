@@ -10,6 +10,7 @@ from typing import Any
 from palpate.job import kernel_cache
 from palpate.plan.describe import case_of, describe
 from palpate.plan.jobs import is_parallel, jobs_of, seconds_taken
+from palpate.plan.others import look
 from palpate.plan.timings import read_timings, remember
 from palpate.plan.work import amounts, kind_of
 
@@ -28,7 +29,8 @@ class Plan:
 
     def describe(self) -> list[str]:
         """Return what the run will cost, a line each, warnings last."""
-        return describe(self._jobs, self._case, self._timings, self._cores, self._first)
+        others = look() if self._jobs and self._cores else None
+        return describe(self._jobs, self._case, self._timings, self._cores, self._first, others)
 
     def remember(self) -> None:
         """Keep the times of the jobs that have ended since the plan was made, if they ran on this machine.

@@ -41,17 +41,20 @@ def reduced(job: Job, case: Case) -> Amounts:
     grid, share = _grid(job, case), 1.0 if case.config["tradeoff"]["training_contacts_of"] else 0.4
     contacts = share * case.config["tradeoff"]["contacts"]
     kinds = len(grid["rings"]) + len(grid["tolerances"]) + 1
-    sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
-    nodes = max([size for size in sizes if size <= grid["nodes"]], default=sizes[0])
     asked = kinds * len(grid["targets"]) * case.config["tradeoff"]["budget_s"]
-    return {"contact_nodes": contacts * nodes, "asked_s": asked}
+    return {"contact_nodes": contacts * reduced_nodes(job, case, grid["nodes"]), "asked_s": asked}
+
+
+def reduced_nodes(job: Job, case: Case, most: int) -> int:
+    """Return the nodes of quadratic elements of the level that is reduced: the finest that has ``most`` of them."""
+    sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
+    return max([size for size in sizes if size <= most], default=sizes[0])
 
 
 def galerkin(job: Job, case: Case) -> Amounts:
     """Count the training samples' volumes, and the modes that all settings choose cells for."""
     grid, trained = _grid(job, case), case.trained()
-    sizes = [level.refined().nodes for level in case.sizes[job.wildcards["body"]].levels]
-    nodes = max([size for size in sizes if size <= grid["nodes"]], default=sizes[0])
+    nodes = reduced_nodes(job, case, grid["nodes"])
     kinds = [min(count, trained) for count in grid["modes"]] + [trained] * (len(grid["tolerances"]) - 1)
     return {"volumes": trained * nodes, "modes": sum(kinds) * nodes}
 

@@ -3,6 +3,12 @@
 from collections.abc import Callable
 
 from palpate.plan.work import QUADRATIC, Amounts, Case, Job
+from palpate.plan.work_of_models import reduced_nodes
+
+MOST_NODES = 12_000
+"""Of the level that a portable model is made from, as the schema has it for contact modes."""
+BETWEEN = 40
+"""Contacts that take as long as the places between them, where the error of a portable model is measured."""
 
 
 def _scene(job: Job, case: Case) -> Amounts:
@@ -43,9 +49,8 @@ def _beyond_design(job: Job, case: Case) -> Amounts:
 
 
 def _exported(job: Job, case: Case) -> Amounts:
-    """Count the solves of a portable model: some for each contact, and those at places between them."""
-    size, count = case.sizes[job.wildcards["body"]], case.config["press"]["contacts"]
-    return {"solve_s": QUADRATIC * (count + 40) * case.solve_s(size.fine.elements, 1)}
+    """Count the contacts of a portable model, and as many as the places between them take, times their nodes."""
+    return {"contact_nodes": (case.config["press"]["contacts"] + BETWEEN) * reduced_nodes(job, case, MOST_NODES)}
 
 
 def _trial(job: Job, case: Case) -> Amounts:

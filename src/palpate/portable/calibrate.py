@@ -1,6 +1,6 @@
 """Measure how wrong a portable model is between its contacts, and make nine answers in ten keep the bound they give."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -79,13 +79,14 @@ def calibrate(
     best: ContactModes,
     nodes: Sequence[int],
     checked: Sequence[int],
+    progress: Callable[[Sequence], Iterable] = iter,
 ) -> Calibration:
     """Compare the file's ``model`` with ``best`` at the nodes ``checked``, and with ``solver`` at its own ``nodes``.
 
-    surface : (n,) the numbers of the fine surface nodes
+    surface : (n,) the numbers of the fine surface nodes; progress : wraps ``checked``
     """
     rows, peaks = [], []
-    for node in checked:
+    for node in progress(checked):
         for i, force in enumerate(best.shop.shown(node, "snapshots").forces[::EVERY]):
             row = _compared(model, surface, best, ((node, force),))
             if row is not None:

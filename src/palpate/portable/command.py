@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +41,7 @@ def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> st
 
     try:
         with threadpool_limits(limits=1):  # products are small, and threads wait for each other
-            export_model(case, COLUMNS, contacts, out, _told)
+            export_model(case, COLUMNS, contacts, out, told)
     except NotConverged as failure:
         raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
     except OSError as error:
@@ -75,11 +75,16 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     return Case(body, regime, radius, database, None, options, settings["solver"]["tolerance"], grid)
 
 
-def _told(nodes: Sequence[int]) -> Iterator[int]:
-    """Yield ``nodes``, and say how many are done."""
-    live = sys.stderr.isatty()  # a line that is written over, or in a log one line each
-    for done, node in enumerate(nodes):
-        last = done + 1 == len(nodes)
-        begin, end = ("\r", "\n" if last else "") if live else ("", "\n")
-        print(f"{begin}contact {done + 1} of {len(nodes)}", end=end, file=sys.stderr, flush=True)
-        yield node
+def told(what: str) -> Callable[[Sequence], Iterator]:
+    """Return a function that wraps a sequence and says how far it has come: on one line, or in a log on eleven."""
+    live = sys.stderr.isatty()
+
+    def wrapped(sequence: Sequence) -> Iterator:
+        count = len(sequence)
+        for number, item in enumerate(sequence, start=1):
+            if live or number == 1 or 10 * number // count > 10 * (number - 1) // count:
+                begin, end = ("\r", "\n" if number == count else "") if live else ("", "\n")
+                print(f"{begin}{what} {number} of {count}", end=end, file=sys.stderr, flush=True)
+            yield item
+
+    return wrapped

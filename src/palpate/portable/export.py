@@ -1,6 +1,6 @@
 """Export contact modes to a portable file: prepare contacts all over the surface, and measure the file's error."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -35,12 +35,20 @@ COLUMNS = {"modes": "columns", "rings": 50, "thinned": 0.003, "target": "limit"}
 """The setting that is exported if none is asked for: cheap, so that many contacts can be had."""
 
 
+Progress = Callable[[str], Callable[[Sequence], Iterable]]
+"""Return, for what is counted, a function that wraps a sequence and tells how far it has come."""
+
+
+def _untold(_: str) -> Callable[[Sequence], Iterable]:
+    return iter
+
+
 def export_model(
-    case: Case, setting: Setting, contacts: int | Sequence[int], path: Path | str, progress: Callable = iter
+    case: Case, setting: Setting, contacts: int | Sequence[int], path: Path | str, progress: Progress = _untold
 ) -> None:
     """Write contact modes of ``setting`` for any place of the body of ``case`` to the file ``path``.
 
-    contacts : how many nodes of the fine surface, spread over it, or which; progress : wraps the sequence of nodes
+    contacts : how many nodes of the fine surface, spread over it, or which
     InputError for a body or a disc that the file cannot hold, and for nodes that cannot be pressed.
     """
     _refuse(case)
@@ -48,8 +56,8 @@ def export_model(
     solver = ContactModes(case, setting)
     shop = solver.shop
     best = ContactModes(case, setting | {"modes": "snapshots"})
-    prepared = [solver.prepare_contact(node) for node in progress(nodes)]
-    seen, sampled = _linear_responses(case.body, shop, prepared, nodes)
+    prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
+    seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]
     singles = [sampled[:, 3 * k : 3 * k + 3] for k in range(len(seen))]
     basis = surface_basis(case.body, case.radius_m, columns + singles, [each.rest for each in prepared], VECTORS)
@@ -64,7 +72,8 @@ def export_model(
     )
     compliance = _compliance(bare, basis, np.searchsorted(case.body.fine.surface, seen), sampled, columns)
     first = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
-    found = calibrate(first, case.body.fine.surface, solver, best, nodes, checked)
+    between = progress("error at place")
+    found = calibrate(first, case.body.fine.surface, solver, best, nodes, checked, between)
     scalars |= found.scalars()
     info = _info(case, setting, basis, prepared, scalars) | found.told()
     with write_whole(path) as temporary:
@@ -115,7 +124,11 @@ def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[
 
 
 def _linear_responses(
-    body: Body, shop: Workshop, prepared: Sequence[Prepared], nodes: Sequence[int]
+    body: Body,
+    shop: Workshop,
+    prepared: Sequence[Prepared],
+    nodes: Sequence[int],
+    progress: Callable[[Sequence], Iterable],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return free surface nodes (k,), well spread, and their responses (3 n, 3 k) [m/N], of the contacts' target.
 
@@ -123,7 +136,7 @@ def _linear_responses(
     """
     free = np.intersect1d(body.levels[shop.level].surface, sorted(shop.pressable))
     chosen = np.sort(free[spread_out(body.fine.nodes[free], body.fine.nodes[nodes[:1]], min(SAMPLES, len(free)))])
-    reduced = _responses(shop, shop.level, chosen)
+    reduced = _responses(shop, shop.level, chosen, progress)
     if shop.level == 0:
         return chosen, reduced
     own = [to_columns(shop.reduced_columns(node)) for node in nodes]
@@ -141,10 +154,15 @@ def to_columns(moved: np.ndarray) -> np.ndarray:
     return moved.reshape(-1, moved.shape[2])
 
 
-def _responses(shop: Workshop, level: int, nodes: Sequence[int] | np.ndarray) -> np.ndarray:
+def _responses(
+    shop: Workshop,
+    level: int,
+    nodes: Sequence[int] | np.ndarray,
+    progress: Callable[[Sequence], Iterable] = iter,
+) -> np.ndarray:
     """Return the responses (3 n, 3 k) [m/N] of a level to unit forces at ``nodes`` (k,)."""
     elements, parts = shop.elements(level), []
-    for some in np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER)):
+    for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
         loads = np.dstack([elements.nodal(*shop.disc(int(node), level), np.eye(3)) for node in some])
         parts.append(to_columns(to_surface(shop.up(level), elements.solve(loads, NEAR))))
     return np.hstack(parts)

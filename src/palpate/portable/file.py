@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.portable.four_errors import FOUR_ERRORS
 from palpate.portable.runtimes.palpate_model import PortableAnswer, PortableModel
 
 __all__ = ["PortableAnswer", "PortableModel", "describe", "read"]
@@ -33,7 +34,7 @@ def describe(path: Path | str) -> str:
     ]
     if isinstance(stored := info.get("float32_error"), float):
         lines.append(f"at the contacts themselves the file costs {100 * stored:.2g} % of the peak")
-    return "\n".join(lines)
+    return "\n".join([*lines, *FOUR_ERRORS])
 
 
 def _setting(setting: object) -> str:

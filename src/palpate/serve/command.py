@@ -41,13 +41,14 @@ def press(
     before = [signal.signal(number, signal.default_int_handler) for number in numbers]
     try:
         chosen = scene or run.scenes[0]
-        live = LiveModels(run, chosen, model)
-        print(f"preparing {chosen} ...", file=sys.stderr, flush=True)
-        from threadpoolctl import threadpool_limits
+        with PressServer(port) as server:  # before what takes a minute, as the port may be in use
+            live = LiveModels(run, chosen, model)
+            print(f"preparing {chosen} ...", file=sys.stderr, flush=True)
+            from threadpoolctl import threadpool_limits
 
-        with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
-            live.warm_up(live.names[0])
-        with PressServer(_page(live, run, chosen, model), live.names, live.answer, port) as server:
+            with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
+                live.warm_up(live.names[0])
+            server.offer(_page(live, run, chosen, model), live.names, live.answer)
             _serve(server, chosen, browser)
     except KeyboardInterrupt:  # whenever it comes, it is how one leaves
         return "closed"
@@ -102,7 +103,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         for name, row in live.rows.items()
     ]
     models += _coarse(live.case, words)
-    return press_document(models, f"Press it: {spaced(scene)}", held=held_nodes(live.case.body))
+    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
 
 
 def _in_file(folder: Path, case: Case) -> list[PressModel]:

@@ -22,9 +22,9 @@ Answer = Callable[[str, bytes], bytes]
 
 
 class PressServer(ThreadingHTTPServer):
-    """A server of ``page`` and of answers, on ``port`` of this machine, or on any that is free if it is 0.
+    """A server of a page and of answers, on ``port`` of this machine, or on any that is free if it is 0.
 
-    token : random, part of every address
+    The port is taken at once; ``offer`` says what is served. token : random, part of every address
     Raises InputError if the port cannot be had. Nothing is written to disk, and no request is logged.
     """
 
@@ -33,8 +33,11 @@ class PressServer(ThreadingHTTPServer):
     allow_reuse_address = True
     request_queue_size = 2 * CLIENTS
 
-    def __init__(self, page: str, names: list[str], answer: Answer, port: int = 0):
-        self.page, self.names, self.answer = page.encode(), names, answer
+    page: bytes
+    names: list[str]
+    answer: Answer
+
+    def __init__(self, port: int = 0):
         self.token = secrets.token_urlsafe(24)
         self.turn = threading.Lock()  # models keep what they reuse between answers
         self._waited_for: dict[Any, None] = {}  # connections, the first of which came first
@@ -43,6 +46,10 @@ class PressServer(ThreadingHTTPServer):
             super().__init__((HOST, port), Handler)
         except (OSError, OverflowError) as error:
             raise InputError(f"port {port} cannot be had ({error}); give another one with --port.") from None
+
+    def offer(self, page: str, names: list[str], answer: Answer) -> None:
+        """Serve ``page``, and the answers of models by their names."""
+        self.page, self.names, self.answer = page.encode(), names, answer
 
     @property
     def hosts(self) -> tuple[str, str]:

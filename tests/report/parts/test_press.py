@@ -4,6 +4,7 @@ import pandas as pd
 from fixtures.material import numbers
 
 from palpate.evaluation.table import columns
+from palpate.portable.four_errors import FOUR_ERRORS
 from palpate.report.parts import press
 
 
@@ -16,6 +17,7 @@ def table(**changes):
 def test_captions_say_what_answers():
     said = numbers("press", {"press": table()})
     assert said["press_worth"] == "liver: 0.4 % of the peak wrong, in 2.1 ms in Python"
+    assert said["press_errors"] == " ".join(FOUR_ERRORS)
     assert said["press_doubted"] == "liver: 1 of 6" and said["press_contacts"] == "liver: 12"
 
 

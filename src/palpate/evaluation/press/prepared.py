@@ -9,14 +9,21 @@ from palpate.bodies.body import Body
 from palpate.enrichment.training_samples import FitOptions
 from palpate.evaluation.hard_cases.pressed_samples import database_of
 from palpate.models.model import Case
-from palpate.portable.export import export_model
+from palpate.portable.export import Progress, export_model
 
 REGIME = "press"
 """The name of a regime that has no samples."""
 
 
 def export(
-    body: Body, settings: Mapping, radius_m: float, grid: Mapping, seed: int, tolerance: float, path: Path | str
+    body: Body,
+    settings: Mapping,
+    radius_m: float,
+    grid: Mapping,
+    seed: int,
+    tolerance: float,
+    path: Path | str,
+    progress: Progress,
 ) -> None:
     """Write contact modes of ``body`` for discs of ``radius_m`` [m] to ``path``.
 
@@ -28,4 +35,4 @@ def export(
     case = Case(body, REGIME, radius_m, database, None, options, tolerance, grid)
     setting = {"modes": settings["modes"], "rings": grid["contact_modes"]["rings"][-1]}
     setting |= {"thinned": settings["thinned"], "target": "limit"}
-    export_model(case, setting, settings["contacts"], path)
+    export_model(case, setting, settings["contacts"], path, progress)

@@ -470,7 +470,7 @@ const Palpate = (() => {
         before.forEach((each, i) => each.forEach(({ q, energy, pull, least }, k) => Object.assign(places[i].near[k], { q, energy, pull, least })));
       }
       const lost = Math.hypot(...missed), share = lost / way;
-      if (!(size <= 1e-3 * scale)) return { missed: lost, doubt: "no force was found that moves the disc as far as it is pushed" };
+      if (!(size <= 1e-3 * scale && lost < Infinity)) return { missed: lost, doubt: "no force was found that moves the disc as far as it is pushed" };
       const doubt = `a disc is held there, or too near another, and misses its way by ${(100 * share).toFixed(0)} %`;
       return { missed: lost, doubt: share <= MISSED ? "" : doubt };
     }

@@ -172,6 +172,7 @@ class PortableModel:
         self._places = np.array([each.place for each in self.contacts])
         self._directions = np.array([each.normal for each in self.contacts])
 
+    @np.errstate(over="ignore", invalid="ignore")  # what overflows is answered, and doubted
     def respond(self, presses: Sequence[Mapping[str, Any]], start: PortableAnswer | None = None) -> PortableAnswer:
         """Return the answer to ``presses``, each at a triangle and weights (3,), with a force [N] or the way moved [m].
 
@@ -419,7 +420,7 @@ class _Search:
                 continue
             force, rests, missed, size, step = tried, reached, now, found, ahead
         most = _norm(missed)
-        return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale)
+        return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale and most < math.inf)
 
     def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray, float]:
         """Return what discs miss (f,) [m], a step (k, 3) [N] towards it that foresees where contacts will rest, and how

@@ -7,6 +7,7 @@ from palpate.evaluation.press.tables import TABLES
 from palpate.figures import tables
 from palpate.figures.number_format import each, percent, seconds
 from palpate.files import require_file
+from palpate.portable.four_errors import FOUR_ERRORS
 from palpate.report import markup
 from palpate.report.material import Report, Section
 from palpate.report.press.compose import TITLES
@@ -25,6 +26,7 @@ def numbers(report: Report) -> dict[str, str]:
     return {
         "headline": f"Press {' or '.join(spaced(body) for body in bodies)} in this page; contact modes answer: {said}.",
         "press_worth": said,
+        "press_errors": " ".join(FOUR_ERRORS),
         "press_contacts": each(bodies, lambda body: str(tables.where(table, body=body)["contacts"].iloc[0])),
         "press_doubted": each(bodies, lambda body: _doubted(tables.where(report.tables["press"], body=body))),
     }

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.files import write_whole
+from palpate.portable.four_errors import FOUR_ERRORS
 from palpate.report import page_assets
 from palpate.report.words import spaced
 
@@ -88,15 +89,16 @@ def press_section(
 def press_document(
     models: Sequence[PressModel],
     title: str = "Press it",
-    caption: str = "",
     held: Sequence[bool] | np.ndarray = (),
 ) -> str:
-    """Return a whole page to press the body of ``models``, which needs no other file.
+    """Return a whole page to press the body of ``models``, which needs no other file, and joins what errors it says.
 
-    title : plain text; caption, held : of ``press_section``
+    title : plain text; held : of ``press_section``
     """
     style = page_assets.style() + _asset("document.css")
-    section = press_section(models, caption, held=held)
+    contact_modes = any(model.kind == "portable" and model.file is not None for model in models)
+    joined = f"<p>{escape(' '.join(FOUR_ERRORS))}</p>" if contact_modes else ""
+    section = press_section(models, joined, held=held)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy(models)}">\n'
@@ -112,7 +114,7 @@ def write_pages(
     models: Sequence[PressModel], name: str, held: Sequence[bool] | np.ndarray, section: Path | str, page: Path | str
 ) -> None:
     """Write the ``section`` of the report and the whole ``page`` on which the body ``name`` is pressed."""
-    whole = press_document(models, f"Press it: {spaced(name)}", held=held)
+    whole = press_document(models, f"Press it: {spaced(name)}", held)
     for path, text in ((section, press_section(models, name=name, held=held)), (page, whole)):
         with write_whole(path) as part:
             part.write_text(text, encoding="utf-8")

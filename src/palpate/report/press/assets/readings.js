@@ -39,7 +39,7 @@ Object.assign(Panel.prototype, {
     const { stage } = this, [slider, value] = this.deep;
     const asked = stage.truth ? this.depthOf(stage.active) : stage.active?.depth ?? stage.depth;
     this.gone.textContent = said(millimetres, "mm");
-    slider.max = Math.max(stage.most(), asked || 0);
+    slider.max = Math.max(stage.most, asked || 0);
     if (document.activeElement !== slider) slider.value = asked;
     value.textContent = said(1e3 * asked, "mm");
     if (!stage.active) return;
@@ -62,7 +62,7 @@ Object.assign(Panel.prototype, {
     const truly = actual > 0 ? `truly ${percent(actual)} of the peak` : "";
     const own = error > 0 ? `error over the surface ±\u00a0${said(error * peak, "mm")}` : "this model does not estimate its error";
     const told = [`moves ${said(peak, "mm")} at most`, main.answer.forces.length ? own : "", truly].filter(Boolean).join("; ");
-    const pressed = stage.active && !(stage.most() > 0) ? "here the organ is held, and cannot be pressed" : told;
+    const pressed = stage.active && !(stage.most > 0) ? "here the organ is held, and cannot be pressed" : told;
     this.bound.textContent = stage.active ? pressed : "press the organ anywhere";
   },
 

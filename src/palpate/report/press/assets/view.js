@@ -106,14 +106,14 @@ const colouring = (kind, view, palettes, truth, most) => {
       : "difference from the first answer [% of a full press]";
     return { palette: palettes.error, marks, words, ofLength: (length) => length / (share * against) };
   }
-  const [full, step] = round(1e3 * peak);
-  const marks = Array.from({ length: Math.round(full / step) + 1 }, (_, i) => [(i * step) / full, `${+(i * step).toPrecision(3)}`]);
-  return { palette: palettes.displacement, marks, words: "displacement [mm]", ofLength: (length) => (1e3 * length) / full };
+  // most places bear a fifth of the hardest press of all, which would be pale on an even scale
+  const full = round(1e3 * peak), marks = [0, 0.05, 0.25, 0.5, 1].map((share) => [Math.sqrt(share), `${+(full * share).toPrecision(3)}`]);
+  const words = "displacement [mm], on a root scale";
+  return { palette: palettes.displacement, marks, words, ofLength: (length) => Math.sqrt((1e3 * length) / full) };
 };
 
-// A round number that is no less than `value`, and the step of its marks.
+// A round number that is no less than `value`.
 const round = (value) => {
   const power = 10 ** Math.floor(Math.log10(value));
-  const [most, step] = [[1, 0.25], [2, 0.5], [4, 1], [5, 1], [8, 2], [10, 2.5]].find(([each]) => value <= each * power * 1.0001);
-  return [most * power, step * power];
+  return power * [1, 2, 4, 5, 8, 10].find((each) => value <= each * power * 1.0001);
 };

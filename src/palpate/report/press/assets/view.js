@@ -12,7 +12,7 @@ class View {
     this.tints = new Uint8ClampedArray(4 * this.shades.length);
     this.depths = new WeakMap(); // of places, how deep they can be pressed
     this.apart = new Float32Array(3 * this.shades.length); // from each of three rings
-    this.crossed = { triangles: new Uint32Array(triangles.length), free: 0, count: 0 };
+    this.crossed = { triangles: new Uint32Array(triangles.length), count: 0 };
     this.answer = { displacement: new Float32Array(nodes.length), forces: new Float32Array(0), error: NaN, doubt: "", ms: NaN };
     this.upload();
   }
@@ -53,7 +53,7 @@ class View {
     this.painter.send(this.buffers, { place: this.places, tint: this.tints });
   }
 
-  // Find the triangles that rings cross, or come nearer to than a margin [m], as the body is at rest.
+  // Find the free triangles that rings cross, or come nearer to than a margin [m], as the body is at rest.
   cross(rings, count, margin) {
     const { order, crossed, apart, surface: { nodes } } = this, size = this.shades.length;
     for (let r = 0; r < count; r++) {
@@ -62,14 +62,13 @@ class View {
         apart[r * size + n] = Math.sqrt((nodes[i] - x) ** 2 + (nodes[i + 1] - y) ** 2 + (nodes[i + 2] - z) ** 2) - radius;
       }
     }
-    [crossed.free, crossed.count] = [0, 0];
-    for (let t = 0; t < order.length; t += 3) {
+    crossed.count = 0;
+    for (let t = 0; t < this.free; t += 3) {
       for (let from = 0; from < count * size; from += size) {
         const a = apart[from + order[t]], b = apart[from + order[t + 1]], c = apart[from + order[t + 2]];
         if (Math.min(a, b, c) > margin || Math.max(a, b, c) < -margin) continue;
         crossed.triangles.set([order[t], order[t + 1], order[t + 2]], crossed.count);
         crossed.count += 3;
-        if (t < this.free) crossed.free = crossed.count;
         break;
       }
     }

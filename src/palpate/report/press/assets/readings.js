@@ -141,7 +141,7 @@ Object.assign(Panel.prototype, {
   choose() {
     const { stage } = this, { truth, active } = stage;
     Object.entries(this.radios).forEach(([way, [radio]]) => (radio.checked = way === stage.mode));
-    this.pin.disabled = this.let.disabled = !active;
+    for (const each of [this.pin, this.let, this.angle[0], this.turned[0]]) each.disabled = !active;
     this.pin.setAttribute("aria-pressed", Boolean(active?.pinned));
     this.reveal.disabled = !truth;
     this.reveal.setAttribute("aria-pressed", Boolean(truth && stage.truthShown));

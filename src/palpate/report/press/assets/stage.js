@@ -123,6 +123,7 @@ class Stage {
       Object.assign(active, { force: null, wish: depth, depth, shown: depth });
       [this.depth, this.truth, this.truthShown] = [depth, null, false];
       if (this.colour === "truth") this.colour = "displacement";
+      this.panel.choose();
     }
     this.refresh();
   }
@@ -142,6 +143,7 @@ class Stage {
     this.changed();
     this.fingers.forEach((finger) => (finger.leaving = true));
     this.active = null;
+    this.panel.choose();
     this.refresh();
   }
 

@@ -82,8 +82,8 @@ def test_what_is_held_is_hatched_on_pages_of_both_kinds_and_nothing_else(browser
             if hatched:  # a line, or what is between lines, stands out from the page
                 assert min(max(contrast(each, paper) for each in row) for row in rows) > 3
         key = page.locator(".legend .held")
-        assert key.bounding_box()["width"] > 20 and "held" in page.text_content(".legend")
-        assert "repeating-linear-gradient" in key.evaluate("key => getComputedStyle(key).backgroundImage")
+        assert key.bounding_box()["width"] > 50 and key.text_content() == "held"
+        assert "repeating-linear-gradient" in key.evaluate("key => getComputedStyle(key, '::before').backgroundImage")
 
 
 DEVICES = {"wide": chromium.DESKTOP, "middle": {"viewport": {"width": 800, "height": 900}}, "phone": chromium.TELEPHONE}

@@ -123,7 +123,7 @@ Object.assign(Panel.prototype, {
       mark.style.left = `${100 * share}%`;
       return mark;
     });
-    const held = this.stage.held.some(Boolean) ? [make("span", { className: "held" }), "held"] : [];
+    const held = this.stage.held.some(Boolean) ? [make("span", { className: "held", textContent: "held" })] : [];
     key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), words, ...held);
   },
 

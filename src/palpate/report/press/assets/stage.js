@@ -71,7 +71,7 @@ class Stage {
     return DEEPEST * this.bears(this.active?.place);
   }
 
-  // Let another model answer the same presses.
+  // Let another model answer the same presses, as far as it is known to bear them.
   take(choice) {
     const { model } = choice, same = this.main?.model.nodes.length === model.nodes.length;
     this.choice = choice;
@@ -82,7 +82,10 @@ class Stage {
       this.camera = new Camera(model.nodes);
       [this.fingers, this.active, this.truth] = [[], null, null];
     }
-    this.fingers.forEach((finger) => this.carry(finger, { surface: this.main.surface }));
+    for (const finger of this.fingers) {
+      finger.surface = this.main.surface;
+      finger.depth = Math.min(finger.depth, this.bears(finger.place));
+    }
     this.panel.show(choice);
     this.refresh();
   }
@@ -95,7 +98,8 @@ class Stage {
     this.refresh();
   }
 
-  // Press a place: with the finger that is not pinned, or with a new one. At most two press at once.
+  // Press a place: with the finger that is not pinned, or with a new one. At most two press at once. A finger takes its wish
+  // along, as far as the place is known to bear it.
   put(place, own = null) {
     this.changed();
     const kept = this.fingers.filter((finger) => !finger.leaving);
@@ -105,15 +109,10 @@ class Stage {
       finger = new Finger(this.main.surface, place, this.depth);
       this.fingers = [...kept, finger];
     }
-    this.carry(finger, { place });
+    finger.place = place;
+    finger.depth = Math.min(finger.wish, this.bears(place));
     this.active = finger;
     return finger;
-  }
-
-  // A finger takes its wish to another place or model, as far as that is known to bear it.
-  carry(finger, to) {
-    Object.assign(finger, to);
-    finger.depth = Math.min(finger.wish, this.bears(finger.place));
   }
 
   // Another press than that of which the truth is known.

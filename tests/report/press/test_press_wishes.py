@@ -93,6 +93,24 @@ def test_another_model_presses_as_deep_as_it_is_known_to_bear(browser, model, tm
         assert visited.complaints == []
 
 
+def test_what_one_model_knows_holds_for_one_that_does_not_say(browser, model, tmp_path):
+    file = tmp_path / "press.html"
+    file.write_text(press_document([model, replace(model, name="other", title="other")]), encoding="utf-8")
+    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
+        page = visited.page
+        chromium.until(page, READY)
+        (x, y), *_, (x2, y2) = spots(page, 9)
+        begin(page, 0.003)
+        page.mouse.click(x, y)
+        page.get_by_label("model").select_option("other")
+        assert depth(page) == pytest.approx(0.003)
+        page.mouse.click(x2, y2)
+        assert depth(page) == pytest.approx(0.003)
+        page.evaluate(f"{STAGE}.deepen(1)")
+        assert depth(page) == pytest.approx(1.2 * 0.003)
+        assert visited.complaints == []
+
+
 def test_a_first_press_shows_and_is_no_deeper_than_its_place_is_known_to_bear(page):
     (x, y), *_ = spots(page, 1)
     begin(page, 1.0)

@@ -1,8 +1,8 @@
 // The stage: models, fingers and views, and the loop that asks and draws, one picture after the other.
 const INKS = { active: [1, 1, 1], other: [1, 0.72, 0.2], cursor: [0.35, 0.95, 0.75] };
 const DEEPEST = 1.2; // as deep as a reader may go on, over what a place is known to bear
-const FREE = 0.5; // what a place bears over the largest displacement, for models that do not say
-const FIRST = 0.4, CAREFUL = 0.15; // depth of the first press over the same, and for models that do not say
+const FREE = 0.5; // what a place bears over the largest displacement, where no model says
+const FIRST = 0.4, CAREFUL = 0.15; // depth of the first press over the same, and where no model says
 const EASE = 0.35; // of the way to the depth that is asked for, in each picture
 const AROUND_PX = 4; // pixels to either side of a ring's line in which it is drawn, on however steep a surface
 const still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -57,12 +57,15 @@ class Stage {
     return 0.04 * this.main.model.info.peak_m;
   }
 
-  // how deep a place is known to bear a press [m]; asked for with each move of a pointer, and worked out once for a place
+  // how deep a place is known to bear a press [m], by the model or another that is loaded; asked for with each move of a
+  // pointer, and worked out once for a place
   bears(place) {
-    const { model, depths, surface: { triangles } } = this.main;
+    const { model, depths, surface: { nodes, triangles } } = this.main;
     if (place && [0, 1, 2].every((c) => this.held[triangles[3 * place.triangle + c]])) return 0;
-    if (!place || !model.depth) return FREE * model.info.peak_m;
-    if (!depths.has(place)) depths.set(place, model.depth(place));
+    const loaded = [model, ...this.choices.map((choice) => choice.loaded)];
+    const knows = loaded.find((each) => each?.depth && each.nodes.length === nodes.length);
+    if (!place || !knows) return FREE * model.info.peak_m;
+    if (!depths.has(place)) depths.set(place, knows.depth(place));
     return depths.get(place);
   }
 

@@ -1,6 +1,6 @@
 // What pointers, the wheel and keys do to the stage.
 const TURN = 0.01, KEY_TURN = 0.12, ZOOM = 1.15, NEAR_PX = 26, KEY_SLIDE_PX = 7, KEY_TILT = 0.07, TILT_PX = 0.008;
-const DRAG_PX = 3; // nearer to where it began, a pointer that trembles is no drag
+const DRAG_PX = 3; // nearer to where it began, a pointer that trembles asks for no other depth
 const MODES = ["press", "slide", "tilt", "turn"];
 
 // The view under a pixel of the canvas (CSS pixels), and what of the body lies there.
@@ -82,7 +82,7 @@ const listen = (stage) => {
     const pointer = pointers.get(event.pointerId);
     if (!pointer) return;
     const [x, y] = at(event), dx = x - pointer.x, dy = y - pointer.y, { finger } = pointer;
-    pointer.drags ||= Math.hypot(dx, dy) > DRAG_PX;
+    pointer.drags ||= pointer.does !== "press" || Math.hypot(dx, dy) > DRAG_PX;
     if (!pointer.drags) return;
     Object.assign(pointer, { x, y });
     if (finger) stage.active = finger;

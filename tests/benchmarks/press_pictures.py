@@ -46,6 +46,7 @@ DRAG = """async ([way, seconds, apart]) => {
   stage.choose(way);
   send('pointerdown', x, y);
   await new Promise((done) => setTimeout(done, 700));
+  send('pointermove', x + 5, y + 5); // farther than a finger that trembles
   const began = performance.now(), before = stage.pictures;
   await new Promise((done) => {
     const move = () => { // once a picture, as browsers do

@@ -109,8 +109,11 @@ def test_two_fingers_press_at_once(page, answer):
     found = rest(page)
     assert len(found["presses"]) == 2
     same(found, answer[0])
+    expect(page.get_by_role("slider", name="tilt")).to_be_enabled()
     page.get_by_role("button", name="Let go").click()
     assert rest(page)["presses"] == []
+    for role, name in (("button", "Pin this finger"), ("button", "Let go"), ("slider", "tilt"), ("slider", "side")):
+        expect(page.get_by_role(role, name=name)).to_be_disabled()
     assert np.abs(rest(page)["displacement"]).max() == 0.0
 
 
@@ -159,6 +162,19 @@ def test_the_truth_is_shown_where_it_is_known(page, model, answer):
     page.get_by_label("colour").select_option("truth")
     rest(page)
     assert "difference from the truth" in page.text_content(".legend")
+    # a press of the reader's own has no known truth
+    page.focus("canvas")
+    (x, y), *_ = spots(page, 1)
+    page.mouse.move(x, y)
+    page.mouse.wheel(0, -100)
+    rest(page)
+    expect(page.get_by_role("button", name="Show the truth")).to_be_disabled()
+    assert page.locator(".chosen").all_text_contents() == [
+        "coarse mesh",
+        "nothing",
+        "displacement",
+        "choose a simulated press",
+    ]
 
 
 def test_a_server_answers_and_its_doubts_are_shown(browser, doubtful, answer):

@@ -68,7 +68,7 @@ def press_section(
     """Return HTML to press the body of ``models``; the first of them answers until another is chosen.
 
     caption : HTML below it; name : of the body, where a page has several
-    held : of its n nodes, whether they are held; they are drawn dark
+    held : of its n nodes, whether they are held; they are hatched
     """
     head = {"models": [_head(model) for model in models], "palettes": {k: _palette(v) for k, v in _COLOURS.items()}}
     head["held"] = _text(np.asarray(held, np.uint8).tobytes())

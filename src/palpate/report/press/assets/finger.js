@@ -1,5 +1,5 @@
 // A finger: where it presses the surface at rest, how deep, and how it is tilted from the inward normal.
-// `wish` is how deep it is to press, and `depth` as much of that as its place can bear.
+// `wish` is how deep it is to press, and `depth` as much of that as its place bears.
 const STEEP = (60 * Math.PI) / 180; // as far as a finger tilts
 
 class Finger {

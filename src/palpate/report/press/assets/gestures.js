@@ -1,5 +1,6 @@
 // What pointers, the wheel and keys do to the stage.
 const TURN = 0.01, KEY_TURN = 0.12, ZOOM = 1.15, NEAR_PX = 26, KEY_SLIDE_PX = 7, KEY_TILT = 0.07, TILT_PX = 0.008;
+const DRAG_PX = 3; // nearer to where it began, a pointer that trembles asks for no other depth
 const MODES = ["press", "slide", "tilt", "turn"];
 
 // The view under a pixel of the canvas (CSS pixels), and what of the body lies there.
@@ -37,9 +38,9 @@ const slideOnScreen = (stage, finger, dx, dy) => {
   const seen = { view: stage.main, box: stage.box(0, clientWidth, clientHeight) };
   const [x, y] = onScreen(stage, finger, seen), { place } = under(stage, x + dx, y + dy);
   if (!place) return;
+  if (finger !== stage.cursor) return stage.put(place, finger);
   finger.place = place;
-  if (finger === stage.cursor) stage.redraw();
-  else stage.changed();
+  stage.redraw();
 };
 
 const listen = (stage) => {
@@ -71,7 +72,7 @@ const listen = (stage) => {
     const does = !seen.place || stage.mode === "turn" || event.button ? "turn" : stage.mode;
     // a touch beside the organ that goes up or down scrolls the page
     const upright = seen.place || event.pointerType !== "touch" ? 1 : 0;
-    const pointer = { x, y, does, upright, box: seen.box, finger: null };
+    const pointer = { x, y, does, upright, box: seen.box, finger: null, drags: false };
     if (does !== "turn") pointer.finger = grab(seen, x, y, does === "slide");
     pointers.set(event.pointerId, pointer);
     if (event.isTrusted) canvas.setPointerCapture(event.pointerId);
@@ -81,6 +82,8 @@ const listen = (stage) => {
     const pointer = pointers.get(event.pointerId);
     if (!pointer) return;
     const [x, y] = at(event), dx = x - pointer.x, dy = y - pointer.y, { finger } = pointer;
+    pointer.drags ||= pointer.does !== "press" || Math.hypot(dx, dy) > DRAG_PX;
+    if (!pointer.drags) return;
     Object.assign(pointer, { x, y });
     if (finger) stage.active = finger;
     if (pointer.does === "turn") {

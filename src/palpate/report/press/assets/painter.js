@@ -12,17 +12,21 @@ void main() {
 const PLAIN = `#version 300 es
 precision mediump float;
 in vec4 tinted; out vec4 shown;
-uniform vec4 dark;
 void main() {
-  shown = vec4(mix(tinted.rgb, dark.rgb * tinted.a, dark.a), 1.0);
+  shown = vec4(tinted.rgb, 1.0);
 }`;
+// What is held is hatched, dark and light, to be seen on pages of both kinds; .held in press.css is its key.
 const MARKED = `#version 300 es
 precision highp float;
 in vec4 tinted; in vec3 still; out vec4 shown;
-uniform vec4 dark; uniform vec4 rings[3]; uniform vec3 inks[3]; uniform int count;
-uniform float doubt; uniform float sharp;
+uniform vec4 rings[3]; uniform vec3 inks[3]; uniform int count;
+uniform float held; uniform float doubt; uniform float sharp;
 void main() {
-  vec3 colour = mix(tinted.rgb, dark.rgb * tinted.a, dark.a);
+  vec3 colour = tinted.rgb;
+  if (held > 0.0) {
+    float line = abs(fract((gl_FragCoord.x - gl_FragCoord.y) / (9.0 * sharp)) - 0.5) * 9.0;
+    colour = mix(vec3(0.25, 0.27, 0.29), vec3(0.8, 0.83, 0.86), clamp(1.4 - line, 0.0, 1.0)) * (0.4 + 0.6 * tinted.a);
+  }
   for (int i = 0; i < count; i++) {
     float from = distance(still, rings[i].xyz) - rings[i].w;
     float pixels = abs(from) / (max(fwidth(from), 1e-9) * sharp);
@@ -37,7 +41,6 @@ void main() {
   shown = vec4(colour, 1.0);
 }`;
 const PARTS = ["place", "tint", "rest"];
-const HELD = [0.27, 0.29, 0.31].map((part) => part * LIGHTEST);
 
 class Painter {
   // an opaque canvas: a browser lays it over nothing, which takes a processor less time
@@ -52,8 +55,8 @@ class Painter {
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL); // marks are drawn again over what they mark
-    this.plain = this.program(VERTEX, PLAIN, ["turn", "centre", "scale", "dark"]);
-    this.marked = this.program(VERTEX, MARKED, ["turn", "centre", "scale", "dark", "rings", "inks", "count", "doubt", "sharp"]);
+    this.plain = this.program(VERTEX, PLAIN, ["turn", "centre", "scale"]);
+    this.marked = this.program(VERTEX, MARKED, ["turn", "centre", "scale", "rings", "inks", "count", "held", "doubt", "sharp"]);
     this.arrows = new Arrows(this);
   }
 
@@ -71,7 +74,7 @@ class Painter {
     return { program, ...Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(program, name)])) };
   }
 
-  // buffers for one view of a surface; the triangles from `free` on are held, and drawn dark
+  // buffers for one view of a surface; the triangles from `free` on are held, and hatched
   surface(nodes, triangles, free) {
     const { gl } = this, array = gl.createVertexArray(), buffers = {}, marks = gl.createBuffer(), order = gl.createBuffer();
     gl.bindVertexArray(array);
@@ -105,38 +108,39 @@ class Painter {
   }
 
   // box: x, y, width and height in pixels of the canvas
-  // marks: rings [place x, y, z, radius] each, the ink of each, their count, the triangles that they cross; a doubt
+  // marks: rings [place x, y, z, radius] each, the ink of each, their count, the free triangles that they cross; a doubt
   paint(surface, camera, box, { rings, inks, count, crossed, doubt, sharp }) {
-    const { gl, plain, marked } = this;
+    const { gl, plain, marked } = this, { order, marks, free } = surface;
     gl.viewport(...box);
     gl.bindVertexArray(surface.array);
-    if (!doubt) this.pass(plain, camera, box, surface.order, surface);
-    if (!doubt && !crossed.count) return;
+    if (!doubt) this.pass(plain, camera, box, order, 0, free);
     gl.useProgram(marked.program);
     gl.uniform4fv(marked.rings, rings);
     gl.uniform3fv(marked.inks, inks);
     gl.uniform1i(marked.count, count);
     gl.uniform1f(marked.doubt, doubt ? 1 : 0);
     gl.uniform1f(marked.sharp, sharp);
-    if (doubt) return this.pass(marked, camera, box, surface.order, surface);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, surface.marks);
-    gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, crossed.triangles.subarray(0, crossed.count));
-    this.pass(marked, camera, box, surface.marks, crossed);
+    gl.uniform1f(marked.held, 0);
+    if (doubt) this.pass(marked, camera, box, order, 0, free);
+    else {
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, marks);
+      gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, crossed.triangles.subarray(0, crossed.count));
+      this.pass(marked, camera, box, marks, 0, crossed.count);
+    }
+    gl.uniform1f(marked.held, 1);
+    this.pass(marked, camera, box, order, free, surface.count - free);
   }
 
-  // triangles by their numbers in a buffer, `free` of which move; what is held comes last
-  pass(way, camera, box, numbers, { free, count }) {
+  // some triangles by their numbers in a buffer
+  pass(way, camera, box, numbers, from, count) {
+    if (!count) return;
     const { gl } = this;
     gl.useProgram(way.program);
     gl.uniformMatrix3fv(way.turn, true, camera.rows.flat());
     gl.uniform3fv(way.centre, camera.centre);
     gl.uniform3fv(way.scale, camera.scale(box[2], box[3]));
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, numbers);
-    gl.uniform4f(way.dark, 0, 0, 0, 0);
-    gl.drawElements(gl.TRIANGLES, free, gl.UNSIGNED_INT, 0);
-    if (count === free) return;
-    gl.uniform4f(way.dark, ...HELD, 1);
-    gl.drawElements(gl.TRIANGLES, count - free, gl.UNSIGNED_INT, 4 * free);
+    gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * from);
   }
 }
 

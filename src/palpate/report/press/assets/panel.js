@@ -6,15 +6,18 @@ const KEYS = [
   ["P", "pin this finger; the next press is a second one"], ["T", "show the truth, where one is loaded"], ["Esc", "let go"],
 ];
 const READINGS = { force: "force", gone: "depth", answer: "time of an answer", error: "error of this answer" };
+const LEAST = 1e-4, DECADES = [0.001, 0.01, 0.1]; // where the error bar begins, and its marks; it ends at 1
 const AGAIN_MS = 700; // so long nothing may change before the sentence is read aloud
 
 // Three digits of a number, and a unit.
 const said = (value, unit) => (Number.isFinite(value) ? `${+value.toPrecision(3)} ${unit}` : "–");
 const percent = (share) => said(100 * share, "%");
+// Where an error lies on its bar, which is logarithmic.
+const along = (error) => `${100 * (1 - clamp(Math.log10(error) / Math.log10(LEAST), 0, 1))}%`;
 
 class Panel {
   constructor(stage) {
-    this.stage = stage;
+    Object.assign(this, { stage, chosen: [] });
     this.build();
     stage.figure.prepend(this.whole);
   }
@@ -48,8 +51,10 @@ class Panel {
     this.bar = make("i");
     this.trueBar = make("i", { className: "true", hidden: true });
     this.bound = make("p", { className: "bound" });
-    const scale = make("div", { className: "errorbar", title: "estimated error, 0.01 % to 100 % of the peak" }, this.bar, this.trueBar);
-    return make("div", { className: "readings" }, ...Object.entries(READINGS).map(reading), scale, this.bound);
+    const decades = DECADES.map((error) => make("span", { textContent: percent(error), style: `left: ${along(error)}` }));
+    this.scale = make("div", { className: "errorscale" }, make("div", { className: "errorbar" }, this.bar, this.trueBar), ...decades);
+    this.scale.setAttribute("role", "img");
+    return make("div", { className: "readings" }, ...Object.entries(READINGS).map(reading), this.scale, this.bound);
   }
 
   // one of several buttons that stay down, as radio buttons do
@@ -97,13 +102,21 @@ class Panel {
     return make("div", { className: "controls" }, this.pin, this.let);
   }
 
+  // one of a list; over the box lies its choice in as many lines as it needs, as browsers cut names off
+  select(text, options, act) {
+    const made = make("select", {}, ...options.map(([value, words]) => make("option", { value, textContent: words })));
+    const chosen = make("span", { className: "chosen" });
+    chosen.setAttribute("aria-hidden", true);
+    made.addEventListener("change", () => {
+      act(made.value);
+      this.choose();
+    });
+    this.chosen.push([made, chosen]);
+    return [made, make("label", {}, make("span", { textContent: text }), make("span", { className: "choice" }, made, chosen))];
+  }
+
   selects() {
-    const { stage } = this, { choices } = stage;
-    const select = (text, options, act) => {
-      const made = make("select", {}, ...options.map(([value, words]) => make("option", { value, textContent: words })));
-      made.addEventListener("change", () => act(made.value));
-      return [made, make("label", {}, make("span", { textContent: text }), made)];
-    };
+    const { stage } = this, { choices } = stage, select = (...given) => this.select(...given);
     const titles = choices.map(({ name, title }) => [name, title]), by = (name) => choices.find((each) => each.name === name);
     this.model = select("model", titles, (name) => stage.take(by(name)));
     this.second = select("beside it", [["", "nothing"], ...titles], (name) => stage.compare(by(name) ?? null));
@@ -114,16 +127,14 @@ class Panel {
   }
 
   truths() {
-    this.samples = make("select");
-    this.samples.addEventListener("change", () => {
-      const truth = this.stage.choice.truths[this.samples.value];
+    this.samples = this.select("known truth", [], (number) => {
+      const truth = this.stage.choice.truths[number];
       if (truth) this.stage.recall(truth);
-      this.choose();
     });
     this.reveal = make("button", { type: "button", textContent: "Show the truth" });
     this.reveal.addEventListener("click", () => this.stage.showTruth(!this.stage.truthShown));
     this.truthNote = make("p", { className: "advice" });
-    this.known = make("div", { className: "selects" }, make("label", {}, make("span", { textContent: "known truth" }), this.samples), make("div", { className: "controls" }, this.reveal), this.truthNote);
+    this.known = make("div", { className: "selects" }, this.samples[1], make("div", { className: "controls" }, this.reveal), this.truthNote);
     return this.known;
   }
 }

@@ -39,7 +39,7 @@ Object.assign(Panel.prototype, {
     const { stage } = this, [slider, value] = this.deep;
     const asked = stage.truth ? this.depthOf(stage.active) : stage.active?.depth ?? stage.depth;
     this.gone.textContent = said(millimetres, "mm");
-    slider.max = Math.max(stage.most(), asked || 0);
+    slider.max = Math.max(stage.most, asked || 0);
     if (document.activeElement !== slider) slider.value = asked;
     value.textContent = said(1e3 * asked, "mm");
     if (!stage.active) return;
@@ -50,19 +50,20 @@ Object.assign(Panel.prototype, {
     });
   },
 
-  // the estimated error on a bar of four powers of ten, and the true one where it is known
+  // the estimated error on its bar, and the true one where it is known
   bars(error) {
     const { stage } = this, { main, truth } = stage;
-    const place = (share) => `${100 * clamp((Math.log10(share) + 4) / 4, 0, 1)}%`;
-    this.bar.style.width = error > 0 ? place(error) : "0";
+    this.bar.style.width = error > 0 ? along(error) : "0";
     const actual = truth && main.answer.displacement ? rmseOfPeak(main.answer.displacement, truth.displacement) : NaN;
     this.trueBar.hidden = !(actual > 0);
-    if (actual > 0) this.trueBar.style.left = place(actual);
+    if (actual > 0) this.trueBar.style.left = along(actual);
     const peak = 1e3 * (main.most ?? 0);
     const truly = actual > 0 ? `truly ${percent(actual)} of the peak` : "";
+    const marks = `error bar with marks at ${DECADES.map(percent).join(", ")} of the peak`;
+    this.scale.setAttribute("aria-label", `${marks}: ${error > 0 ? `estimated ${percent(error)}` : "no estimate"}${truly && `, ${truly}`}`);
     const own = error > 0 ? `error over the surface ±\u00a0${said(error * peak, "mm")}` : "this model does not estimate its error";
     const told = [`moves ${said(peak, "mm")} at most`, main.answer.forces.length ? own : "", truly].filter(Boolean).join("; ");
-    const pressed = stage.active && !(stage.most() > 0) ? "here the organ is held, and cannot be pressed" : told;
+    const pressed = stage.active && !(stage.most > 0) ? "here the organ is held, and cannot be pressed" : told;
     this.bound.textContent = stage.active ? pressed : "press the organ anywhere";
   },
 
@@ -122,7 +123,8 @@ Object.assign(Panel.prototype, {
       mark.style.left = `${100 * share}%`;
       return mark;
     });
-    key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), words + (this.stage.held?.some(Boolean) ? "; dark: held" : ""));
+    const held = this.stage.held.some(Boolean) ? [make("span", { className: "held", textContent: "held" })] : [];
+    key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), words, ...held);
   },
 
   // another model: its advice, its truths, the range of its depths
@@ -131,7 +133,7 @@ Object.assign(Panel.prototype, {
     this.advice.textContent = choice.advice;
     this.known.hidden = !choice.truths.length;
     const names = choice.truths.map(({ title }, i) => make("option", { value: i, textContent: title }));
-    this.samples.replaceChildren(make("option", { value: "", textContent: "choose a simulated press" }), ...names);
+    this.samples[0].replaceChildren(make("option", { value: "", textContent: "choose a simulated press" }), ...names);
     this.choose();
   },
 
@@ -139,13 +141,13 @@ Object.assign(Panel.prototype, {
   choose() {
     const { stage } = this, { truth, active } = stage;
     Object.entries(this.radios).forEach(([way, [radio]]) => (radio.checked = way === stage.mode));
-    this.pin.disabled = this.let.disabled = !active;
+    for (const each of [this.pin, this.let, this.angle[0], this.turned[0]]) each.disabled = !active;
     this.pin.setAttribute("aria-pressed", Boolean(active?.pinned));
     this.reveal.disabled = !truth;
     this.reveal.setAttribute("aria-pressed", Boolean(truth && stage.truthShown));
     this.reveal.textContent = stage.truthShown ? "Show the answer" : "Show the truth";
     this.truthNote.textContent = truth ? truth.note : "";
-    if (!truth) this.samples.value = "";
+    if (!truth) this.samples[0].value = "";
     const offered = [["displacement", "displacement"], ["error", "displacement / error"]];
     if (truth) offered.push(["truth", "difference from the truth"]);
     if (stage.beside) offered.push(["between", "difference between both"]);
@@ -154,19 +156,21 @@ Object.assign(Panel.prototype, {
       colours.replaceChildren(...offered.map(([value, textContent]) => make("option", { value, textContent })));
     }
     colours.value = stage.colour;
+    this.chosen.forEach(([select, chosen]) => (chosen.textContent = select.selectedOptions[0]?.textContent ?? ""));
     this.resized();
   },
 
   resized() {
     const { stage } = this;
     this.names.hidden = !stage.beside && !stage.truthShown;
-    this.labels[0].textContent = stage.truthShown ? "the truth" : stage.choice?.title ?? "";
-    this.labels[1].textContent = stage.besides?.title ?? "";
+    const short = ({ title }) => title.replace(/ \([^()]*=[^()]*\)$/, ""); // without settings, not to cover the organ
+    this.labels[0].textContent = stage.truthShown ? "the truth" : short(stage.choice ?? { title: "" });
+    this.labels[1].textContent = stage.beside ? short(stage.besides) : "";
     if (!stage.beside) this.besideKey.hidden = true;
     const { clientWidth, clientHeight } = this.canvas;
     this.labels.forEach((label, i) => {
-      const [left, top, , height] = stage.box(i, clientWidth, clientHeight);
-      Object.assign(label.style, { left: `${left}px`, bottom: `${clientHeight - top - height}px` });
+      const [left, top, width, height] = stage.box(i, clientWidth, clientHeight);
+      Object.assign(label.style, { left: `${left}px`, bottom: `${clientHeight - top - height}px`, maxWidth: `calc(${width}px - 1.4rem)` });
     });
   },
 

@@ -1,8 +1,8 @@
 // The stage: models, fingers and views, and the loop that asks and draws, one picture after the other.
 const INKS = { active: [1, 1, 1], other: [1, 0.72, 0.2], cursor: [0.35, 0.95, 0.75] };
-const DEEPEST = 1.2; // over how far a place is pressed by as hard a force as a model is known to bear
-const FREE = 0.5; // the same over the largest displacement, for models that do not say
-const FIRST = 0.15; // depth of the first press, over the largest displacement
+const DEEPEST = 1.2; // as deep as a reader may go on, over what a place is known to bear
+const FREE = 0.5; // what a place bears over the largest displacement, where no model says
+const FIRST = 0.4, CAREFUL = 0.15; // depth of the first press over the same, and where no model says
 const EASE = 0.35; // of the way to the depth that is asked for, in each picture
 const AROUND_PX = 4; // pixels to either side of a ring's line in which it is drawn, on however steep a surface
 const still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -57,26 +57,38 @@ class Stage {
     return 0.04 * this.main.model.info.peak_m;
   }
 
-  // how deep a place can be pressed [m]; asked for with each move of a pointer, and worked out once for a place
-  most(place = this.active?.place) {
-    const { model, depths } = this.main;
-    if (!place || !model.depth) return FREE * model.info.peak_m;
-    if (!depths.has(place)) depths.set(place, DEEPEST * model.depth(place));
+  // how deep a place is known to bear a press [m], by the model or another that is loaded; asked for with each move of a
+  // pointer, and worked out once for a place
+  bears(place) {
+    const { model, depths, surface: { nodes, triangles } } = this.main;
+    if (place && [0, 1, 2].every((c) => this.held[triangles[3 * place.triangle + c]])) return 0;
+    const loaded = [model, ...this.choices.map((choice) => choice.loaded)];
+    const knows = loaded.find((each) => each?.depth && each.nodes.length === nodes.length);
+    if (!place || !knows) return FREE * model.info.peak_m;
+    if (!depths.has(place)) depths.set(place, knows.depth(place));
     return depths.get(place);
   }
 
-  // Let another model answer the same presses.
+  // how deep the active finger can press [m]
+  get most() {
+    return DEEPEST * this.bears(this.active?.place);
+  }
+
+  // Let another model answer the same presses, as far as it is known to bear them.
   take(choice) {
     const { model } = choice, same = this.main?.model.nodes.length === model.nodes.length;
     this.choice = choice;
     this.main = new View(this.painter, model, this.held);
-    this.depth = Math.min(this.depth ?? FIRST * model.info.peak_m, this.most(null));
+    this.depth ??= (model.depth ? FIRST : CAREFUL) * model.info.peak_m;
     this.times = [];
     if (!same) {
       this.camera = new Camera(model.nodes);
       [this.fingers, this.active, this.truth] = [[], null, null];
     }
-    this.fingers.forEach((finger) => (finger.surface = this.main.surface));
+    for (const finger of this.fingers) {
+      finger.surface = this.main.surface;
+      finger.depth = Math.min(finger.depth, this.bears(finger.place));
+    }
     this.panel.show(choice);
     this.refresh();
   }
@@ -89,8 +101,10 @@ class Stage {
     this.refresh();
   }
 
-  // Press a place: with the finger that is not pinned, or with a new one. At most two press at once.
+  // Press a place: with the finger that is not pinned, or with a new one. At most two press at once. A finger takes its wish
+  // along, as far as the place is known to bear it.
   put(place, own = null) {
+    this.changed();
     const kept = this.fingers.filter((finger) => !finger.leaving);
     let finger = own ?? kept.find((each) => !each.pinned);
     if (!finger && kept.length === 2) finger = this.active;
@@ -99,36 +113,31 @@ class Stage {
       this.fingers = [...kept, finger];
     }
     finger.place = place;
+    finger.depth = Math.min(finger.wish, this.bears(place));
     this.active = finger;
-    this.changed();
     return finger;
   }
 
   // Another press than that of which the truth is known.
   changed() {
-    if (this.active) this.active.depth = clamp(this.active.wish, 0, this.most());
     if (this.truth) {
-      this.wish(this.panel.depthOf(this.active));
-      this.active.shown = this.active.depth;
-      this.fingers.forEach((finger) => (finger.force = null));
-      [this.truth, this.truthShown] = [null, false];
+      const { active } = this, depth = clamp(this.panel.depthOf(active), 0, this.most);
+      Object.assign(active, { force: null, wish: depth, depth, shown: depth });
+      [this.depth, this.truth, this.truthShown] = [depth, null, false];
       if (this.colour === "truth") this.colour = "displacement";
+      this.panel.choose();
     }
     this.refresh();
   }
 
+  // The reader asks for more or less, beyond what is known if need be; a place that bears little, or is held, takes nothing
+  // from the wish for the next one.
   deepen(by) {
     if (!this.active) return;
     this.changed();
-    this.wish(this.active.depth + by);
-    this.refresh();
-  }
-
-  // As deep as a place bears; what bears little, or is held, takes nothing from the wish for the next place.
-  wish(depth) {
-    const { active } = this, most = this.most();
-    active.depth = clamp(depth, 0, most);
-    this.depth = active.wish = depth > most ? Math.max(active.wish, active.depth) : active.depth;
+    const { active } = this, depth = clamp(active.depth + by, 0, this.most);
+    this.depth = active.wish = depth < active.depth ? depth : Math.max(active.wish, depth);
+    active.depth = depth;
   }
 
   release() {
@@ -136,6 +145,7 @@ class Stage {
     this.changed();
     this.fingers.forEach((finger) => (finger.leaving = true));
     this.active = null;
+    this.panel.choose();
     this.refresh();
   }
 

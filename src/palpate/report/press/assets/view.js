@@ -12,7 +12,7 @@ class View {
     this.tints = new Uint8ClampedArray(4 * this.shades.length);
     this.depths = new WeakMap(); // of places, how deep they can be pressed
     this.apart = new Float32Array(3 * this.shades.length); // from each of three rings
-    this.crossed = { triangles: new Uint32Array(triangles.length), free: 0, count: 0 };
+    this.crossed = { triangles: new Uint32Array(triangles.length), count: 0 };
     this.answer = { displacement: new Float32Array(nodes.length), forces: new Float32Array(0), error: NaN, doubt: "", ms: NaN };
     this.upload();
   }
@@ -53,7 +53,7 @@ class View {
     this.painter.send(this.buffers, { place: this.places, tint: this.tints });
   }
 
-  // Find the triangles that rings cross, or come nearer to than a margin [m], as the body is at rest.
+  // Find the free triangles that rings cross, or come nearer to than a margin [m], as the body is at rest.
   cross(rings, count, margin) {
     const { order, crossed, apart, surface: { nodes } } = this, size = this.shades.length;
     for (let r = 0; r < count; r++) {
@@ -62,14 +62,13 @@ class View {
         apart[r * size + n] = Math.sqrt((nodes[i] - x) ** 2 + (nodes[i + 1] - y) ** 2 + (nodes[i + 2] - z) ** 2) - radius;
       }
     }
-    [crossed.free, crossed.count] = [0, 0];
-    for (let t = 0; t < order.length; t += 3) {
+    crossed.count = 0;
+    for (let t = 0; t < this.free; t += 3) {
       for (let from = 0; from < count * size; from += size) {
         const a = apart[from + order[t]], b = apart[from + order[t + 1]], c = apart[from + order[t + 2]];
         if (Math.min(a, b, c) > margin || Math.max(a, b, c) < -margin) continue;
         crossed.triangles.set([order[t], order[t + 1], order[t + 2]], crossed.count);
         crossed.count += 3;
-        if (t < this.free) crossed.free = crossed.count;
         break;
       }
     }
@@ -106,14 +105,14 @@ const colouring = (kind, view, palettes, truth, most) => {
       : "difference from the first answer [% of a full press]";
     return { palette: palettes.error, marks, words, ofLength: (length) => length / (share * against) };
   }
-  const [full, step] = round(1e3 * peak);
-  const marks = Array.from({ length: Math.round(full / step) + 1 }, (_, i) => [(i * step) / full, `${+(i * step).toPrecision(3)}`]);
-  return { palette: palettes.displacement, marks, words: "displacement [mm]", ofLength: (length) => (1e3 * length) / full };
+  // most places bear a fifth of the hardest press of all, which would be pale on an even scale
+  const full = round(1e3 * peak), marks = [0, 0.05, 0.25, 0.5, 1].map((share) => [Math.sqrt(share), `${+(full * share).toPrecision(3)}`]);
+  const words = "displacement [mm], on a root scale";
+  return { palette: palettes.displacement, marks, words, ofLength: (length) => Math.sqrt((1e3 * length) / full) };
 };
 
-// A round number that is no less than `value`, and the step of its marks.
+// A round number that is no less than `value`.
 const round = (value) => {
   const power = 10 ** Math.floor(Math.log10(value));
-  const [most, step] = [[1, 0.25], [2, 0.5], [4, 1], [5, 1], [8, 2], [10, 2.5]].find(([each]) => value <= each * power * 1.0001);
-  return [most * power, step * power];
+  return power * [1, 2, 4, 5, 8, 10].find((each) => value <= each * power * 1.0001);
 };

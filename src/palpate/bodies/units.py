@@ -18,15 +18,17 @@ USUAL_M, POSSIBLE_M = (0.01, 1.0), (0.002, 5.0)
 
 def guess_scale(size: float) -> tuple[str, float] | None:
     """Guess the unit in which a longest side of ``size`` units is an organ's: name and length [m]; None if none is."""
-    low, high = ORGAN_M
-    return next(((name, scale) for name, scale in UNITS.items() if low <= size * scale <= high), None)
+    return next(iter(_organ_sized(size, UNITS).items()), None)
 
 
 def other_units(size: float, taken_m: float) -> dict[str, float]:
     """Return the units but that of ``taken_m`` [m] in which a longest side of ``size`` is an organ's: lengths [m]."""
+    return {name: scale for name, scale in _organ_sized(size, UNITS | RARE_UNITS).items() if scale != taken_m}
+
+
+def _organ_sized(size: float, units: dict[str, float]) -> dict[str, float]:
     low, high = ORGAN_M
-    known = (UNITS | RARE_UNITS).items()
-    return {name: scale for name, scale in known if scale != taken_m and low <= size * scale <= high}
+    return {name: scale for name, scale in units.items() if low <= size * scale <= high}
 
 
 def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> float:

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 LOOK_S = 0.3
 """How long the machine is looked at."""
-
-
 FULL = 0.9
 """Share of the processors from which on they are taken for full, so that some programs wait for others."""
 

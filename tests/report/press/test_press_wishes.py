@@ -15,6 +15,17 @@ PEAK_M = 0.02
 """Of the pages' models: the fixtures' INFO."""
 
 
+@pytest.fixture
+def twins(browser, model, tmp_path):
+    """The page with the same model twice, the second one as "other"; it must not complain."""
+    file = tmp_path / "press.html"
+    file.write_text(press_document([model, replace(model, name="other", title="other")]), encoding="utf-8")
+    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
+        chromium.until(visited.page, READY)
+        yield visited.page
+        assert visited.complaints == []
+
+
 def bear(page, metres):
     """Let every place bear a press of so many metres."""
     page.evaluate(f"{STAGE}.main.depths = new Map(), {STAGE}.main.model.depth = () => {metres}")
@@ -68,47 +79,37 @@ def test_a_carried_wish_stops_at_what_is_known_and_only_the_reader_goes_beyond(p
     assert depth(page) == pytest.approx(1.2 * 0.010 - 0.04 * PEAK_M)
 
 
-def test_another_model_presses_as_deep_as_it_is_known_to_bear(browser, model, tmp_path):
-    file = tmp_path / "press.html"
-    file.write_text(press_document([model, replace(model, name="other", title="other")]), encoding="utf-8")
-    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
-        page = visited.page
-        chromium.until(page, READY)
-        (x, y), *_, (x2, y2) = spots(page, 9)
-        bear(page, 0.010)
-        page.mouse.click(x, y)
-        page.evaluate(f"{STAGE}.deepen(1)")
-        page.get_by_role("button", name="Pin this finger").click()
-        page.mouse.click(x2, y2)
-        assert depth(page) == pytest.approx(0.010)
-        page.evaluate(f"{STAGE}.choices[1].model.depth = () => 0.006")
-        page.get_by_label("model").select_option("other")
-        rest(page)
-        np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
-        page.get_by_label("model").select_option("coarse")  # which answers the same presses
-        rest(page)
-        np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
-        slide_keys(page)
-        assert depth(page) == pytest.approx(0.010)  # of the wish, in a place that bears so much
-        assert visited.complaints == []
+def test_another_model_presses_as_deep_as_it_is_known_to_bear(twins):
+    page = twins
+    (x, y), *_, (x2, y2) = spots(page, 9)
+    bear(page, 0.010)
+    page.mouse.click(x, y)
+    page.evaluate(f"{STAGE}.deepen(1)")
+    page.get_by_role("button", name="Pin this finger").click()
+    page.mouse.click(x2, y2)
+    assert depth(page) == pytest.approx(0.010)
+    page.evaluate(f"{STAGE}.choices[1].model.depth = () => 0.006")
+    page.get_by_label("model").select_option("other")
+    rest(page)
+    np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
+    page.get_by_label("model").select_option("coarse")  # which answers the same presses
+    rest(page)
+    np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
+    slide_keys(page)
+    assert depth(page) == pytest.approx(0.010)  # of the wish, in a place that bears so much
 
 
-def test_what_one_model_knows_holds_for_one_that_does_not_say(browser, model, tmp_path):
-    file = tmp_path / "press.html"
-    file.write_text(press_document([model, replace(model, name="other", title="other")]), encoding="utf-8")
-    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
-        page = visited.page
-        chromium.until(page, READY)
-        (x, y), *_, (x2, y2) = spots(page, 9)
-        begin(page, 0.003)
-        page.mouse.click(x, y)
-        page.get_by_label("model").select_option("other")
-        assert depth(page) == pytest.approx(0.003)
-        page.mouse.click(x2, y2)
-        assert depth(page) == pytest.approx(0.003)
-        page.evaluate(f"{STAGE}.deepen(1)")
-        assert depth(page) == pytest.approx(1.2 * 0.003)
-        assert visited.complaints == []
+def test_what_one_model_knows_holds_for_one_that_does_not_say(twins):
+    page = twins
+    (x, y), *_, (x2, y2) = spots(page, 9)
+    begin(page, 0.003)
+    page.mouse.click(x, y)
+    page.get_by_label("model").select_option("other")
+    assert depth(page) == pytest.approx(0.003)
+    page.mouse.click(x2, y2)
+    assert depth(page) == pytest.approx(0.003)
+    page.evaluate(f"{STAGE}.deepen(1)")
+    assert depth(page) == pytest.approx(1.2 * 0.003)
 
 
 def test_a_first_press_shows_and_is_no_deeper_than_its_place_is_known_to_bear(page):

@@ -60,12 +60,15 @@ class Stage {
   // how deep a place is known to bear a press [m], by the model or another that is loaded; asked for with each move of a
   // pointer, and worked out once for a place
   bears(place) {
-    const { model, depths, surface: { nodes, triangles } } = this.main;
-    if (place && [0, 1, 2].every((c) => this.held[triangles[3 * place.triangle + c]])) return 0;
-    const loaded = [model, ...this.choices.map((choice) => choice.loaded)];
-    const knows = loaded.find((each) => each?.depth && each.nodes.length === nodes.length);
-    if (!place || !knows) return FREE * model.info.peak_m;
-    if (!depths.has(place)) depths.set(place, knows.depth(place));
+    const { model, depths, surface: { nodes, triangles } } = this.main, free = FREE * model.info.peak_m;
+    if (!place) return free;
+    if (isHeld(triangles, 3 * place.triangle, this.held)) return 0;
+    if (!depths.has(place)) {
+      const loaded = [model, ...this.choices.map((choice) => choice.loaded)];
+      const knows = loaded.find((each) => each?.depth && each.nodes.length === nodes.length);
+      if (!knows) return free; // and not kept, as one may be loaded later
+      depths.set(place, knows.depth(place));
+    }
     return depths.get(place);
   }
 

@@ -76,12 +76,14 @@ class View {
   }
 }
 
+// Whether all corners of the triangle that begins at `t` are held.
+const isHeld = (triangles, t, held) => held[triangles[t]] && held[triangles[t + 1]] && held[triangles[t + 2]];
+
 // The corners of triangles, those that are held last, and how many of them are free.
 const inOrder = (triangles, held) => {
   const free = [], last = [];
   for (let t = 0; t < triangles.length; t += 3) {
-    const corners = [triangles[t], triangles[t + 1], triangles[t + 2]];
-    (corners.every((node) => held?.[node]) ? last : free).push(...corners);
+    (isHeld(triangles, t, held) ? last : free).push(triangles[t], triangles[t + 1], triangles[t + 2]);
   }
   return { order: Uint32Array.from([...free, ...last]), free: free.length };
 };

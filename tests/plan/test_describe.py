@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.plan import describe as describing
 from palpate.plan.describe import case_of, describe, estimates, on_threads
-from palpate.plan.others import Others, look
+from palpate.plan.others import LOOK_S, Others, look, own_seconds
 from palpate.plan.schedule import follow
 from palpate.plan.sizes import Level, Size
 from palpate.plan.timings import SHIPPED, Timings
@@ -136,13 +138,35 @@ def test_other_programs_slow_a_run_only_where_there_are_too_few_processors(use, 
     assert "about a minute" in short
 
 
-@pytest.mark.parametrize(("percent", "use", "slow"), [(75.0, 3.0, 1.25), (10.0, 0.4, 1.0), (100.0, 8.0, 2.5)])
-def test_programs_count_that_wait_for_full_processors(monkeypatch, percent, use, slow):
+@pytest.mark.parametrize(
+    ("percent", "own", "use", "slow"),
+    [
+        (75.0, 0.0, 3.0, 1.25),
+        (10.0, 0.0, 0.4, 1.0),
+        (100.0, 0.0, 8.0, 2.5),
+        (75.0, 2.0, 1.0, 1.0),
+        (10.0, 1.0, 0.0, 1.0),
+    ],
+)
+def test_programs_count_that_wait_for_full_processors_and_a_runs_own_do_not(monkeypatch, percent, own, use, slow):
     """The load of a minute ago counts only where the machine is still full."""
+    used = iter([5.0, 5.0 + own * LOOK_S])
+    monkeypatch.setattr("palpate.plan.others.own_seconds", lambda: next(used))
     monkeypatch.setattr("psutil.cpu_percent", lambda seconds: percent)
     monkeypatch.setattr("psutil.cpu_count", lambda: 4)
     monkeypatch.setattr("psutil.getloadavg", lambda: (8.0, 1.0, 1.0))
-    assert look() == Others(pytest.approx(use), 4) and look().slow(2) == slow
+    found = look()
+    assert found == Others(pytest.approx(use), 4) and found.slow(2) == slow
+
+
+def test_what_a_process_has_started_is_its_own():
+    """As the job server is, which imports libraries while the plan is made."""
+    spin = "import time\nwhile time.process_time() < 0.3: pass\nprint(flush=True), input()"
+    before = own_seconds()
+    with subprocess.Popen([sys.executable, "-c", spin], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as started:
+        started.stdout.readline()
+        assert own_seconds() - before > 0.25
+        started.communicate(b"\n")
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """Find how much of this machine other programs use, and by how much that slows a run."""
 
+from contextlib import suppress
 from typing import NamedTuple
 
 LOOK_S = 0.3
@@ -20,9 +21,23 @@ class Others(NamedTuple):
 
 
 def look() -> Others:
-    """Look at what other programs use now, while this one does nothing."""
+    """Look at what other programs use now; this one's processes do not count, such as a job server that begins."""
     import psutil
 
-    processors, share = psutil.cpu_count() or 1, psutil.cpu_percent(LOOK_S) / 100
+    processors, before = psutil.cpu_count() or 1, own_seconds()
+    share = psutil.cpu_percent(LOOK_S) / 100
+    own = (own_seconds() - before) / LOOK_S
     waiting = psutil.getloadavg()[0] if share > FULL else 0.0  # a mean of the last minute, which may have been another
-    return Others(max(share * processors, waiting), processors)
+    return Others(max(share * processors - own, waiting - own, 0.0), processors)
+
+
+def own_seconds() -> float:
+    """Return what this process and those that it has started have used of the processors [s]."""
+    import psutil
+
+    this, total = psutil.Process(), 0.0
+    for process in [this, *this.children(recursive=True)]:
+        with suppress(psutil.NoSuchProcess):  # it has ended since
+            used = process.cpu_times()
+            total += used.user + used.system
+    return total

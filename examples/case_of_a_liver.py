@@ -3,15 +3,15 @@
 import numpy as np
 from press_a_liver import LIVER
 
+from palpate.benchmark.assemble import assemble
+from palpate.benchmark.load import Load
+from palpate.benchmark.loads import choose_loads
+from palpate.benchmark.model import Case
+from palpate.benchmark.split import split
+from palpate.benchmark.static_responses import press
+from palpate.benchmark.subsampling import subsample
 from palpate.bodies.make_body import make_body
-from palpate.enrichment.training_samples import FitOptions
-from palpate.models.load import Load
-from palpate.models.model import Case
-from palpate.samples.assemble import assemble
-from palpate.samples.loads import choose_loads
-from palpate.samples.split import split
-from palpate.samples.static_responses import press
-from palpate.samples.subsampling import subsample
+from palpate.models.enrichment.training_samples import FitOptions
 from palpate.solvers.compliance import compute_compliance
 
 RADIUS_M = 0.02

@@ -8,12 +8,12 @@ import plot
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
-from palpate.calibration.fem_motion import reference_motion
-from palpate.calibration.fitness import Fitness, Range
-from palpate.calibration.gradient_descent import descend
-from palpate.calibration.paper_cube import middle, paper_cube
-from palpate.calibration.spring_model import Press, key_points, spring_model
-from palpate.calibration.spring_motion import Settings, simulate
+from palpate.models.springs.calibration.fem_motion import reference_motion
+from palpate.models.springs.calibration.fitness import Fitness, Range
+from palpate.models.springs.calibration.gradient_descent import descend
+from palpate.models.springs.calibration.paper_cube import middle, paper_cube
+from palpate.models.springs.calibration.spring_model import Press, key_points, spring_model
+from palpate.models.springs.calibration.spring_motion import Settings, simulate
 
 
 def main(picture=None):

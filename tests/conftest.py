@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
-from palpate.job import kernel_cache
+from palpate.run.job import kernel_cache
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is imported
 # linear algebra on one thread, as in the workflow's jobs: two processes of tests share the cores
@@ -18,15 +18,15 @@ import pandas as pd
 import pytest
 from fixtures import kernel_lock
 
+from palpate.benchmark.bootstrap import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.evaluation.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
-from palpate.evaluation.tradeoff.bootstrap import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.files import read_yaml
 from palpate.schema import checked
 from palpate.solvers.compliance import Compliance, compute_compliance
+from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 
 kernel_lock.one_at_a_time()
 
@@ -168,13 +168,13 @@ def grid() -> dict[str, dict]:
 @pytest.fixture(scope="session")
 def slab_case(slab, slab_compliance, grid) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
-    from palpate.enrichment.training_samples import FitOptions
-    from palpate.models.model import Case
-    from palpate.samples.assemble import assemble
-    from palpate.samples.loads import choose_loads
-    from palpate.samples.split import split
-    from palpate.samples.static_responses import press
-    from palpate.samples.subsampling import subsample
+    from palpate.benchmark.assemble import assemble
+    from palpate.benchmark.loads import choose_loads
+    from palpate.benchmark.model import Case
+    from palpate.benchmark.split import split
+    from palpate.benchmark.static_responses import press
+    from palpate.benchmark.subsampling import subsample
+    from palpate.models.enrichment.training_samples import FitOptions
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)

@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 from fixtures.trade_off import any_load
 
+from palpate.benchmark.bootstrap import read_errors
 from palpate.cli import main
-from palpate.evaluation.tradeoff.advice import advise
-from palpate.evaluation.tradeoff.bootstrap import read_errors
-from palpate.figures.tables import read
+from palpate.report.tables import read
+from palpate.studies.tradeoff.advice import advise
 
 
 def said(capsys, folder, *words) -> tuple[int, str]:

@@ -10,9 +10,9 @@ from urllib.parse import unquote
 import pytest
 import yaml
 
-from palpate import evaluation
+from palpate import studies as evaluation
 from palpate.effects.effect import HOOKS, members
-from palpate.evaluation.table import SHARED, declared
+from palpate.report.table import SHARED, declared
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "results/README.md"])

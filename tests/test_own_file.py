@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from palpate.errors import InputError
-from palpate.job import FAILED, job
 from palpate.own_file import EFFECT_FUNCTIONS, LAW_FUNCTIONS, check_source, failure, import_file, own_fault
+from palpate.run.job import FAILED, job
 
 DOCS = Path(__file__).parents[1] / "docs"
 

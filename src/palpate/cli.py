@@ -143,14 +143,14 @@ def _try(asked: argparse.Namespace) -> str:
 
 def _share_compiled() -> None:
     """Take the compiled functions that make keeps, of this very code."""
-    from palpate.job import kernel_cache
+    from palpate.run.job import kernel_cache
 
     os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
 
 
 def _press(asked: argparse.Namespace) -> NoReturn:
     _share_compiled()
-    from palpate.serve.command import press
+    from palpate.press.serve.command import press
 
     print(press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser), flush=True)
     os._exit(0)  # a thread that is in the middle of an answer does not survive Python's own end, nor Python it
@@ -164,13 +164,13 @@ def _port(text: str) -> int:
 
 def _export(asked: argparse.Namespace) -> str:
     _share_compiled()
-    from palpate.portable.command import export
+    from palpate.press.portable.command import export
 
     return export(asked.config, asked.scene, asked.model, asked.contacts, asked.out)
 
 
 def _load(asked: argparse.Namespace) -> str:
-    from palpate.portable.file import describe
+    from palpate.press.portable.file import describe
 
     return describe(asked.file)
 
@@ -204,7 +204,7 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.report.advise_command import advise, advise_any_load
+    from palpate.studies.tradeoff.advise_command import advise, advise_any_load
 
     results = Path(asked.results)
     if asked.load is not None:

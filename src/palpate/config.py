@@ -17,7 +17,7 @@ FINGER = "finger_{:.0f}_um"
 def complete(config: dict, schema: dict, file: Path) -> dict:
     """Return ``config`` with the schema's defaults filled in.
 
-    A study may have more to check: ``check(config, file)`` in palpate.evaluation.<study>.check.
+    A study may have more to check: ``check(config, file)`` in palpate.studies.<study>.check.
     Raises InputError naming ``file``, the key and the remedy.
     """
     config = checked({key: {} if value is None else value for key, value in config.items()}, schema, file)
@@ -27,8 +27,8 @@ def complete(config: dict, schema: dict, file: Path) -> dict:
     if not asked:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(studies(schema))}.")
     for study in asked:
-        if find_spec(f"palpate.evaluation.{study}.check"):
-            import_module(f"palpate.evaluation.{study}.check").check(config, file)
+        if find_spec(f"palpate.studies.{study}.check"):
+            import_module(f"palpate.studies.{study}.check").check(config, file)
     return config
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import psutil
 
-from palpate.leftovers import remove_leftovers
+from palpate.run.leftovers import remove_leftovers
 
 requested = False
 """Whether this run was asked to stop."""

@@ -8,8 +8,8 @@ from typing import Any
 
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from palpate.job import FAILED
-from palpate.system_faults import of_exit
+from palpate.run.job import FAILED
+from palpate.run.system_faults import of_exit
 from snakemake_logger_plugin_palpate.explain import explain, quote
 
 RESULTS = "results"

@@ -19,7 +19,7 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
-from palpate.job import kernel_cache
+from palpate.run.job import kernel_cache
 
 # read when numpy and numba are imported
 os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
@@ -30,18 +30,18 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from palpate.benchmark.judge import Judge, read_judged
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case, Setting, checked, setting_text
 from palpate.bodies.material import LAWS
-from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import NotConverged
-from palpate.evaluation.tradeoff.judge import Judge, read_judged
-from palpate.figures.model_looks import look
-from palpate.figures.number_format import percent, seconds
-from palpate.figures.style import plain_log
 from palpate.models import quadratic_neo_hookean
+from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.load import Load
-from palpate.models.model import Case, Setting, checked, setting_text
 from palpate.models.model_registry import ENGINES, absent, model
+from palpate.report.model_looks import look
+from palpate.report.number_format import percent, seconds
+from palpate.report.style import plain_log
 from palpate.settings_file import read_settings
 from palpate.solvers.fast_equilibrium import FastEquilibrium
 

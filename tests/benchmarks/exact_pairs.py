@@ -8,7 +8,7 @@ import os
 import sys
 from itertools import combinations, permutations
 
-from palpate.job import kernel_cache
+from palpate.run.job import kernel_cache
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is imported
 

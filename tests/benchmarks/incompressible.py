@@ -14,7 +14,7 @@ import os
 import sys
 from time import process_time
 
-from palpate.job import kernel_cache
+from palpate.run.job import kernel_cache
 
 # read when numpy and numba are imported
 os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")}

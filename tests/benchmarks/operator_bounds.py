@@ -14,17 +14,17 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.coverage import Draws
+from palpate.benchmark.database import read
+from palpate.benchmark.load import Answer, displacement_of, loads_of
+from palpate.benchmark.model import Case
 from palpate.bodies.body_file import load
 from palpate.config import complete
-from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import NotConverged
-from palpate.evaluation.accuracy import patch_nodes, truth_errors
-from palpate.evaluation.tradeoff.coverage import Draws
+from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.load import Answer, displacement_of, loads_of
-from palpate.models.model import Case
 from palpate.models.model_registry import model
-from palpate.samples.database import read
 from palpate.schema import read_schema
 from palpate.settings_file import read_settings
 from palpate.solvers.fast_equilibrium import FastEquilibrium

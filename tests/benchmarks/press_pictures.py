@@ -15,7 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 import browser as chromium
 
-from palpate.report.press.page import PressModel, press_document
+from palpate.press.page.page import PressModel, press_document
 
 STAGE = "document.querySelector('figure.press').stage"
 WAYS = ("press", "slide", "turn")

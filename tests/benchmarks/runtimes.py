@@ -18,11 +18,11 @@ from time import process_time
 
 import numpy as np
 
-import palpate.portable.runtimes
-from palpate.portable.file import PortableModel, read
-from palpate.portable.runtimes.palpate_model import undeformed
+import palpate.press.portable.runtimes
+from palpate.press.portable.file import PortableModel, read
+from palpate.press.portable.runtimes.palpate_model import undeformed
 
-RUNTIMES = Path(palpate.portable.runtimes.__file__).parent
+RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent
 PROGRAM = Path(__file__).parents[1] / "portable/ask.c"
 KINDS = ("force", "depth", "two", "drag")
 ASK = """

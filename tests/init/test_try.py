@@ -7,22 +7,22 @@ import meshio
 import pytest
 import yaml
 
+from palpate.benchmark.bootstrap import read_errors
 from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError
-from palpate.evaluation.tradeoff.advice import advise
-from palpate.evaluation.tradeoff.bootstrap import read_errors
-from palpate.figures.tables import read
 from palpate.init import try_body as module
 from palpate.init.choose import _hold
 from palpate.init.command import program
 from palpate.init.data import recognise
 from palpate.init.sides import HOLDS, sides_of
 from palpate.init.small_settings import MODELS, is_unchanged
+from palpate.report.tables import read
 from palpate.schema import read_schema
+from palpate.studies.tradeoff.advice import advise
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from fixtures.judged_slab import *  # noqa: F403
 
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case, Solver
 from palpate.errors import InputError, NotConverged
-from palpate.models.load import Load
-from palpate.models.model import Case, Solver
 
 
 @pytest.fixture

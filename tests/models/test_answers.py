@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import setting_text
 from palpate.bodies.contacts import contacts_of
 from palpate.effects.patch_load import nodal_load
-from palpate.enrichment.blend_kinds import FEATURES, WEIGHTS
 from palpate.errors import InputError
-from palpate.evaluation.accuracy import errors
 from palpate.models.coarse_answers import coarse_solver
 from palpate.models.coarse_enriched import Enriched
+from palpate.models.enrichment.blend_kinds import FEATURES, WEIGHTS
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
-from palpate.models.load import Load
-from palpate.models.model import setting_text
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import Compliance, compute_compliance
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from palpate.benchmark.load import Load
 from palpate.bodies.material import LAWS
-from palpate.models import contact_modes, fem
-from palpate.models.load import Load
-from tests.models.test_contact_modes import OPERATOR, distance
+from palpate.models import fem
+from palpate.models.contact_modes import contact_modes
+from tests.models.contact_modes.test_contact_modes import OPERATOR, distance
 
 
 @pytest.mark.parametrize("law", LAWS[1:])

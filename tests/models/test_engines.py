@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load
 from palpate.bodies.material import LAWS, Tissue
 from palpate.effects.law import law_of
 from palpate.effects.own_law import fault
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.accuracy import errors
-from palpate.evaluation.hard_cases import engine_cases
 from palpate.models import fem, model_registry, quadratic_neo_hookean
-from palpate.models.load import Load
+from palpate.studies.hard_cases import engine_cases
 
 RUNS = {
     "mujoco": {"level": 0, "steps": 30, "iterations": 200},

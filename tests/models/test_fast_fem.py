@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.evaluation.accuracy import errors
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load
 from palpate.models import fast_fem, fem
-from palpate.models.load import Load
 from palpate.models.model_registry import model
 
 GRID = {

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.evaluation.accuracy import errors
 from palpate.models import fem
 from palpate.models.fem_starts import BEFORE
 from palpate.models.fem_statics import to_surface
-from palpate.models.load import Load
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST, model
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.local_refinement import LocalRefinement
@@ -13,7 +14,6 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError
 from palpate.models import fem, fem_local
-from palpate.models.load import Load
 from palpate.models.local_surface import SurfaceMap
 
 FAR = 100.0

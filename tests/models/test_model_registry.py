@@ -5,11 +5,11 @@ import sys
 
 import pytest
 
-from palpate.enrichment.blend_kinds import FEATURES, WEIGHTS
-from palpate.enrichment.methods import METHODS
 from palpate.errors import InputError
 from palpate.models import model_registry
 from palpate.models.coarse_answers import COARSE_ANSWERS
+from palpate.models.enrichment.blend_kinds import FEATURES, WEIGHTS
+from palpate.models.enrichment.methods import METHODS
 
 
 @pytest.mark.parametrize("name", model_registry.MODELS)
@@ -99,10 +99,10 @@ def test_what_a_model_is_told_stands_with_it():
 
 def test_measuring_a_model_reads_no_registry():
     code = (
-        "import sys, palpate.evaluation.tradeoff.judge, palpate.evaluation.tradeoff.measure_model\n"
+        "import sys, palpate.benchmark.judge, palpate.benchmark.measure_model\n"
         "from palpate.models.load_model import load_model\n"
         "load_model('fem_p1', 'palpate.models.fem', {'order': 1})\n"
-        "names = ('palpate.models.model_registry', 'palpate.enrichment.methods')\n"
+        "names = ('palpate.models.model_registry', 'palpate.models.enrichment.methods')\n"
         "print([name for name in names if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from palpate.benchmark.measure_model import measure
 from palpate.errors import InputError
-from palpate.evaluation.tradeoff.measure_model import measure
 from palpate.models.model_registry import model
 from palpate.models.own_model import load
 

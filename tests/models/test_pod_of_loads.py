@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.enrichment import pod_of_loads as learning
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load, Press, Refused
 from palpate.errors import InputError
-from palpate.evaluation.accuracy import errors
 from palpate.models import pod_of_loads
-from palpate.models.load import Load, Press, Refused
+from palpate.models.enrichment import pod_of_loads as learning
 
 GRID = {"modes": [2, 12], "hidden": [8]}
 SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}

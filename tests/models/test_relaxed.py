@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load, Press, Refused
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.accuracy import errors
 from palpate.models import fem, relaxed
-from palpate.models.load import Load, Press, Refused
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load
 from palpate.bodies.bed import Bed
 from palpate.errors import InputError, NotConverged
-from palpate.evaluation.accuracy import errors
 from palpate.models import shape_matching
-from palpate.models.load import Load
 from palpate.models.shape_statics import LEFT, Shapes, Softness, cubes, fit
 
 SOFT = Softness(2e-4, 0.3)

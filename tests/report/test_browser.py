@@ -7,16 +7,15 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from palpate.figures.enrichment import error_over_body, predictions, turnable_errors
-from palpate.figures.scenes import turnable_motion
 from palpate.report import page as report
+from palpate.studies.enrichment.figures import error_over_body, predictions, turnable_errors
+from palpate.studies.scenes.figures import turnable_motion
 
 sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium
 
 pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
 
-CAPTIONS = Path(__file__).parents[2] / "workflow" / "report"
 STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
 VIEW, ERRORS = "#turn_motion_sag", "#turn_error_over_body_liver_small"
 SWEEP = "#sigma details"
@@ -56,7 +55,6 @@ def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
         turnable_errors.write(database, errors, view)
     report.write(
         folder,
-        CAPTIONS,
         folder / "report.html",
         STUDIES,
         whole_folder.scenes,

@@ -6,21 +6,21 @@ from pathlib import Path
 from pkgutil import iter_modules
 
 import pytest
-from fixtures.material import CAPTIONS
+from fixtures.material import STUDIES as FOLDER
 
-from palpate import evaluation
+from palpate import studies
 from palpate.errors import InputError
-from palpate.evaluation.table import declared
-from palpate.report import page, parts
+from palpate.report import page
+from palpate.report.table import declared
 
-STUDIES = sorted(module.name for module in iter_modules(evaluation.__path__) if module.ispkg and declared(module.name))
+STUDIES = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg and declared(module.name))
 TOY = {
-    "palpate/evaluation/toy/__init__.py": "",
-    "palpate/evaluation/toy/tables.py": (
-        'from palpate.evaluation.table import Table\nTABLES = {"toys": Table("toy price", "The price of each toy.")}\n'
+    "palpate/studies/toy/__init__.py": "",
+    "palpate/studies/toy/tables.py": (
+        'from palpate.report.table import Table\nTABLES = {"toys": Table("toy price", "The price of each toy.")}\n'
     ),
-    "palpate/report/parts/toy.py": (
-        "from palpate.evaluation.toy.tables import TABLES\n"
+    "palpate/studies/toy/report.py": (
+        "from palpate.studies.toy.tables import TABLES\n"
         'TITLE = "Toys"\n'
         "def numbers(report):\n"
         '    return {"headline": "Toys are cheap.", "count": str(len(report.tables["toys"]))}\n'
@@ -32,11 +32,11 @@ TOY = {
 
 @pytest.mark.parametrize("study", STUDIES)
 def test_a_part_offers_what_the_page_needs_and_little_else(study):
-    part = import_module(f"palpate.report.parts.{study}")
+    part = import_module(f"palpate.studies.{study}.report")
     assert {"TITLE", "TABLES", "numbers", "sections"} <= set(part.__all__)
     assert set(part.__all__) <= {"TITLE", "TABLES", "numbers", "sections", "failures"}
     assert part.TABLES is declared(study)
-    assert (CAPTIONS / study / "introduction.rst").is_file()
+    assert (FOLDER / study / "captions/introduction.rst").is_file()
 
 
 def test_no_list_of_studies_is_kept():
@@ -54,25 +54,20 @@ def toy(tmp_path, monkeypatch):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    monkeypatch.setattr(parts, "__path__", [*parts.__path__, str(tmp_path / "palpate/report/parts")])
-    monkeypatch.setattr(evaluation, "__path__", [*evaluation.__path__, str(tmp_path / "palpate/evaluation")])
-    captions = tmp_path / "captions"
-    (captions / "toy").mkdir(parents=True)
-    for path in CAPTIONS.glob("*.rst"):
-        (captions / path.name).write_text(path.read_text())
-    (captions / "toy/introduction.rst").write_text("{count} toys are sold.")
-    (captions / "toy/toys.rst").write_text("See the *table*.")
+    monkeypatch.setattr(studies, "__path__", [*studies.__path__, str(tmp_path / "palpate/studies")])
+    captions = tmp_path / "palpate/studies/toy/captions"
+    captions.mkdir()
+    (captions / "introduction.rst").write_text("{count} toys are sold.")
+    (captions / "toys.rst").write_text("See the *table*.")
     (tmp_path / "tables").mkdir()
     (tmp_path / "tables/toys.csv").write_text("toy,price\nball,3\n")
     yield tmp_path
-    for name in [
-        name for name in sys.modules if name.startswith(("palpate.evaluation.toy", "palpate.report.parts.toy"))
-    ]:
+    for name in [name for name in sys.modules if name.startswith("palpate.studies.toy")]:
         del sys.modules[name]
 
 
 def test_a_study_that_the_report_never_heard_of_has_its_part(toy):
-    page.write(toy, toy / "captions", toy / "report.html", ["toy"])
+    page.write(toy, toy / "report.html", ["toy"])
     text = (toy / "report.html").read_text(encoding="utf-8")
     assert '<section id="toy">\n<h2>Toys</h2>\n<p>1 toys are sold.</p>' in text
     assert "<b>Table toys</b>, 1 rows. The price of each toy." in text
@@ -81,6 +76,6 @@ def test_a_study_that_the_report_never_heard_of_has_its_part(toy):
 
 def test_a_study_without_a_part_is_named(results_folder):
     with pytest.raises(
-        InputError, match=r"no part about the study alchemy; write src/palpate/report/parts/alchemy\.py"
+        InputError, match=r"no part about the study alchemy; write src/palpate/studies/alchemy/report\.py"
     ):
-        page.write(results_folder.path, CAPTIONS, results_folder.path / "report.html", ["alchemy"])
+        page.write(results_folder.path, results_folder.path / "report.html", ["alchemy"])

@@ -7,26 +7,26 @@ import zlib
 from pathlib import Path
 
 import pytest
-from fixtures.material import CAPTIONS
+from fixtures.material import STUDIES as FOLDER
 
 from palpate.errors import InputError
-from palpate.evaluation.table import declared
+from palpate.report import material, weight
 from palpate.report import page as report
-from palpate.report import weight
+from palpate.report.table import declared
 
 STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
 PAPERS = {"enrichment", "springs", "shape_matching", "collision"}
 TABLES = {study: [name for name, table in declared(study).items() if table.always] for study in STUDIES}
 
 
-def written(folder, studies=STUDIES, scenes=None, cts=None, captions=CAPTIONS, warned=()):
+def written(folder, studies=STUDIES, scenes=None, cts=None, warned=()):
     """The page about what is asked for, all scenes if not said otherwise."""
     out = folder.path / "report.html"
     scenes, cts = (folder.scenes if scenes is None else scenes), (folder.cts if cts is None else cts)
     more = ["claims"] if PAPERS & set(studies) else []
     more += ["node_mass"] if "ct" in studies else []
     more += ["maxwell_creep"] if "shape_matching" in studies else []
-    report.write(folder.path, captions, out, studies, scenes, cts, warned=warned, more=more)
+    report.write(folder.path, out, studies, scenes, cts, warned=warned, more=more)
     return out.read_text(encoding="utf-8")
 
 
@@ -187,7 +187,7 @@ def test_every_placeholder_is_filled_and_every_caption_used(page):
     assert not re.search(r"\{[a-z_]+\}", shown(page))
     source = "\n".join(path.read_text() for path in Path(report.__file__).parent.rglob("*.py"))
     # of shape matching, captions are named like tables
-    names = [path.stem for path in CAPTIONS.rglob("*.rst") if path.stem not in declared("shape_matching")]
+    names = [path.stem for path in FOLDER.rglob("*.rst") if path.stem not in declared("shape_matching")]
     assert [name for name in names if not re.search(rf"""["']{name}["']""", source)] == []
 
 
@@ -220,9 +220,11 @@ def test_a_missing_figure_is_named(results_folder, name):
         written(results_folder)
 
 
-def test_a_caption_that_asks_for_an_unknown_number_is_named(results_folder, tmp_path):
+def test_a_caption_that_asks_for_an_unknown_number_is_named(results_folder, tmp_path, monkeypatch):
     captions = tmp_path / "captions"
-    shutil.copytree(CAPTIONS, captions)
-    (captions / "enrichment/fem_cost.rst").write_text("{colour_of_the_sky}")
+    shutil.copytree(FOLDER / "enrichment/captions", captions)
+    (captions / "fem_cost.rst").write_text("{colour_of_the_sky}")
+    own = material.captions_of
+    monkeypatch.setattr(material, "captions_of", lambda part: captions if "enrichment" in part.__name__ else own(part))
     with pytest.raises(InputError, match=r"fem_cost\.rst: there is no number called 'colour_of_the_sky'"):
-        written(results_folder, captions=captions)
+        written(results_folder)

@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from fixtures.material import CAPTIONS
 from fixtures.trade_off import OWN
 
 from palpate.report import page as report
@@ -46,7 +45,7 @@ def file(whole_folder, trade_off_tables, tmp_path_factory):
             '{"legend": {"palette": "", "ticks": []}, "frames": {"times_s": [0]}, "window": [1, 1], "axes": []}'
         )
     more = [*trade_off_tables, "node_mass"]
-    report.write(folder, CAPTIONS, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts, more=more)
+    report.write(folder, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts, more=more)
     return folder / "report.html"
 
 

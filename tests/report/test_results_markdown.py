@@ -7,8 +7,8 @@ import pytest
 from fixtures.trade_off import OWN
 
 from palpate.errors import InputError
-from palpate.figures.model_looks import label
 from palpate.report import results_markdown
+from palpate.report.model_looks import label
 
 
 @pytest.fixture

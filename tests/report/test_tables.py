@@ -3,8 +3,8 @@
 import pytest
 
 from palpate.errors import InputError
-from palpate.evaluation.table import columns
-from palpate.figures import tables
+from palpate.report import tables
+from palpate.report.table import columns
 
 
 def test_reads_what_it_needs_and_more(results_folder):

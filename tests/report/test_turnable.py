@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm, Normalize
 
-from palpate.figures import render, turnable
-from palpate.figures.enrichment import error_over_body, predictions, turnable_errors
-from palpate.figures.scenes import turnable_motion
+from palpate.report import render, turnable
 from palpate.scenes.motion import Motion, Moved
+from palpate.studies.enrichment.figures import error_over_body, predictions, turnable_errors
+from palpate.studies.scenes.figures import turnable_motion
 
 
 def unpacked(path):

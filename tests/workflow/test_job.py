@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from palpate import job as job_module
 from palpate.errors import InputError
-from palpate.job import job, steps
+from palpate.run import job as job_module
+from palpate.run.job import job, steps
 
 
 @pytest.fixture(autouse=True)

@@ -96,13 +96,13 @@ def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(after):
 
 
 def test_an_edit_of_enrichment_reruns_it_and_no_fem(after):
-    jobs = after(files=["src/palpate/enrichment/blend_weights.py"])
+    jobs = after(files=["src/palpate/models/enrichment/blend_weights.py"])
     assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
     assert not UP_TO_DATABASE & set(jobs)
 
 
 def test_no_module_of_enrichment_reruns_fem(after):
-    jobs = after(files=["src/palpate/enrichment/*.py"])
+    jobs = after(files=["src/palpate/models/enrichment/*.py"])
     assert {"sweep_sigma", "evaluate_methods"} <= set(jobs)
     assert not UP_TO_DATABASE & set(jobs)
 
@@ -114,7 +114,7 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after):
 
 
 def test_an_edit_of_all_figures_only_draws(after):
-    jobs = after(files=["src/palpate/figures/style.py"])
+    jobs = after(files=["src/palpate/report/style.py"])
     draws = {"draw", "draw_meshes", "draw_responses", "draw_motion", "draw_ct"}
     draws |= {"measure_imaging", "check_claims"}  # it draws the images that it has in memory; claims read its tables
     assert set(jobs) == draws | {"write_report", "all"}
@@ -122,7 +122,7 @@ def test_an_edit_of_all_figures_only_draws(after):
 
 @pytest.mark.parametrize("name", ["scaling/scaling", "enrichment/sigma_sweep", "springs/spring_fit"])
 def test_an_edit_of_a_figure_draws_it_alone(after, name):
-    assert after(files=[f"src/palpate/figures/{name}.py"]) == {"draw": 1} | REPORT
+    assert after(files=[f"src/palpate/report/{name}.py"]) == {"draw": 1} | REPORT
 
 
 def test_an_edit_of_a_caption_reruns_the_report_alone(after):
@@ -202,7 +202,7 @@ import random
 
 import pandas as pd
 
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):
     coin = random.Random(1)
@@ -218,21 +218,21 @@ properties:
 """,
     "workflow/report/toy/introduction.rst": "A coin was thrown {toy_throws} times.\n",
     "workflow/report/toy/toy.rst": "Heads and tails.\n",
-    "src/palpate/evaluation/toy/__init__.py": "",
-    "src/palpate/evaluation/toy/tables.py": '''
+    "src/palpate/studies/toy/__init__.py": "",
+    "src/palpate/studies/toy/tables.py": '''
 """Tables of the toy study."""
 
-from palpate.evaluation.table import Table
+from palpate.report.table import Table
 
 TABLES = {"toy": Table("throw heads", "Each throw of a coin, and whether it showed heads.")}
 ''',
-    "src/palpate/figures/toy/__init__.py": "",
-    "src/palpate/figures/toy/toy.py": '''
+    "src/palpate/report/toy/__init__.py": "",
+    "src/palpate/report/toy/toy.py": '''
 """Throws of a coin."""
 
 from matplotlib.figure import Figure
 
-from palpate.figures import style
+from palpate.report import style
 
 TABLES = ("toy",)
 
@@ -247,7 +247,7 @@ def draw(toy) -> Figure:
     "src/palpate/report/parts/toy.py": '''
 """The part of the report on the toy study."""
 
-from palpate.evaluation.toy.tables import TABLES
+from palpate.studies.toy.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]
 

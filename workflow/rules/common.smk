@@ -8,17 +8,17 @@ from pathlib import Path
 from shlex import quote
 
 from palpate.config import asked_for, complete, finger_regimes, paths_of_body, pressed_bodies
-from palpate.dependencies import digest, files_of
-from palpate.environment import check_environment
+from palpate.run.dependencies import digest, files_of
+from palpate.run.environment import check_environment
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.job import FAILED, kernel_cache
-from palpate.job_server import start as start_job_server
-from palpate.kept_warnings import in_logs
+from palpate.run.job import FAILED, kernel_cache
+from palpate.run.job_server import start as start_job_server
+from palpate.run.kept_warnings import in_logs
 from palpate.plan.plan import Plan, when_known
 from palpate.schema import defaults, read_schema, studies
 from palpate.settings_file import read_settings
-from palpate.stale_results import stale_results
+from palpate.run.stale_results import stale_results
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt
@@ -121,9 +121,9 @@ def figures(study, *names, scenes=None, published=False):
         for scene in [None] if scenes is None else scenes:
             stem = name if scene is None else f"{name}_{scene}"
             FIGURES[stem] = {
-                "module": f"palpate.figures.{study}.{name}",
+                "module": f"palpate.studies.{study}.figures.{name}",
                 "scene": scene,
-                "published": [relpath(ROOT / f"workflow/report/{study}/published.yaml")] if published else [],
+                "published": [relpath(captions_folder(study) / "published.yaml")] if published else [],
             }
             found += drawn(stem)
     return found
@@ -140,8 +140,8 @@ def tables_of(module):
 def claims_of(study):
     """The modules of a study that judge claims of the papers, as far as this run makes every table that they read."""
     made = {file for files in TARGETS.values() for file in files}
-    names = [file.stem for file in files_of(f"palpate.evaluation.{study}") if file.stem.startswith("claims")]
-    modules = [f"palpate.evaluation.{study}.{name}" for name in names]
+    names = [file.stem for file in files_of(f"palpate.studies.{study}") if file.stem.startswith("claims")]
+    modules = [f"palpate.studies.{study}.{name}" for name in names]
     return [module for module in modules if made.issuperset(tabulated(*tables_of(module)))]
 
 
@@ -151,9 +151,14 @@ def merged(table, parts):
     return tabulated(table)
 
 
+def captions_folder(study):
+    """The folder of a study's captions."""
+    return ROOT / f"src/palpate/studies/{study}/captions"
+
+
 def captions(*studies):
     """The captions of some studies in the report, and the numbers that their papers published."""
-    folders = [ROOT / "workflow/report" / study for study in studies]
+    folders = [ROOT / "src/palpate/report/captions", *map(captions_folder, studies)]
     return [relpath(path) for folder in folders for path in sorted(folder.glob("*")) if path.is_file()]
 
 

@@ -7,7 +7,7 @@ SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "d
 # what the methods choose their widths with
 REGRESSION = {key: config["enrichment"][key] for key in ("neighbours", "sigma_relative", "folds")}
 # the numbers that the paper published
-PAPER = relpath(ROOT / "workflow/report/enrichment/published.yaml")
+PAPER = relpath(captions_folder("enrichment") / "published.yaml")
 RESPONSES = expand(
     "{figure}_{body}_{regime}", figure=["deformed", "error_over_body"], body=BODIES, regime=POINTS
 )

@@ -4,7 +4,7 @@
 include: "functions/press.smk"
 
 
-from palpate.evaluation.press.check import pressed_here, radius_of
+from palpate.studies.press.check import pressed_here, radius_of
 
 PRESSED_HERE = pressed_here(config)
 
@@ -28,7 +28,7 @@ rule export_model:
         radius_m=lambda wildcards: radius_of(config, wildcards.body),
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
-        code=code_of("export_model", "palpate.models.contact_modes"),
+        code=code_of("export_model", "palpate.models.contact_modes.contact_modes"),
     message:
         "prepare the model that answers presses in the page: {wildcards.body}"
     script:
@@ -42,8 +42,8 @@ rule write_press:
         coarse="results/data/{body}/press/coarse.bin",
         truths=lambda wildcards: known_of(wildcards.body, "truth.h5"),
         loads=lambda wildcards: known_of(wildcards.body, "loads.csv"),
-        assets=[relpath(path) for path in sorted((ROOT / "src/palpate/report/press/assets").iterdir())],
-        runtime=relpath(ROOT / "src/palpate/portable/runtimes/palpate.js"),
+        assets=[relpath(path) for path in sorted((ROOT / "src/palpate/press/page/assets").iterdir())],
+        runtime=relpath(ROOT / "src/palpate/press/portable/runtimes/palpate.js"),
     output:
         table="results/data/{body}/press/press.csv",
         section="results/figures/press_{body}.section",

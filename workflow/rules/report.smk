@@ -5,7 +5,7 @@ rule write_report:
     input:
         *(TARGETS[study] for study in ASKED),
         claims=CLAIMS,
-        captions=captions(".", *ASKED),
+        captions=captions(*ASKED),
         warned=sorted(set(WARNED)),
         assets=[relpath(path) for path in sorted((ROOT / "src/palpate/report/assets").iterdir())],
     output:
@@ -18,7 +18,7 @@ rule write_report:
         cts=CTS if "ct" in ASKED else [],
         more=OPTIONAL,
         driven=DRIVEN if "scenes" in ASKED else [],
-        code=code_of("write_report", *(f"palpate.report.parts.{study}" for study in ASKED)),
+        code=code_of("write_report", *(f"palpate.studies.{study}.report" for study in ASKED)),
     message:
         "write the report"
     script:

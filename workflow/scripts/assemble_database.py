@@ -1,11 +1,11 @@
 import pandas as pd
 
+from palpate.benchmark.assemble import assemble, digest
+from palpate.benchmark.database import write
+from palpate.benchmark.static_responses import load_responses
+from palpate.benchmark.subsampling import load_subsampled
 from palpate.bodies.body_file import load
-from palpate.job import job
-from palpate.samples.assemble import assemble, digest
-from palpate.samples.database import write
-from palpate.samples.static_responses import load_responses
-from palpate.samples.subsampling import load_subsampled
+from palpate.run.job import job
 
 with job(snakemake.log[0]):
     given = snakemake.input

@@ -1,9 +1,9 @@
 import pandas as pd
 
+from palpate.benchmark.truth_file import load_truth
 from palpate.bodies.body_file import load
-from palpate.evaluation.tradeoff.other_element import other_element
-from palpate.evaluation.tradeoff.truth_file import load_truth
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.tradeoff.other_element import other_element
 
 with job(snakemake.log[0]) as say:
     body, truth = load(snakemake.input.body), load_truth(snakemake.input.truth)

@@ -1,6 +1,6 @@
+from palpate.benchmark.loads import choose_loads
 from palpate.bodies.body_file import load
-from palpate.job import job, write_table
-from palpate.samples.loads import choose_loads
+from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0], snakemake.output.warned):

@@ -1,6 +1,6 @@
+from palpate.benchmark.presses import choose_presses
 from palpate.bodies.body_file import load
-from palpate.job import job, steps, write_table
-from palpate.samples.presses import choose_presses
+from palpate.run.job import job, steps, write_table
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     body, params = load(snakemake.input.body), snakemake.params

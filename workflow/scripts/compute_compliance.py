@@ -1,6 +1,6 @@
 from palpate.bodies.body_file import load
 from palpate.bodies.contacts import kept_contacts
-from palpate.job import job, steps
+from palpate.run.job import job, steps
 from palpate.solvers.compliance import compute_compliance, save_compliance
 
 with job(snakemake.log[0]) as say:

@@ -1,8 +1,8 @@
 from importlib import import_module
 
-from palpate.figures import style, tables
 from palpate.files import read_yaml
-from palpate.job import job, stem
+from palpate.report import style, tables
+from palpate.run.job import job, stem
 
 with job(snakemake.log[0]):
     given, params = snakemake.input, snakemake.params

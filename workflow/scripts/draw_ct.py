@@ -1,9 +1,9 @@
 from palpate.bodies.body_file import load
 from palpate.bodies.ct.mesh_from_ct import segment_entry
-from palpate.figures import style
-from palpate.figures.ct import ct_slices, ct_volume_rendering
-from palpate.job import job, stem
-from palpate.kept_warnings import about
+from palpate.report import style
+from palpate.run.job import job, stem
+from palpate.run.kept_warnings import about
+from palpate.studies.ct.figures import ct_slices, ct_volume_rendering
 
 with job(snakemake.log[0]):
     with about(f"bodies.{snakemake.wildcards.body}"):

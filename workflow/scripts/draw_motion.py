@@ -1,8 +1,8 @@
-from palpate.figures import style
-from palpate.figures.scenes import motion_stills as pictures
-from palpate.figures.scenes import turnable_motion
-from palpate.job import job, stem
+from palpate.report import style
+from palpate.run.job import job, stem
 from palpate.scenes.motion import load
+from palpate.studies.scenes.figures import motion_stills as pictures
+from palpate.studies.scenes.figures import turnable_motion
 
 with job(snakemake.log[0]):
     motion = load(snakemake.input.motion)

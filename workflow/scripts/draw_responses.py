@@ -1,8 +1,8 @@
+from palpate.benchmark.database import read
 from palpate.bodies.body_file import load
-from palpate.figures import style
-from palpate.figures.enrichment import deformed_bodies, error_over_body, predictions, turnable_errors
-from palpate.job import job, stem
-from palpate.samples.database import read
+from palpate.report import style
+from palpate.run.job import job, stem
+from palpate.studies.enrichment.figures import deformed_bodies, error_over_body, predictions, turnable_errors
 
 with job(snakemake.log[0]):
     body, db, path = load(snakemake.input.body), read(snakemake.input.database), snakemake.input.predictions

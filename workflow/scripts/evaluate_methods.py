@@ -1,13 +1,13 @@
 import h5py
 import pandas as pd
 
-from palpate.enrichment.methods import build
-from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.accuracy import accuracy_rows, predict
+from palpate.benchmark.accuracy import accuracy_rows, predict
+from palpate.benchmark.database import read
+from palpate.benchmark.sample_table import read_samples, sides
 from palpate.files import write_whole
-from palpate.job import job, write_table
-from palpate.samples.database import read
-from palpate.samples.sample_table import read_samples, sides
+from palpate.models.enrichment.methods import build
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance
 
 with job(snakemake.log[0]), write_whole(snakemake.output.predictions) as path, h5py.File(path, "w") as file:

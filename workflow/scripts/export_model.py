@@ -1,7 +1,7 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.press.coarse_answer import coarse_answer, save
-from palpate.evaluation.press.prepared import export
-from palpate.job import job, steps
+from palpate.run.job import job, steps
+from palpate.studies.press.coarse_answer import coarse_answer, save
+from palpate.studies.press.prepared import export
 
 with job(snakemake.log[0]) as say:
     body, params = load(snakemake.input.body), snakemake.params

@@ -3,9 +3,9 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.bodies.body_file import load
-from palpate.evaluation.organ_springs import mass_motion, organ_fit, rivals
-from palpate.evaluation.organ_springs.organ import organ, references
-from palpate.job import job, rarely, write_table
+from palpate.run.job import job, rarely, write_table
+from palpate.studies.organ_springs import mass_motion, organ_fit, rivals
+from palpate.studies.organ_springs.organ import organ, references
 
 with job(snakemake.log[0]) as say:
     found = organ(load(snakemake.input.body), snakemake.params.settings)

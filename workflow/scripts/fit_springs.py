@@ -1,12 +1,12 @@
-from palpate.job import use_threads
+from palpate.run.job import use_threads
 
 use_threads(snakemake.threads)
 
 from pathlib import Path
 
-from palpate.evaluation.springs.spring_experiment import experiment, load_references
-from palpate.evaluation.springs.spring_fit import SEEDED, budget, tables
-from palpate.job import job, rarely, write_table
+from palpate.run.job import job, rarely, write_table
+from palpate.studies.springs.spring_experiment import experiment, load_references
+from palpate.studies.springs.spring_fit import SEEDED, budget, tables
 
 with job(snakemake.log[0]) as say:
     calibration, method = snakemake.params.calibration, snakemake.wildcards.method

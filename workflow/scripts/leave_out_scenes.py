@@ -1,6 +1,6 @@
 import warnings
 
-from palpate.job import job
+from palpate.run.job import job
 
 with job(snakemake.log[0], snakemake.output[0]):
     for name, reason in snakemake.params.reasons.items():

@@ -1,11 +1,11 @@
 import pandas as pd
 
-from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.tradeoff.any_load import measure_any
-from palpate.evaluation.tradeoff.general_loads import questions
-from palpate.evaluation.tradeoff.judge import read_judged
-from palpate.job import job, steps, write_table
+from palpate.benchmark.general_loads import questions
+from palpate.benchmark.judge import read_judged
+from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.load_model import load_model
+from palpate.run.job import job, steps, write_table
+from palpate.studies.tradeoff.any_load import measure_any
 
 with job(snakemake.log[0]) as say:
     given, params, wild = snakemake.input, snakemake.params, snakemake.wildcards

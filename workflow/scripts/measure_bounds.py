@@ -1,7 +1,7 @@
-from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.tradeoff.bounds import bounds
-from palpate.evaluation.tradeoff.judge import read_judged
-from palpate.job import job, write_table
+from palpate.benchmark.bounds import bounds
+from palpate.benchmark.judge import read_judged
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):
     params, wild = snakemake.params, snakemake.wildcards

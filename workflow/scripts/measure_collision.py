@@ -1,6 +1,6 @@
-from palpate.evaluation.collision.compare_trees import measure
-from palpate.evaluation.collision.rival_trees import installed
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.collision.compare_trees import measure
+from palpate.studies.collision.rival_trees import installed
 
 with job(snakemake.log[0]) as say:
     for package in installed()[1]:

@@ -1,5 +1,5 @@
-from palpate.evaluation.collision import apart_bodies, stopped_precision
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.collision import apart_bodies, stopped_precision
 
 with job(snakemake.log[0]) as say:
     params, size = snakemake.params, {"refinements": snakemake.params.refinements}

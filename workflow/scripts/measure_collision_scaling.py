@@ -1,6 +1,6 @@
-from palpate.evaluation.collision.collision_growth import exponents
-from palpate.evaluation.collision.collision_scaling import measure
-from palpate.job import job, powers, write_table
+from palpate.run.job import job, powers, write_table
+from palpate.studies.collision.collision_growth import exponents
+from palpate.studies.collision.collision_scaling import measure
 
 with job(snakemake.log[0]) as say:
     params = snakemake.params

@@ -1,8 +1,8 @@
 from palpate.bodies.body_file import load as load_body
-from palpate.evaluation.dynamic.dynamic_accuracy import measure
-from palpate.evaluation.dynamic.dynamic_reference import load
-from palpate.evaluation.dynamic.dynamic_trial import trial_and_training
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.dynamic.dynamic_accuracy import measure
+from palpate.studies.dynamic.dynamic_reference import load
+from palpate.studies.dynamic.dynamic_trial import trial_and_training
 
 with job(snakemake.log[0]) as say:
     params = snakemake.params

@@ -1,7 +1,7 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.dynamic.dynamic_trial import trial_and_training
-from palpate.evaluation.dynamic.elsewhere import measure_elsewhere
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.dynamic.dynamic_trial import trial_and_training
+from palpate.studies.dynamic.elsewhere import measure_elsewhere
 
 with job(snakemake.log[0]) as say:
     params = snakemake.params

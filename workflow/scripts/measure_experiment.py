@@ -1,7 +1,7 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.measured.experiment import experiment_of
-from palpate.evaluation.measured.measure import measure
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.measured.experiment import experiment_of
+from palpate.studies.measured.measure import measure
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     params = snakemake.params

@@ -1,10 +1,10 @@
 import pandas as pd
 
+from palpate.benchmark.truth_file import load_truth
 from palpate.bodies.body_file import load
 from palpate.bodies.smooth_surface import surface_of
-from palpate.evaluation.tradeoff.geometry import geometry_share
-from palpate.evaluation.tradeoff.truth_file import load_truth
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.tradeoff.geometry import geometry_share
 
 with job(snakemake.log[0]) as say:
     given, params = snakemake.input, snakemake.params

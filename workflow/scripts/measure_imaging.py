@@ -1,9 +1,9 @@
 from palpate.bodies.ct.mesh_from_ct import segment_entry
-from palpate.evaluation.ct.imaging import measure
-from palpate.figures import style
-from palpate.figures.ct import ct_imaging
-from palpate.job import job, stem, steps, write_table
-from palpate.kept_warnings import about
+from palpate.report import style
+from palpate.run.job import job, stem, steps, write_table
+from palpate.run.kept_warnings import about
+from palpate.studies.ct.figures import ct_imaging
+from palpate.studies.ct.imaging import measure
 
 with job(snakemake.log[0]) as say:
     masks = {}

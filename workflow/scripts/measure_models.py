@@ -1,10 +1,10 @@
 import pandas as pd
 
-from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.tradeoff.judge import read_judged
-from palpate.evaluation.tradeoff.measure_model import measure, warn_unanswered
-from palpate.job import job, steps, write_table
+from palpate.benchmark.judge import read_judged
+from palpate.benchmark.measure_model import measure, warn_unanswered
+from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.load_model import load_model
+from palpate.run.job import job, steps, write_table
 
 with job(snakemake.log[0]) as say:
     given, params, wild = snakemake.input, snakemake.params, snakemake.wildcards

@@ -1,6 +1,6 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.palpation.palpation import palpate
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.palpation.palpation import palpate
 
 with job(snakemake.log[0]) as say:
     body = load(snakemake.input.body)

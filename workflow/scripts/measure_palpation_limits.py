@@ -1,5 +1,5 @@
-from palpate.evaluation.palpation.palpation_limits import palpation_limits
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.palpation.palpation_limits import palpation_limits
 
 with job(snakemake.log[0]) as say:
     progress = steps(say, "a finger above a ball at depth")

@@ -1,9 +1,9 @@
-from palpate.job import use_threads
+from palpate.run.job import use_threads
 
 use_threads(snakemake.threads)  # this job runs alone
 
-from palpate.evaluation.scaling.measure_scaling import doubling, measure
-from palpate.job import job, powers, write_table
+from palpate.run.job import job, powers, write_table
+from palpate.studies.scaling.measure_scaling import doubling, measure
 
 with job(snakemake.log[0]) as say:
     component = snakemake.wildcards.component

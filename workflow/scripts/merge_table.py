@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from palpate.files import write_whole
-from palpate.job import job
+from palpate.run.job import job
 
 with job(snakemake.log[0]), write_whole(snakemake.output[0]) as path:
     parts = [Path(part).read_text().splitlines(keepends=True) for part in snakemake.input]

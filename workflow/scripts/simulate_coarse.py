@@ -1,8 +1,8 @@
 import pandas as pd
 
+from palpate.benchmark.static_responses import press, save_responses
 from palpate.bodies.body_file import load
-from palpate.job import job, steps
-from palpate.samples.static_responses import press, save_responses
+from palpate.run.job import job, steps
 
 with job(snakemake.log[0]) as say:
     body = load(snakemake.input.body)

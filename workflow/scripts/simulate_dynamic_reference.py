@@ -1,8 +1,8 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.dynamic.dynamic_reference import reference, save
-from palpate.evaluation.dynamic.dynamic_trial import trial_and_training
-from palpate.evaluation.dynamic.resolution import tabulate
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.dynamic.dynamic_reference import reference, save
+from palpate.studies.dynamic.dynamic_trial import trial_and_training
+from palpate.studies.dynamic.resolution import tabulate
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     scene, lesson = trial_and_training(body=load(snakemake.input.body), **snakemake.params.trial)

@@ -1,5 +1,5 @@
-from palpate.evaluation.springs.spring_experiment import experiment, save_references, simulate_references
-from palpate.job import job
+from palpate.run.job import job
+from palpate.studies.springs.spring_experiment import experiment, save_references, simulate_references
 
 with job(snakemake.log[0]):
     calibration = snakemake.params.calibration

@@ -1,10 +1,10 @@
 import pandas as pd
 
+from palpate.benchmark.folds import asked_samples, read_folds, training_presses
+from palpate.benchmark.truth import truth_of
+from palpate.benchmark.truth_file import save_truth
 from palpate.bodies.body_file import load
-from palpate.evaluation.tradeoff.truth import truth_of
-from palpate.evaluation.tradeoff.truth_file import save_truth
-from palpate.job import job, steps
-from palpate.samples.folds import asked_samples, read_folds, training_presses
+from palpate.run.job import job, steps
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     body, params = load(snakemake.input.body), snakemake.params

@@ -1,6 +1,6 @@
-from palpate.job import job, write_table
-from palpate.samples.database import read
-from palpate.samples.sample_table import sample_table
+from palpate.benchmark.database import read
+from palpate.benchmark.sample_table import sample_table
+from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):
     params = snakemake.params

@@ -1,7 +1,7 @@
+from palpate.benchmark.static_responses import load_responses
+from palpate.benchmark.subsampling import save_subsampled, subsample
 from palpate.bodies.body_file import load
-from palpate.job import job
-from palpate.samples.static_responses import load_responses
-from palpate.samples.subsampling import save_subsampled, subsample
+from palpate.run.job import job
 
 with job(snakemake.log[0]):
     fine = load_responses(snakemake.input.fine)

@@ -1,10 +1,10 @@
 import pandas as pd
 
-from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.enrichment.sigma_sweep import sweep_rows
-from palpate.job import job, write_table
-from palpate.samples.database import read
-from palpate.samples.sample_table import read_samples, sides
+from palpate.benchmark.database import read
+from palpate.benchmark.sample_table import read_samples, sides
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.run.job import job, write_table
+from palpate.studies.enrichment.sigma_sweep import sweep_rows
 
 with job(snakemake.log[0]):
     db, samples = read(snakemake.input.database), read_samples(snakemake.input.samples)

@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.evaluation.tradeoff.advice import advise
-from palpate.evaluation.tradeoff.advice_motion import advise_motion
-from palpate.evaluation.tradeoff.bootstrap import errors_from
-from palpate.job import job, write_table
+from palpate.benchmark.bootstrap import errors_from
+from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.advice import advise
+from palpate.studies.tradeoff.advice_motion import advise_motion
 
 with job(snakemake.log[0]):
     limits, found = snakemake.params.limits, []

@@ -1,7 +1,7 @@
 import pandas as pd
 
-from palpate.evaluation.tradeoff.advice_agreement import agreement
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.advice_agreement import agreement
 
 with job(snakemake.log[0]):
     scenes = {scene: tuple(place) for scene, place in snakemake.params.scenes.items()}

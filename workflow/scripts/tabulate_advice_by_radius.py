@@ -2,12 +2,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.evaluation.tradeoff.accuracy_vs_time import accuracy_vs_time
-from palpate.evaluation.tradeoff.advice import advise
-from palpate.evaluation.tradeoff.advice_agreement import by_radius
-from palpate.evaluation.tradeoff.bootstrap import errors_from
-from palpate.evaluation.tradeoff.provenance import commit
-from palpate.job import job, write_table
+from palpate.benchmark.bootstrap import errors_from
+from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time
+from palpate.studies.tradeoff.advice import advise
+from palpate.studies.tradeoff.advice_agreement import by_radius
+from palpate.studies.tradeoff.provenance import commit
 
 with job(snakemake.log[0]):
     table = accuracy_vs_time(pd.concat([pd.read_csv(path) for path in snakemake.input.settings]), commit())

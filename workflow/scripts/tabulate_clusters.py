@@ -1,5 +1,5 @@
-from palpate.evaluation.shape_matching import cluster_goals, clustered_column, deformation_modes
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.shape_matching import cluster_goals, clustered_column, deformation_modes
 
 with job(snakemake.log[0]):
     settings, tables = snakemake.params.settings, snakemake.output

@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.evaluation.tradeoff.error_bounds import SAMPLES, Scene, error_bounds
-from palpate.evaluation.tradeoff.estimates import read_estimates
+from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
+from palpate.benchmark.estimates import read_estimates
 from palpate.files import read_table
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
 
 
 def of(paths, body, regime):

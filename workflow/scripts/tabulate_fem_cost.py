@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.job import job, write_table
-from palpate.samples.static_responses import load_responses
+from palpate.benchmark.static_responses import load_responses
+from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):
     tables = []

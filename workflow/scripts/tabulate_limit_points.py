@@ -1,6 +1,6 @@
 from palpate.bodies.body_file import load
-from palpate.evaluation.tradeoff.limit_points import limit_points
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.tradeoff.limit_points import limit_points
 
 with job(snakemake.log[0]) as say:
     body, params = load(snakemake.input.body), snakemake.params

@@ -1,8 +1,8 @@
-from palpate.evaluation.shape_matching.maxwell_creep import measure
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
 from palpate.scenes.motion import load
 from palpate.scenes.scene import scene_of
 from palpate.scenes.scene_bodies import load_particles
+from palpate.studies.shape_matching.maxwell_creep import measure
 
 with job(snakemake.log[0]):
     scene = scene_of(snakemake.params.name, snakemake.params.entry)

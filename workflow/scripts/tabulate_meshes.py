@@ -2,7 +2,7 @@ import pandas as pd
 
 from palpate.bodies.body_file import load
 from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):
     bodies = [load(path) for path in snakemake.input.bodies]

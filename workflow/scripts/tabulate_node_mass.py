@@ -1,9 +1,9 @@
 import pandas as pd
 
 from palpate.bodies.ct.mesh_from_ct import segment_entry
-from palpate.evaluation.ct.node_mass import measure
-from palpate.job import job, steps, write_table
-from palpate.kept_warnings import about
+from palpate.run.job import job, steps, write_table
+from palpate.run.kept_warnings import about
+from palpate.studies.ct.node_mass import measure
 
 with job(snakemake.log[0]) as say:
     entries, sizes = snakemake.params.entries, snakemake.params.sizes

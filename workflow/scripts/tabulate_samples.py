@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from palpate.job import job, write_table
-from palpate.samples.sample_table import read_samples, sample_peaks, split_counts
+from palpate.benchmark.sample_table import read_samples, sample_peaks, split_counts
+from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):
     tables = {Path(path).parts[-3:-1]: read_samples(path) for path in snakemake.input.samples}

@@ -1,8 +1,8 @@
 import pandas as pd
 
-from palpate.evaluation.scenes.energy_balance import energy_balance
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
 from palpate.scenes import motion
+from palpate.studies.scenes.energy_balance import energy_balance
 
 with job(snakemake.log[0]):
     inputs, out = snakemake.input, snakemake.output

@@ -1,8 +1,8 @@
 import pandas as pd
 
-from palpate.evaluation.tradeoff.accuracy_vs_time import accuracy_vs_time
-from palpate.evaluation.tradeoff.provenance import commit
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time
+from palpate.studies.tradeoff.provenance import commit
 
 with job(snakemake.log[0]):
     settings = pd.concat([pd.read_csv(path) for path in snakemake.input.settings])

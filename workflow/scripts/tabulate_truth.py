@@ -1,8 +1,8 @@
 import pandas as pd
 
-from palpate.evaluation.tradeoff.truth_file import load_truth
-from palpate.evaluation.tradeoff.truth_table import truth_table
-from palpate.job import job, write_table
+from palpate.benchmark.truth_file import load_truth
+from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.truth_table import truth_table
 
 with job(snakemake.log[0]):
     scenes, given = snakemake.params.scenes, snakemake.input

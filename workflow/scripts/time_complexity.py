@@ -1,5 +1,5 @@
-from palpate.evaluation.enrichment.complexity import complexity_rows, measure
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.enrichment.complexity import complexity_rows, measure
 
 with job(snakemake.log[0]):
     measured = measure(snakemake.params.samples, snakemake.params.seed)

@@ -1,13 +1,13 @@
 import pandas as pd
 
+from palpate.benchmark.database import read
+from palpate.benchmark.sample_table import read_samples, sides
 from palpate.bodies.body_file import load
-from palpate.enrichment.methods import build
-from palpate.enrichment.training_samples import FitOptions
-from palpate.evaluation.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
-from palpate.job import job, write_table
-from palpate.samples.database import read
-from palpate.samples.sample_table import read_samples, sides
+from palpate.models.enrichment.methods import build
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance
+from palpate.studies.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
 
 with job(snakemake.log[0]):
     given, params, name = snakemake.input, snakemake.params, snakemake.wildcards.body

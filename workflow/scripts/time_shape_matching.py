@@ -1,6 +1,6 @@
-from palpate.evaluation.shape_matching.shape_matching_growth import exponents, headline
-from palpate.evaluation.shape_matching.shape_matching_timing import measure, rotation_speedup
-from palpate.job import job, write_table
+from palpate.run.job import job, write_table
+from palpate.studies.shape_matching.shape_matching_growth import exponents, headline
+from palpate.studies.shape_matching.shape_matching_timing import measure, rotation_speedup
 
 with job(snakemake.log[0]) as say:
     table = measure(**snakemake.params.settings)

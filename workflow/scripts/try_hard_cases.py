@@ -1,5 +1,5 @@
-from palpate.evaluation.hard_cases.declared import measure
-from palpate.job import job, steps, write_table
+from palpate.run.job import job, steps, write_table
+from palpate.studies.hard_cases.declared import measure
 
 family = snakemake.wildcards.family
 with job(snakemake.log[0]) as say:

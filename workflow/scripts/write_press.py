@@ -1,13 +1,13 @@
 from pathlib import Path
 
 from palpate.bodies.body_file import load
-from palpate.evaluation.press import coarse_answer
-from palpate.evaluation.press.known_presses import known_presses, trial_presses
-from palpate.evaluation.press.measure import measure
-from palpate.job import job, write_table
-from palpate.portable.file import read
-from palpate.report.press.compose import held_nodes, press_models
-from palpate.report.press.page import write_pages
+from palpate.press.page.compose import held_nodes, press_models
+from palpate.press.page.page import write_pages
+from palpate.press.portable.file import read
+from palpate.run.job import job, write_table
+from palpate.studies.press import coarse_answer
+from palpate.studies.press.known_presses import known_presses, trial_presses
+from palpate.studies.press.measure import measure
 
 with job(snakemake.log[0]):
     files, params, body = snakemake.input, snakemake.params, load(snakemake.input.body)

@@ -1,4 +1,4 @@
-from palpate.job import job
+from palpate.run.job import job
 from palpate.scenes.motion import load
 from palpate.scenes.paraview_series import write_series
 

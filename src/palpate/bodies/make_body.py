@@ -17,7 +17,7 @@ from palpate.bodies.regions import read_regions
 from palpate.bodies.sheet import Sheet, sheet
 from palpate.bodies.smooth_surface import organ_shape, surface_of
 from palpate.errors import InputError
-from palpate.kept_warnings import about
+from palpate.run.kept_warnings import about
 
 
 def make_body(name: str, entry: dict) -> Body:

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from palpate.errors import InputError
-from palpate.figures.enrichment import mesh_levels
 from palpate.files import write_whole
 from palpate.init.choose import Choice, choose
 from palpate.init.config_text import config_text
 from palpate.init.data import Data, body_name, labels_of, recognise
+from palpate.studies.enrichment.figures import mesh_levels
 
 ROOT = Path(__file__).parents[3]
 """Palpate's folder, where ``make`` is typed."""

@@ -11,12 +11,12 @@ from pathlib import Path
 from time import perf_counter
 
 from palpate.errors import InputError
-from palpate.figures import tables
 from palpate.files import PART, read_yaml
 from palpate.init.command import PICTURE, ROOT, config_file, program, run_of, typed, write_config
 from palpate.init.data import Data
 from palpate.init.small_settings import is_unchanged, write_small
-from palpate.report.advice_list import advice_list
+from palpate.report import tables
+from palpate.studies.tradeoff.advice_list import advice_list
 
 RUN = ROOT / "workflow/run.py"
 """Runs snakemake, as make does."""

@@ -13,11 +13,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from palpate.benchmark.load import Answer, Load, displacement_of
+from palpate.benchmark.model import Case, Setting
 from palpate.errors import NotConverged
 from palpate.models.cascade_stages import Stage, Turning, own_estimate, prepared_stage
-from palpate.models.load import Answer, Load, displacement_of
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting
 from palpate.models.training_limits import Limits
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"

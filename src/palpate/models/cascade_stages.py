@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
+from palpate.benchmark.load import Answer, Load, displacement_of
+from palpate.benchmark.model import Case, Solver
 from palpate.bodies.contacts import row_of
-from palpate.enrichment.warped_response import WarpedResponse
 from palpate.errors import InputError, NotConverged
 from palpate.models.conformal import bound_factor
-from palpate.models.load import Answer, Load, displacement_of
-from palpate.models.model import Case, Solver
+from palpate.models.enrichment.warped_response import WarpedResponse
 from palpate.models.training_limits import Limits, distance
 
 _LEAST = 1e-6

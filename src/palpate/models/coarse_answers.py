@@ -10,10 +10,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from palpate.enrichment.fit_inputs import Fitting
+from palpate.benchmark.load import loads_of
+from palpate.benchmark.model import Case, Setting, distinct
+from palpate.models.enrichment.fit_inputs import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
-from palpate.models.load import loads_of
-from palpate.models.model import Case, Setting, distinct
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
 LOOSE_TOLERANCE = 1e-3

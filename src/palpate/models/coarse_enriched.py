@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from palpate.enrichment.fit_inputs import Method
+from palpate.benchmark.load import Load, Refused
+from palpate.models.enrichment.fit_inputs import Method
 from palpate.models.fem_statics import LinearCoarse, Simulation
-from palpate.models.load import Load, Refused
 from palpate.models.memory import held_mb
 
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import NoConvergence, broyden1
 
+from palpate.benchmark.load import Answer, Load, Refused
+from palpate.benchmark.model import Case
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import ContactShares
 from palpate.models.found_forces import WORST
-from palpate.models.load import Answer, Load, Refused
-from palpate.models.model import Case
 
 Presses = list[tuple[int, np.ndarray]]
 """Nodes and forces (3,) [N]."""

@@ -7,11 +7,11 @@ is a two-level correction. ``warped_compliance`` is the method that turns the wh
 
 import numpy as np
 
-from palpate.enrichment.detail_correction import DetailCorrection
-from palpate.enrichment.training_samples import gather
+from palpate.benchmark.model import Case, Setting, training_counts
 from palpate.models.coarse_answers import coarse_settings, coarse_solver, seen_with
 from palpate.models.coarse_enriched import Enriched
-from palpate.models.model import Case, Setting, training_counts
+from palpate.models.enrichment.detail_correction import DetailCorrection
+from palpate.models.enrichment.training_samples import gather
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
 

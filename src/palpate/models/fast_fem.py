@@ -1,7 +1,7 @@
 """Answer with quadratic finite elements by L-BFGS: no matrix of the deformed body, one multigrid cycle an iteration."""
 
+from palpate.benchmark.model import Case, Setting, distinct
 from palpate.models.fem import Fem
-from palpate.models.model import Case, Setting, distinct
 from palpate.solvers.fast_equilibrium import FastEquilibrium
 
 LAW, REDUCES = "the body's", "p2"

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.model import Case, Setting, distinct
 from palpate.effects.patch_load import Patch
 from palpate.models.fem_starts import STARTS
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.load import Answer, Load
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting, distinct
 from palpate.solvers.equilibrium import Equilibrium
 
 LAW = "the body's"

@@ -11,14 +11,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy import sparse
 
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.model import Case, Setting
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.models.fem_starts import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
-from palpate.models.load import Answer, Load
 from palpate.models.local_surface import SurfaceMap
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting
 
 PREPARED, LAW = True, "the body's"
 

@@ -7,11 +7,11 @@ from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case
 from palpate.bodies.contacts import row_of
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation
-from palpate.models.load import Load
-from palpate.models.model import Case
 
 BEFORE = 0.97
 """Share of the load under which the frame before stood: a finger that presses within half a second at 60 frames a

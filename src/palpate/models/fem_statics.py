@@ -11,13 +11,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy import sparse
 
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import row_of, surface_contacts
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.patch_load import Patch, patch_at, patch_shares
-from palpate.models.load import Load
-from palpate.models.model import Case
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import push
 

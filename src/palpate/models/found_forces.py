@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from palpate.benchmark.load import Refused
 from palpate.errors import NotConverged
-from palpate.models.load import Refused
 
 CLOSE, MOST = 1e-4, 40
 """What may be left, over the largest displacement that is asked for or undone, and the most evaluations."""

@@ -3,11 +3,11 @@
 import numpy as np
 from scipy import sparse
 
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.model import Case, Setting
 from palpate.models.coarse_answers import coarse_settings, coarse_solver
 from palpate.models.fem_statics import LinearCoarse, Simulation
-from palpate.models.load import Answer, Load
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting
 
 SEES, LAW = "deformation", "the body's"
 

@@ -6,11 +6,11 @@ to a depth bears the force of which the sum moves it so far.
 
 import numpy as np
 
-from palpate.enrichment.linear_fem import LinearFem
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.model import Case, Setting
 from palpate.models.depths import Discs
-from palpate.models.load import Answer, Load
+from palpate.models.enrichment.linear_fem import LinearFem
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting
 
 PREPARED, REDUCES, LAW = True, "p2", "linear"
 

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from palpate.models.model import Model, declared
+from palpate.benchmark.model import Model, declared
 
 
 def load_model(name: str, place: str, keywords: Mapping[str, Any]) -> Model:

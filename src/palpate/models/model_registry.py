@@ -6,26 +6,26 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from palpate.enrichment.methods import METHODS
 from palpate.errors import InputError, describe_unknown
+from palpate.models.enrichment.methods import METHODS
 
 if TYPE_CHECKING:
-    from palpate.models.model import Model
+    from palpate.benchmark.model import Model
 
 _ON_TOP = {
-    "palpate.enrichment.interpolation": "palpate.models.interpolation",
-    "palpate.enrichment.ridge": "palpate.models.ridge",
-    "palpate.enrichment.pod_rbf": "palpate.models.pod_rbf",
-    "palpate.enrichment.blend": "palpate.models.paper_enrichment",
+    "palpate.models.enrichment.interpolation": "palpate.models.interpolation",
+    "palpate.models.enrichment.ridge": "palpate.models.ridge",
+    "palpate.models.enrichment.pod_rbf": "palpate.models.pod_rbf",
+    "palpate.models.enrichment.blend": "palpate.models.paper_enrichment",
 }
 """The models that put methods of enrichment, by their modules, on top of a coarse simulation."""
-_VARIANTS = ("palpate.models.paper_enrichment", "palpate.models.mass_spring")
+_VARIANTS = ("palpate.models.paper_enrichment", "palpate.models.springs.mass_spring")
 """Modules whose models are variants of one method: twelve blends, four networks of springs."""
 
 
 def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
     """Take methods of enrichment, by their names and keywords, as models."""
-    places = [f"palpate.enrichment.{module}" for module in modules]
+    places = [f"palpate.models.enrichment.{module}" for module in modules]
     return {name: (_ON_TOP[place], what) for name, (place, what) in METHODS.items() if place in places}
 
 
@@ -41,7 +41,7 @@ MODELS: dict[str, tuple[str, dict]] = {
     "fem_p2": ("palpate.models.fem", {"order": 2}),
     "fast_fem": ("palpate.models.fast_fem", {}),
     "fem_local": ("palpate.models.fem_local", {}),
-    "contact_modes": ("palpate.models.contact_modes", {}),
+    "contact_modes": ("palpate.models.contact_modes.contact_modes", {}),
     "pod_galerkin": ("palpate.models.pod_galerkin", {}),
     "linear_fem": ("palpate.models.linear_fem", {}),
     "linear_residual": ("palpate.models.linear_residual", {}),
@@ -49,10 +49,10 @@ MODELS: dict[str, tuple[str, dict]] = {
     "detail_correction": ("palpate.models.detail_correction", {}),
     **_enriched("interpolation", "ridge", "pod_rbf"),
     **{f"pod_{name}": ("palpate.models.pod_of_loads", {"learner": name}) for name in ("gaussian", "network")},
-    "springs": ("palpate.models.mass_spring", {"nodal": False, "volume": False}),
-    "springs_volume": ("palpate.models.mass_spring", {"nodal": False, "volume": True}),
-    "springs_nodal": ("palpate.models.mass_spring", {"nodal": True, "volume": False}),
-    "springs_nodal_volume": ("palpate.models.mass_spring", {"nodal": True, "volume": True}),
+    "springs": ("palpate.models.springs.mass_spring", {"nodal": False, "volume": False}),
+    "springs_volume": ("palpate.models.springs.mass_spring", {"nodal": False, "volume": True}),
+    "springs_nodal": ("palpate.models.springs.mass_spring", {"nodal": True, "volume": False}),
+    "springs_nodal_volume": ("palpate.models.springs.mass_spring", {"nodal": True, "volume": True}),
     "shape_matching": ("palpate.models.shape_matching", {}),
     **{name: ("palpate.models.relaxed", {"method": name}) for name in RELAXED},
     "mujoco": ("palpate.models.mujoco_flex", {}),

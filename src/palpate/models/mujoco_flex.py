@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.load import Load
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting, on_own_levels, refuse_bed, refuse_regions
 
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"

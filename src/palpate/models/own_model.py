@@ -6,8 +6,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from palpate.benchmark.model import Case, Model, Setting, Solver, declared
 from palpate.errors import InputError, NotConverged
-from palpate.models.model import Case, Model, Setting, Solver, declared
 from palpate.own_file import MODEL_FUNCTIONS, failure, import_file
 
 GUIDE = "see docs/add-a-model.md"

@@ -1,9 +1,9 @@
 """Put paper 1's enrichment, in all its forms, on top of a coarse answer: a kind of feature, a kind of weights."""
 
-from palpate.enrichment.blend import fit
+from palpate.benchmark.model import Case, Setting, training_counts
 from palpate.models.coarse_answers import coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.coarse_enriched import Enriched
-from palpate.models.model import Case, Setting, training_counts
+from palpate.models.enrichment.blend import fit
 
 SEES, REDUCES, LAW = "deformation", "p2", "the body's"
 

@@ -10,16 +10,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from palpate.benchmark.load import Answer, Doubted, Load, loads_of
+from palpate.benchmark.model import Case, Setting
 from palpate.errors import NotConverged
-from palpate.models.contact_workshop import Workshop
+from palpate.models.contact_modes.contact_workshop import Workshop
 from palpate.models.fem_statics import ContactShares, Simulation
-from palpate.models.load import Answer, Doubted, Load, loads_of
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting
-from palpate.reduction.cells import cells_of
-from palpate.reduction.elements_at_rest import ElementsAtRest
-from palpate.reduction.energy_pod import energy_pod
-from palpate.reduction.reduced_contact import ReducedContact
+from palpate.models.reduction.cells import cells_of
+from palpate.models.reduction.elements_at_rest import ElementsAtRest
+from palpate.models.reduction.energy_pod import energy_pod
+from palpate.models.reduction.reduced_contact import ReducedContact
 from palpate.solvers.fast_equilibrium import FastEquilibrium
 
 REDUCES, LAW = "p2", "the body's"

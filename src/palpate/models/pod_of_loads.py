@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case, Setting
 from palpate.bodies.contacts import contacts_of, row_of
-from palpate.enrichment.pod_of_loads import PodOfLoads, gaussian_process, network
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
-from palpate.models.load import Load
+from palpate.models.enrichment.pod_of_loads import PodOfLoads, gaussian_process, network
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting
 
 REDUCES, LAW = "p2", "the body's"
 FAR = 1.5

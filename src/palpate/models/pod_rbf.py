@@ -1,9 +1,9 @@
 """Put proper orthogonal decomposition with radial basis functions on top of a coarse answer."""
 
-from palpate.enrichment.pod_rbf import fit
+from palpate.benchmark.model import Case, Setting
 from palpate.models.coarse_answers import coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.coarse_enriched import Enriched
-from palpate.models.model import Case, Setting
+from palpate.models.enrichment.pod_rbf import fit
 
 SEES, REDUCES, LAW = "deformation", "p2", "the body's"
 

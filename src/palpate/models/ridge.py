@@ -1,9 +1,9 @@
 """Put ridge regression to fine displacements, linear or through a kernel, on top of a coarse answer."""
 
-from palpate.enrichment.ridge import fit
+from palpate.benchmark.model import Case, Setting, training_counts
 from palpate.models.coarse_answers import coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.coarse_enriched import Enriched
-from palpate.models.model import Case, Setting, training_counts
+from palpate.models.enrichment.ridge import fit
 
 SEES, REDUCES, LAW = "deformation", "p2", "the body's"
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from palpate.models.load import Load
+from palpate.benchmark.load import Load
+from palpate.benchmark.model import Case, Setting, distinct
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting, distinct
 from palpate.models.shape_statics import Shapes, cubes, fit
 
 REDUCES, LAW = "p2", "shape matching"

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
+from palpate.benchmark.database import Database
+from palpate.benchmark.model import Case, refuse_bed, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import goal_shapes
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.model import Case, refuse_bed, refuse_regions
-from palpate.samples.database import Database
 
 LEFT = 0.01
 """What damping leaves of a swing after all steps: as little damping as that, or slow modes would not arrive."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from palpate.enrichment.load_residual import Base, LoadResidual
-from palpate.enrichment.training_samples import gather
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.model import Case, Setting, training_counts
 from palpate.models.depths import Discs
-from palpate.models.load import Answer, Load
+from palpate.models.enrichment.load_residual import Base, LoadResidual
+from palpate.models.enrichment.training_samples import gather
 from palpate.models.memory import held_mb
-from palpate.models.model import Case, Setting, training_counts
 
 
 class Stored:

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from palpate.benchmark.load import loads_of
+from palpate.benchmark.model import Case
 from palpate.errors import NotConverged
 from palpate.models.conformal import bound_factor
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.load import loads_of
-from palpate.models.model import Case
 from palpate.models.richardson import RATIOS, doubt, limit, ratio
 
 _SHARE = (1 / 3, 1 / 1.2)

@@ -4,8 +4,8 @@ These are precomputed Green's functions (James and Pai 1999) with the warp of Ch
 and with no samples nothing is learnt; otherwise a kernel ridge on what the warp leaves is added.
 """
 
-from palpate.enrichment.warped_response import WarpedResponse
-from palpate.models.model import Case, Setting
+from palpate.benchmark.model import Case, Setting
+from palpate.models.enrichment.warped_response import WarpedResponse
 from palpate.models.stored_responses import Stored, shares
 
 PREPARED, REDUCES, LAW = True, "p2", "warped linear"

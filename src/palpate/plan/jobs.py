@@ -7,7 +7,7 @@ from typing import Any
 from palpate.plan.work import Job
 
 TOOK = re.compile(r"^took ([\d.]+) s, ([\d.]+) s of a core$", re.MULTILINE)
-"""The last line of a job's log, which ``palpate.job`` writes."""
+"""The last line of a job's log, which ``palpate.run.job`` writes."""
 PARALLEL = {"fit_springs genetic", "fit_springs cma_es"}
 """Beginnings of kinds of jobs that use all of their threads; the others use one."""
 

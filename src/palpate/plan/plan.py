@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from palpate.job import kernel_cache
 from palpate.plan.describe import case_of, describe
 from palpate.plan.jobs import is_parallel, jobs_of, seconds_taken
 from palpate.plan.others import look
 from palpate.plan.timings import read_timings, remember
 from palpate.plan.work import amounts, kind_of
+from palpate.run.job import kernel_cache
 
 
 class Plan:

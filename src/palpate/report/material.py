@@ -8,10 +8,11 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 
 from palpate.errors import InputError
-from palpate.figures import tables
 from palpate.files import read_yaml
-from palpate.report import markup, pictures
+from palpate.report import markup, pictures, tables
 
+CAPTIONS = Path(__file__).parent / "captions"
+"""Captions that belong to no study."""
 Section = tuple[str, str, str]
 """A section of a part: its identifier on the page, its heading, and its content as HTML."""
 
@@ -29,7 +30,6 @@ class Report:
     def __init__(
         self,
         results: str | Path,
-        captions: str | Path,
         studies: Sequence[str],
         scenes: Sequence[str] = (),
         cts: Sequence[str] = (),
@@ -38,11 +38,10 @@ class Report:
         more: Sequence[str] = (),
     ):
         self.scenes, self.cts, self.driven = scenes, cts, driven
-        self.figures, self._captions = Path(results) / "figures", Path(captions)
-        self.part, self.folder = "", self._captions
+        self.figures, self.part, self.folder = Path(results) / "figures", "", CAPTIONS
         self.studies = {study: part_of(study) for study in studies}
         self.tables = tables.read_all(Path(results) / "tables", {*tables_of(self.studies.values()), *more})
-        published = {study: self._captions / study / "published.yaml" for study in studies}
+        published = {study: captions_of(part) / "published.yaml" for study, part in self.studies.items()}
         self.published = {study: read_yaml(path) for study, path in published.items() if path.is_file()}
         self.parts = self.studies | dict(last)
         self.numbers = {name: part.numbers(self.of(name)) for name, part in self.parts.items()}
@@ -51,7 +50,7 @@ class Report:
         """Return the same material as seen by one part: its captions and its numbers come first."""
         own = copy(self)
         own.part = part
-        own.folder = self._captions / part if part in self.studies else self._captions
+        own.folder = captions_of(self.studies[part]) if part in self.studies else CAPTIONS
         return own
 
     def note(self, name: str, **more: str) -> str:
@@ -87,12 +86,17 @@ class Report:
                     raise InputError(f"{name}.csv has no rows of the {kind} {one}; delete it and type make.")
 
 
+def captions_of(part: ModuleType) -> Path:
+    """Return the folder of the captions of a study, beside the module of its part."""
+    return Path(str(part.__file__)).parent / "captions"
+
+
 def part_of(study: str) -> ModuleType:
     """Import the part of the report about a study; InputError if there is none."""
-    place = f"palpate.report.parts.{study}"
+    place = f"palpate.studies.{study}.report"
     if not find_spec(place):
         raise InputError(
-            f"The report has no part about the study {study}; write src/palpate/report/parts/{study}.py with "
+            f"The report has no part about the study {study}; write src/palpate/studies/{study}/report.py with "
             "TITLE, TABLES, numbers and sections."
         )
     return import_module(place)

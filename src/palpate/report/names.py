@@ -2,8 +2,8 @@
 
 import re
 
-from palpate.figures.model_looks import look
-from palpate.figures.style import WEIGHTS
+from palpate.report.model_looks import look
+from palpate.report.style import WEIGHTS
 
 _RAW = re.compile(r"\b[a-z0-9]+(?:_[a-z0-9]+)+\b(?!=)")
 

@@ -6,9 +6,8 @@ from html import escape
 from pathlib import Path
 
 from palpate.files import write_whole
-from palpate.report import page_assets, paper_claims, pictures
+from palpate.report import omissions, page_assets, paper_claims, pictures, verdicts
 from palpate.report.material import Report, Section
-from palpate.report.parts import omissions, verdicts
 from palpate.report.weight import too_heavy
 
 LAST = {"verdicts": verdicts, "omissions": omissions}
@@ -19,7 +18,6 @@ QUESTION = "For this scene, how wrong is each way of simulating it, and what doe
 
 def write(
     results: str | Path,
-    captions: str | Path,
     out: str | Path,
     studies: Sequence[str],
     scenes: Sequence[str] = (),
@@ -30,15 +28,15 @@ def write(
 ) -> None:
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
-    A study's part is the module palpate.report.parts.<study>: TITLE, TABLES, numbers(report) and sections(report), and
-    where it has some failures(report). The rows of claims.csv that the study judges follow. Its captions are
-    ``captions``/<study>/*.rst.
+    A study's part is palpate.studies.<study>.report: TITLE, TABLES, numbers(report), sections(report), and where it
+    has some failures(report). The rows of claims.csv that the study judges follow. Its captions are
+    palpate/studies/<study>/captions/*.rst.
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
     warned : what jobs warned of, which comes first
     more : names of the tables of this run that not every run of their studies makes
     Raises InputError naming the first part, table, figure, caption or number that is missing.
     """
-    report = Report(results, captions, studies, scenes, cts, driven, LAST if studies else {}, more)
+    report = Report(results, studies, scenes, cts, driven, LAST if studies else {}, more)
     parts = {
         name: part.sections(report.of(name)) + paper_claims.section(report, name) for name, part in report.parts.items()
     }

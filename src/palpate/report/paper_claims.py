@@ -2,10 +2,10 @@
 
 import pandas as pd
 
-from palpate.evaluation.table import columns
 from palpate.report import markup
 from palpate.report.material import Report, Section
 from palpate.report.names import plain
+from palpate.report.table import columns
 
 HEADS = {"premise": "tested on", "published": "the paper", "ours": "this run"}
 """The headings of columns whose names are no words for a page."""

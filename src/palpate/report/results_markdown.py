@@ -14,10 +14,9 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.errors import InputError
-from palpate.figures import tables
 from palpate.files import require_file, write_whole
-from palpate.report import results_tables
-from palpate.report.advice_words import agreement_words
+from palpate.report import results_tables, tables
+from palpate.studies.tradeoff.advice_words import agreement_words
 
 TABLES = ["accuracy_vs_time", "advice", "truth", "dynamic_accuracy", "effects", "hard_cases", "scaling"]
 SEVERAL = {

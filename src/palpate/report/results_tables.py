@@ -2,16 +2,16 @@
 
 import pandas as pd
 
-from palpate.evaluation.law.names import OWN
-from palpate.evaluation.tradeoff.advice import NONE
-from palpate.evaluation.tradeoff.advice_agreement import same_in
-from palpate.figures import tables
-from palpate.figures.law.law_looks import label as changed_to
-from palpate.figures.measured.measured import GIVEN, named
-from palpate.figures.model_looks import label, look
-from palpate.figures.number_format import percent, seconds
-from palpate.figures.tradeoff.scene_rows import first_split
-from palpate.report.advice_words import behind, error_of, interval, limit
+from palpate.report import tables
+from palpate.report.model_looks import label, look
+from palpate.report.number_format import percent, seconds
+from palpate.studies.law.figures.law_looks import label as changed_to
+from palpate.studies.law.names import OWN
+from palpate.studies.measured.figures.measured import GIVEN, named
+from palpate.studies.tradeoff.advice import NONE
+from palpate.studies.tradeoff.advice_agreement import same_in
+from palpate.studies.tradeoff.advice_words import behind, error_of, interval, limit
+from palpate.studies.tradeoff.figures.scene_rows import first_split
 
 BESIDES = ("integrator", "held")
 """Rows of the table of effects that are no effect of their own, or without which a body is not that scene's."""

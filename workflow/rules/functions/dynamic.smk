@@ -32,6 +32,6 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
-        "palpate.reduction",
+        "palpate.models.reduction",
         *(["palpate.collision.contact"] if touching else []),
     ]

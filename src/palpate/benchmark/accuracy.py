@@ -1,0 +1,126 @@
+"""Measure the error of a prediction, and tabulate it."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.database import Database
+from palpate.bodies.mesh import Mesh
+from palpate.errors import InputError
+from palpate.models.enrichment.fit_inputs import Method
+
+COLUMNS = [
+    "body", "regime", "protocol", "split", "method", "sigma_m", "samples",
+    "rmse_m", "rmse_of_peak", "p95_of_peak", "max_of_peak",
+]  # fmt: skip
+
+
+class Errors(NamedTuple):
+    """Error of one prediction over the fine surface nodes; "of peak" is relative to the reference's peak.
+
+    rmse_m : root of the mean over nodes of the squared length of the error vector [m]
+    p95_of_peak, max_of_peak : 95th percentile and largest over nodes of the length of the error vector
+    """
+
+    rmse_m: float
+    rmse_of_peak: float
+    p95_of_peak: float
+    max_of_peak: float
+
+
+class TruthErrors(NamedTuple):
+    """Error of one prediction against the truth, over the fine surface nodes; "of peak" is relative to its peak.
+
+    rmse_m, rmse_of_peak, p95_of_peak, max_of_peak : as in ``Errors``
+    relative_l2 : RMS error over RMS displacement, on the same nodes
+    patch_rms_of_peak, patch_max_of_peak : RMS and largest length of the error vector over the nodes that are pressed
+    """
+
+    rmse_m: float
+    rmse_of_peak: float
+    relative_l2: float
+    p95_of_peak: float
+    max_of_peak: float
+    patch_rms_of_peak: float
+    patch_max_of_peak: float
+
+
+def node_errors(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return the length of the error vector at each node, (n,) [m], of displacements (n, 3) [m]."""
+    return np.linalg.norm(predicted - reference, axis=1)
+
+
+def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
+    """Measure a predicted displacement (n, 3) [m] against the simulated one, (n, 3) [m].
+
+    Raises InputError if the reference moves nowhere: there is no peak to compare with.
+    """
+    peak = np.linalg.norm(reference, axis=1).max()
+    if peak == 0:
+        raise InputError("accuracy: the reference moves nowhere; leave samples without a force out.")
+    error = node_errors(predicted, reference)
+    rmse = np.sqrt(np.mean(error**2))
+    return Errors(
+        float(rmse),
+        float(rmse / peak),
+        float(np.percentile(error, 95) / peak),
+        float(error.max() / peak),
+    )
+
+
+def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) -> TruthErrors:
+    """Measure a predicted displacement (n, 3) [m] of the fine surface against the true one, (n, 3) [m].
+
+    patch : (n,) bool, the nodes that are pressed, as ``patch_nodes`` gives them
+    Raises InputError if the truth moves nowhere.
+    """
+    found, error = errors(predicted, truth), node_errors(predicted, truth)
+    peak = np.linalg.norm(truth, axis=1).max()
+    return TruthErrors(
+        **found._asdict(),
+        relative_l2=float(np.linalg.norm(error) / np.linalg.norm(truth)),
+        patch_rms_of_peak=float(np.sqrt(np.mean(error[patch] ** 2)) / peak),
+        patch_max_of_peak=float(error[patch].max() / peak),
+    )
+
+
+def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
+    """Mark the surface nodes of ``mesh`` in the disc of ``radius_m`` [m] around node ``contact``: (n_surface,) bool.
+
+    Those that face away, as on the other side of a thin lobe, are not in it. The contact itself always is.
+    """
+    surface = mesh.surface
+    near = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
+    return (near & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
+
+
+def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:
+    """Predict the fine surface displacements (samples, n, 3) [m] of each of ``samples`` by one method."""
+    coarse = db.coarse(protocol)
+    return np.array([method.predict(coarse[i], int(db.contact[i]), db.force[i]) for i in samples])
+
+
+def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarray) -> pd.DataFrame:
+    """Tabulate the errors of one method on each of ``samples``: one row a sample, column sample first."""
+    predicted = predict(db, method, protocol, samples)
+    found = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
+    return pd.DataFrame(found).assign(sample=samples)[["sample", *Errors._fields]]
+
+
+def accuracy_rows(
+    db: Database, methods: Mapping[str, Method], protocol: str, test: np.ndarray, labels: Mapping[str, str]
+) -> pd.DataFrame:
+    """Tabulate enrichment_accuracy.csv, a row a method, in the order of ``methods``.
+
+    labels : body, regime and split
+    RMSE and 95th percentile are means over the test samples, max_of_peak is the largest at any node of any.
+    """
+    rows = []
+    for name, method in methods.items():
+        table = sample_errors(db, method, protocol, test)
+        row = table[list(Errors._fields)].mean().to_dict() | {"max_of_peak": table["max_of_peak"].max()}
+        row |= {"protocol": protocol, "method": name, "sigma_m": method.sigma_m, "samples": len(test)}
+        rows.append({**labels, **row})
+    return pd.DataFrame(rows)[COLUMNS]

@@ -1,0 +1,153 @@
+"""Tabulate error_bounds.csv: bounds of a single answer's error, by what they are estimated from, and how they hold."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.stats import spearmanr
+
+from palpate.benchmark import findings
+from palpate.benchmark.bootstrap import BOUNDS
+from palpate.benchmark.coverage import Draws
+from palpate.benchmark.equal_settings import EXACT, KINDS, lasting
+from palpate.benchmark.estimates import COARSER, EVERY, RESIDUAL
+from palpate.benchmark.judge import TRAINING
+from palpate.models.conformal import bound_factor, finite
+
+COLUMNS = [
+    "scene", "body", "regime", "model", "setting", "error", "estimate", "contacts", "samples", "rank_correlation",
+    "error_of_peak", "bound_factor", "bound_of_peak", "sharpness", "coverage", "coverage_low", "coverage_of_contacts",
+    "coverage_elsewhere", "estimate_s",
+]  # fmt: skip
+CONSTANT, OWN = "constant", "own"
+"""The same for every answer, and what the model itself says of its answer."""
+ESTIMATED, APART = findings.ESTIMATED, findings.COARSER
+SAMPLES = [
+    "model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED, *APART.values(),
+]  # fmt: skip
+"""The columns that are read of the samples' errors."""
+_SETTING, _ASKED = ["model", "setting"], ["split", "sample", "contact"]
+
+
+class Scene(NamedTuple):
+    """All that is known of one scene.
+
+    settings : its rows of accuracy_vs_time.csv; errors : of all models on all samples they were asked, with SAMPLES
+    estimates : the table of ``estimates.estimates``, of all its splits
+    """
+
+    settings: pd.DataFrame
+    errors: pd.DataFrame
+    estimates: pd.DataFrame
+
+
+class _Scored:
+    """The errors of one kind in one scene, of each setting that answered all that validates and tests.
+
+    Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
+    """
+
+    def __init__(self, scene: Scene, kind: str):
+        self.body, self.regime = scene.settings[["body", "regime"]].iloc[0]
+        errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
+        asked = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
+        given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
+        self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in asked}
+        whole = {key: tuple(found.index) for key, found in self.errors.items()}
+        alike = {each: key for key, each in whole.items()}
+        self._alike = {key: alike[each] for key, each in whole.items()}
+        self._draws = {key: Draws(self.contact(key)) for key in alike.values()}
+        self._estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
+        own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
+        second = scene.estimates["estimate"] == COARSER
+        seconds, apart = scene.estimates.loc[second, "seconds"].median(), errors.dropna(subset=APART[kind])
+        apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
+        told = scene.estimates[~second].assign(value=scene.estimates.loc[~second, kind].to_numpy())
+        for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own, apart):
+            for (model, setting, name), found in rows.groupby([*_SETTING, "estimate"], sort=False):
+                self._add(
+                    str(name), found.set_index(_ASKED), list(self.errors) if model == EVERY else [(model, setting)]
+                )
+
+    def contact(self, key: tuple[str, str]) -> np.ndarray:
+        """Return the contact (n,) of each error of a setting."""
+        return self.errors[key].index.get_level_values("contact").to_numpy()
+
+    def draws(self, key: tuple[str, str]) -> Draws:
+        """Return the divisions of its contacts; settings that were asked the same share them."""
+        return self._draws[self._alike[key]]
+
+    def _add(self, name: str, found: pd.DataFrame, keys: list[tuple[str, str]]) -> None:
+        """Take the values of an estimate for settings, unless one of their answers has none."""
+        known, seconds = {}, float(found["seconds"].median())
+        for key in filter(self.errors.__contains__, keys):
+            same = self._alike[key]
+            if same not in known:
+                known[same] = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
+            if np.isfinite(known[same]).all():
+                self._estimates[key] |= {name: (known[same], seconds)}
+
+    def estimates(self, key: tuple[str, str]) -> dict[str, tuple[np.ndarray, float]]:
+        """Return each estimate of the errors of a setting by its name: its values (n,) and what it takes [s]."""
+        return self._estimates[key]
+
+    def looked_at(self, key: tuple[str, str]) -> bool:
+        """Return whether there is an estimate that not every setting has, and that looks at its answers."""
+        return any(name in self._estimates[key] for name in (RESIDUAL, OWN))
+
+
+def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
+    """Tabulate a row for each kind of error, estimate, and setting that lasts on a front or is its model's best.
+
+    A bound is a factor times the estimate, found by conformal prediction with contacts as the unit.
+    error_of_peak, bound_of_peak : medians over the answers; factor and bound are of all contacts, and empty where
+        these are too few
+    coverage, coverage_low, coverage_of_contacts, sharpness : as ``coverage.Coverage``
+    coverage_elsewhere : share of the answers below bounds that were found on the other bodies, in the same regime
+    """
+    whole = list(scenes)
+    rows: list[dict] = []
+    for kind in KINDS:
+        scored = [_Scored(scene, kind) for scene in whole]
+        for scene, own in zip(whole, scored, strict=True):
+            others = [each for each in scored if each.regime == own.regime and each.body != own.body]
+            labels = scene.settings[["scene", "body", "regime"]].iloc[0].to_dict()
+            for key in _chosen(scene.settings, own, kind):
+                for name, (values, seconds) in own.estimates(key).items():
+                    row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
+                    row |= _row(own, key, values) | {"estimate_s": seconds}
+                    rows.append(row | {"coverage_elsewhere": _elsewhere(own, others, key, name)})
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
+    errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
+    factor = finite(bound_factor(errors / values, contact))
+    rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan
+    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "rank_correlation": rank}
+    row |= {"error_of_peak": np.median(errors), "bound_factor": factor, "bound_of_peak": np.median(factor * values)}
+    return row | scored.draws(key).coverage(errors, values)._asdict()
+
+
+def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estimate: str) -> float:
+    """Return the share of one's own errors below the bound that is found on other bodies; NaN where there is none."""
+    there = [each for each in others if key in each.errors and estimate in each.estimates(key)]
+    if not there:
+        return np.nan
+    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates(key)[estimate][0] for each in there])
+    apart = 1 + max(each.contact(key).max() for each in there)
+    factor = bound_factor(scores, np.concatenate([each.contact(key) + i * apart for i, each in enumerate(there)]))
+    kept = own.errors[key].to_numpy() <= factor * own.estimates(key)[estimate][0]
+    return float(np.mean(kept)) if np.isfinite(factor) else np.nan
+
+
+def _chosen(settings: pd.DataFrame, scored: _Scored, kind: str) -> list[tuple[str, str]]:
+    """List model and setting of what lasts on the front, of the least validation error, and of what is looked at."""
+    first = settings[settings["split"] == settings["split"].min()].set_index(_SETTING, drop=False)
+    first = first[first.index.isin(list(scored.errors)) & (first["failures"] == 0)]
+    error = first[f"validation_{KINDS[kind]}"]
+    front = lasting(first["online_median_s"].to_numpy(), error.to_numpy())
+    least = error == error.groupby(first["model"].to_numpy()).transform("min")
+    looked = np.array([scored.looked_at(key) for key in first.index], dtype=bool)
+    return list(first.index[front | least.to_numpy() | looked])

@@ -1,0 +1,209 @@
+"""Define a model, two functions ``settings`` and ``prepare``, and the case that it may see before it is asked."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from palpate.benchmark.database import Database
+from palpate.benchmark.load import Answer, Load, displacement_of
+from palpate.bodies.body import Body
+from palpate.errors import InputError, NotConverged
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.solvers.compliance import Compliance
+
+Setting = dict[str, Any]
+"""A model's setting: name → int, float, str or bool."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One body in one regime of loads, and all that a model may learn from; it holds no test sample.
+
+    radius_m : of the disc that a force is spread over; 0 presses on one node
+    database, response : what ``use_training``, ``meshes`` and ``use_compliance`` give; models call those, so that
+        what they use is added to their preparation
+    options : how regressions are fitted; ``options.seed`` is for every random choice
+    tolerance : relative residual at which run-time solves stop
+    grid : by family, the values to try of its settings: ``tradeoff.settings`` of the config; and ``coarse_answers``
+    used : what was used, with its cost [s]; the evaluation adds it to the offline time
+    """
+
+    body: Body
+    regime: str
+    radius_m: float
+    database: Database
+    response: Compliance | None
+    options: FitOptions
+    tolerance: float
+    grid: Mapping[str, Any] = field(default_factory=dict)
+    used: dict[str, float] = field(default_factory=dict)
+
+    def use_training(self) -> Database:
+        """Return the k training samples, and charge what simulating them took.
+
+        contact (k,), force (k, 3) [N], fine (k, n_surface, 3) [m], coarse_live …
+        """
+        self.charge("training", float(self.database.seconds.sum()))
+        return self.database
+
+    def use_compliance(self) -> Compliance:
+        """Return linear responses to unit forces at every contact, and charge them; InputError if there are none."""
+        if self.response is None:
+            raise InputError(f"{self.body.name}: this case has no compliance; compute it, or leave out what needs it.")
+        self.charge("compliance", self.response.seconds)
+        return self.response
+
+    def charge(self, what: str, seconds: float) -> None:
+        """Add ``seconds`` to the offline time; the same thing is charged once, at its highest."""
+        self.used[what] = max(seconds, self.used.get(what, 0.0))
+
+    @property
+    def meshes(self) -> Database:
+        """The database without any sample: fine surface, coarse mesh, interpolation between them. Costs nothing."""
+        return self.database.take(np.empty(0, dtype=int))
+
+    @property
+    def prepared_contacts(self) -> np.ndarray:
+        """The contacts, increasing, whose linear responses are stored; without such, none. Costs nothing."""
+        return np.empty(0, dtype=int) if self.response is None else self.response.contacts
+
+    @property
+    def n_surface(self) -> int:
+        """The number of fine surface nodes, whose displacements are asked for."""
+        return len(self.database.nodes_fine_surface)
+
+    @property
+    def n_training(self) -> int:
+        """The number of training samples; asking costs nothing."""
+        return len(self.database.contact)
+
+    def first(self, count: int) -> "Case":
+        """Keep ``count`` training samples of a seeded order: smaller choices are part of larger ones."""
+        order = np.random.default_rng(self.options.seed).permutation(self.n_training)
+        return replace(self, database=self.database.take(np.sort(order[:count])))
+
+
+class Solver(Protocol):
+    """A prepared model; ``memory_mb`` is what it holds [MB], read after the queries: ``memory.held_mb`` counts.
+
+    It may have ``precede(load)`` too, which is called before each query, with its load, and not timed: it
+    finds the frame before, under 97 % of the force, for a model that starts from there.
+    """
+
+    memory_mb: float
+
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m] of the fine surface under ``load``, or an ``Answer`` with more.
+
+        This is timed; ``checked`` looks at the answer afterwards. Raises NotConverged where there is no answer, its
+        kind Refused for a load of a sort that the model cannot answer, and InputError for a contact that cannot be
+        pressed, or that is not prepared.
+        """
+
+
+class Model(NamedTuple):
+    """A way of simulating.
+
+    settings(case) : from cheap to expensive, at least five where the model has a setting, else [{}]
+    prepare(case, setting) : offline work, timed; InputError or NotConverged if it cannot be done
+    place : the module or file that it comes from, for messages
+    sees : "load", if it is given the force, or "deformation", if it sees what a force does to the coarse mesh only
+    prepared : whether it uses what was computed for each contact before, responses or meshes; see ``needs_contacts``
+    reduces : "p2", if its answers come from responses of the fine quadratic elements, stored or learnt from; else ""
+    law : of the material, as a table has it; BODYS where it is the body's own, "" if it is not known
+    """
+
+    settings: Callable[[Case], list[Setting]]
+    prepare: Callable[[Case, Setting], Solver]
+    place: str = "a model"
+    sees: str = "load"
+    prepared: bool = False
+    reduces: str = ""
+    law: str = ""
+
+    def law_of(self, case: Case) -> str:
+        """Return the law of the material with which the model answers for the body of ``case``."""
+        return case.body.material.law if self.law == BODYS else self.law
+
+    def needs_contacts(self, setting: Setting) -> bool:
+        """Return whether the model with this setting answers prepared contacts only.
+
+        A coarse answer or a start that is the stored linear response makes any model one that does.
+        """
+        return self.prepared or "linear" in (setting.get("coarse"), setting.get("start"))
+
+
+BODYS = "the body's"
+"""The law of models that take that of the body."""
+DECLARED: dict[str, tuple] = {"sees": ("load", "deformation"), "prepared": (False, True), "reduces": ("", "p2")}
+"""What a model's file may say of it, in capitals, such as SEES = "load": the values that each may have, the first of
+which it has if the file says nothing."""
+
+
+def declared(module: object, place: str) -> dict[str, Any]:
+    """Return the fields of ``Model`` that a module or file gives in capitals; InputError naming ``place`` if wrong."""
+    found = {name: getattr(module, name.upper(), values[0]) for name, values in DECLARED.items()}
+    for name, value in found.items():
+        if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):
+            known = " or ".join(map(repr, DECLARED[name]))
+            raise InputError(f"{place}: {name.upper()} is {value!r}; give {known}.")
+    return found | {"law": str(getattr(module, "LAW", ""))}
+
+
+def refuse_bed(case: Case, what: str) -> None:
+    """Raise NotConverged for a body on an elastic bed, which ``what`` do not have: all samples count as failed."""
+    if case.body.bed is not None:
+        raise NotConverged(f"{what} have no elastic bed, which holds {case.body.name}", [float("nan")])
+
+
+def refuse_regions(case: Case, what: str) -> None:
+    """Raise NotConverged for a body of several stiffnesses, of which ``what`` have one: all samples count as failed."""
+    if case.body.regions is not None and not case.body.regions.is_one_stiffness:
+        raise NotConverged(f"{what} have one stiffness, and the regions of {case.body.name} differ", [float("nan")])
+
+
+def on_own_levels(case: Case, runs: Iterable[Setting]) -> list[Setting]:
+    """Return those of ``runs`` whose ``level`` the body has."""
+    return [dict(each) for each in runs if each["level"] < len(case.body.levels)]
+
+
+def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
+    """Return ``shares`` of the training samples as increasing whole numbers, at least 4 each, but 0 for the share 0."""
+    return sorted({max(4, round(share * case.n_training)) if share else 0 for share in shares})
+
+
+def distinct(settings: Iterable[Setting]) -> list[Setting]:
+    """Return ``settings`` without those that equal one before them."""
+    found: dict[str, Setting] = {}
+    for setting in settings:
+        found.setdefault(setting_text(setting), setting)
+    return list(found.values())
+
+
+def setting_text(setting: Setting) -> str:
+    """Write a setting as tables have it, such as "iterations=2"."""
+    return ", ".join(f"{name}={_short(value)}" for name, value in setting.items()) or "default"
+
+
+def checked(answer: np.ndarray | Answer, n_surface: int, place: str = "a model") -> np.ndarray:
+    """Return the displacement; InputError if it is not (n_surface, 3), NotConverged if a number in it is not finite.
+
+    place : what the InputError names
+    """
+    displacement = displacement_of(answer)
+    try:
+        numbers = np.asarray(displacement, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{place}: respond gave no array of numbers; return ({n_surface}, 3) [m].") from None
+    if numbers.shape != (n_surface, 3):
+        raise InputError(f"{place}: respond gave the shape {numbers.shape}; return ({n_surface}, 3) [m].")
+    if not np.isfinite(numbers).all():
+        whose = f"{place}: " if place.endswith(".py") else ""  # a file of the user's
+        raise NotConverged(f"{whose}the displacement has a value that is not finite", [float("nan")])
+    return displacement
+
+
+def _short(value: int | float | str | bool) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value).lower()

@@ -1,0 +1,166 @@
+"""Press a body: simulate the static response to each load of a table, and record what it cost."""
+
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.loads import nodal_forces
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import contacts_of, row_of
+from palpate.bodies.mesh import Mesh
+from palpate.bodies.quadratic import POINTS, prolongation, shape_slopes, ten_nodes
+from palpate.bodies.refinement import with_midpoints
+from palpate.effects.linear_elements import shape_gradients
+from palpate.errors import NotConverged
+from palpate.files import read_hdf5, write_whole
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.newton import Solution
+
+NESTED = 1e-4
+"""Relative residual of the solution on the level before, from which one of quadratic elements starts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Responses:
+    """Responses of one level of a body to k loads.
+
+    sample : (k,) numbers from the load table
+    displacement : (k, n_nodes, 3) [m], of quadratic elements at the nodes of their level only
+    newton_iterations, linear_solves, residual, seconds : (k,) what each solution took and reached; the first counts
+        iterations of L-BFGS, too, which solve nothing
+    least_det, inverted : (k,) the smallest det F, and how many elements have one that is not positive
+    """
+
+    sample: np.ndarray
+    displacement: np.ndarray
+    newton_iterations: np.ndarray
+    linear_solves: np.ndarray
+    residual: np.ndarray
+    seconds: np.ndarray
+    least_det: np.ndarray
+    inverted: np.ndarray
+
+    def costs(self) -> pd.DataFrame:
+        """Tabulate one row a sample: newton_iterations, linear_solves, residual, seconds."""
+        names = ["sample", "newton_iterations", "linear_solves", "residual", "seconds"]
+        return pd.DataFrame({name: getattr(self, name) for name in names})
+
+
+def press(
+    body: Body, level: int, loads: pd.DataFrame, tolerance: float, progress: Callable = iter, order: int = 1
+) -> Responses:
+    """Solve for every row of ``loads`` on one level, to the relative residual ``tolerance``.
+
+    order : 1 for linear elements, 2 for quadratic ones on the level, each solution of which starts from that on the
+        level before it
+    ``progress`` wraps the sequence of rows, as ``tqdm`` does. Warns of samples with inverted quadratic elements, while
+    linear ones, as under the paper's point forces, are counted only. Raises InputError for a contact that cannot be
+    pressed, NotConverged naming the sample.
+    """
+    able = contacts_of(body)
+    for contact in loads["contact"]:
+        row_of(able, int(contact), f"{body.name}, ")
+    level %= len(body.levels)
+    solver = _Solver(with_midpoints(body, level) if order == 2 else body, level, order)
+    found = []
+    for _, load in progress(list(loads.iterrows())):
+        try:
+            found.append(solver.solve(load, tolerance))
+        except NotConverged as failure:
+            raise NotConverged(
+                f"{body.name}, sample {load['sample']:.0f}: {failure}; lower the regime's peak_of_size, at which "
+                "tissue may be pressed flat, or hold the body elsewhere (anchors).",
+                failure.history,
+            ) from failure
+    count = len(body.levels[level].nodes)
+    solutions = [solution for solution, _ in found]
+    responses = Responses(
+        loads["sample"].to_numpy(),
+        np.array([s.x[:count] for s in solutions]) - body.levels[level].nodes,
+        np.array([s.iterations for s in solutions]),
+        np.array([s.linear_solves for s in solutions]),
+        np.array([s.history[-1] for s in solutions]),
+        np.array([s.seconds[-1] for s in solutions]),
+        *(np.array(values) for values in zip(*(shape for _, shape in found), strict=True)),
+    )
+    if order == 2:
+        _warn_of_inverted(body.name, responses)
+    return responses
+
+
+class _Solver:
+    """The static problem on one level, and for quadratic elements on the level before it, too."""
+
+    def __init__(self, body: Body, level: int, order: int):
+        self._body, self._order = body, order
+        self._levels = [level - 1, level] if order == 2 and level > 0 else [level]
+        kind = FastEquilibrium if order == 2 else Equilibrium
+        self._problems = [kind(body, each, order) for each in self._levels]
+        for problem in self._problems:  # compiled before the clock runs
+            _warm_up(problem, order)
+        if len(self._levels) == 2:
+            self._up = prolongation(body.levels[level - 1], body.levels[level])
+
+    def solve(self, load: pd.Series, tolerance: float) -> tuple[Solution, tuple[float, int]]:
+        """Return the equilibrium under one row; the smallest det F in it, and the number of inverted elements."""
+        solution, start, seconds = None, None, 0.0
+        for each, problem in zip(self._levels, self._problems, strict=True):
+            if solution is not None:
+                start = problem.mesh.nodes + self._up @ (solution.x - self._problems[0].mesh.nodes)
+                seconds = solution.seconds[-1]
+            nodal = nodal_forces(self._body, each, load, self._order)
+            last = each == self._levels[-1]
+            solution = problem.solve(nodal, tolerance if last else max(tolerance, NESTED), start)
+        assert solution is not None
+        solution.seconds[-1] += seconds
+        least = problem.least_det(solution.x)
+        return solution, (least, 0 if least > 0.0 else inverted(self._body.levels[each], solution.x, self._order))
+
+
+def _warm_up(problem: Equilibrium, order: int) -> None:
+    rest = problem.mesh.nodes
+    if order == 2:
+        problem.approach(np.full_like(rest, 1e-9), 0.0, 1)
+    else:
+        problem.energy(rest), problem.linearise(rest)
+
+
+def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
+    """Count the elements on ``mesh`` with a point at which det F is not positive; ``x`` (n, 3) [m] are the nodes."""
+    gradients, _ = shape_gradients(mesh)
+    elements, slopes = (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), shape_slopes(POINTS))
+    f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
+    return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())
+
+
+def _warn_of_inverted(name: str, responses: Responses) -> None:
+    count = int(np.count_nonzero(responses.inverted))
+    if count:
+        warnings.warn(
+            f"bodies.{name}: in {count} of {len(responses.inverted)} samples an element is inverted, so that they are "
+            "no reference; lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m.",
+            stacklevel=3,
+        )
+
+
+def save_responses(responses: Responses, path: Path) -> None:
+    """Write to HDF5, whole or not at all."""
+    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
+        for name in Responses.__dataclass_fields__:
+            file.create_dataset(name, data=getattr(responses, name), fletcher32=True)
+
+
+def load_responses(paths: Iterable[Path]) -> Responses:
+    """Read and join what ``save_responses`` wrote, in the order of the paths."""
+    parts: dict[str, list] = {name: [] for name in Responses.__dataclass_fields__}
+    for path in paths:
+        with read_hdf5(path) as file:
+            for name, values in parts.items():
+                values.append(file[name][:])
+    return Responses(*(np.concatenate(values) for values in parts.values()))

@@ -1,0 +1,77 @@
+"""Reduce by proper orthogonal decomposition and interpolate by radial basis functions: the usual reduced-order rival.
+
+This is what the EZyRB library does; it comes with a GPU build of torch of several GB, so scipy's
+RBFInterpolator stands in for it.
+"""
+
+import numpy as np
+from scipy.interpolate import RBFInterpolator
+
+from palpate.benchmark.database import Database
+from palpate.models.enrichment.blend import median_distance
+from palpate.models.enrichment.fit_inputs import Fitting
+from palpate.models.enrichment.gaussian_kernel import squared_distances
+from palpate.models.enrichment.training_samples import Training
+
+KERNELS = [("linear", 1.0)] + [
+    (name, shape) for name in ("multiquadric", "gaussian") for shape in np.geomspace(0.01, 10, 7).tolist()
+]
+"""The kernels tried with their ε, relative to the reciprocal median distance of the features."""
+
+
+class PodRbf:
+    """Fine displacements in POD modes, their coefficients interpolated from the coarse surface displacements.
+
+    Kernel, its width and, unless ``modes`` are given, their number are chosen by cross-validation.
+    """
+
+    sigma_m = np.nan
+
+    def __init__(self, db: Database, training: Training, modes: int | None = None):
+        self._surface = db.coarse_surface
+        described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
+        # unit median distance: RBFInterpolator's ε and its constant term then mean the same for every body
+        self._scale = median_distance(squared_distances(described, described))
+        fine = training.fine.reshape(len(training.fine), -1)
+        kernel, shape, modes = self._choose(training, described / self._scale, fine @ fine.T, modes)
+        self._mean = fine.mean(axis=0)
+        gram = (fine - self._mean) @ (fine - self._mean).T
+        vectors = np.linalg.eigh(gram)[1][:, ::-1][:, :modes]
+        # row j is mode j times its singular value, so that the samples' coefficients are ``vectors``
+        self._modes = vectors.T @ (fine - self._mean)
+        self._coefficients = _interpolator(described / self._scale, vectors, kernel, shape)
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        coefficients = self._coefficients(coarse[self._surface].reshape(1, -1) / self._scale)[0]
+        return (self._mean + coefficients @ self._modes).reshape(-1, 3)
+
+    @staticmethod
+    def _choose(
+        training: Training, described: np.ndarray, gram: np.ndarray, modes: int | None
+    ) -> tuple[str, float, int]:
+        counts = np.unique(np.geomspace(1, len(gram), 12).astype(int)) if modes is None else np.array([modes])
+
+        def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
+            k = len(known)
+            centre = np.eye(k) - 1.0 / k
+            vectors = np.linalg.eigh(centre @ gram[np.ix_(known, known)] @ centre)[1][:, ::-1]
+            found = []
+            for kernel, shape in KERNELS:
+                weights = _interpolator(described[known], np.eye(k), kernel, shape)(described[asked]).T
+                # the blend of samples that m modes leave: mean + centred projection of the interpolant
+                found += [1 / k + centre @ (vectors[:, :m] @ (vectors[:, :m].T @ weights)) for m in counts]
+            return np.array(found)
+
+        best = int(training.score(gram, blends).argmin())
+        return *KERNELS[best // len(counts)], int(counts[best % len(counts)])
+
+
+def fit(fitting: Fitting, modes: int | None = None) -> PodRbf:
+    """Fit it with as many modes, or with as many as cross-validate best."""
+    return PodRbf(fitting.db, fitting.training, modes)
+
+
+def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: float) -> RBFInterpolator:
+    # a trace of smoothing keeps duplicate samples from making the system singular
+    return RBFInterpolator(points, values, kernel=kernel, epsilon=shape, degree=0, smoothing=1e-10)

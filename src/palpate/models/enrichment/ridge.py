@@ -1,0 +1,124 @@
+"""Regress fine on coarse displacements with a ridge, linearly or through a kernel: two rivals.
+
+Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, because a sample has far more numbers
+than there are samples. All settings are chosen by cross-validation on the training samples.
+"""
+
+import numpy as np
+
+from palpate.benchmark.database import Database
+from palpate.models.enrichment.blend import median_distance
+from palpate.models.enrichment.fit_inputs import Fitting
+from palpate.models.enrichment.gaussian_kernel import gaussian, squared_distances
+from palpate.models.enrichment.training_samples import FitOptions, Training
+
+LAMBDAS = np.geomspace(1e-12, 1e2, 29)
+"""The λ tried, relative to the mean eigenvalue of the kernel matrix."""
+
+
+def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
+    """Return (K + λ I)⁻¹ k of every λ and query, (λ, known, asked), from K (known, known) and k (known, asked)."""
+    values, vectors = np.linalg.eigh(among)
+    damped = np.maximum(values, 0.0) + lambdas[:, None] * among.trace() / len(among)
+    return vectors @ ((vectors.T @ across) / damped[:, :, None])
+
+
+def _choose(training: Training, kernel: np.ndarray, gram: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the cross-validated errors (k,) of the best λ, and that λ, for one kernel matrix and targets (k, 3n) [m].
+
+    gram : (k, k) inner products of the targets [m²]
+    """
+    errors = training.errors(
+        gram, lambda known, asked: dual_weights(kernel[np.ix_(known, known)], kernel[np.ix_(known, asked)], LAMBDAS)
+    )
+    best = int(errors.mean(axis=1).argmin())
+    return errors[best], float(LAMBDAS[best])
+
+
+def _solve(kernel: np.ndarray, targets: np.ndarray, relative: float) -> np.ndarray:
+    """Return dual coefficients (k, 3n): their blend with kernel values of a query is the prediction."""
+    return dual_weights(kernel, np.eye(len(kernel)), np.array([relative]))[0] @ targets
+
+
+def _detail(db: Database, training: Training) -> np.ndarray:
+    """Return what linear interpolation lacks, fine − P coarse, (k, 3n) [m]."""
+    interpolated = np.array([db.prolongation @ coarse for coarse in training.coarse])
+    return (training.fine - interpolated).reshape(len(interpolated), -1)
+
+
+class RidgeUpsampling:
+    """A linear map from coarse surface to fine displacements.
+
+    The ridge pulls the map toward nothing or toward linear interpolation, whichever cross-validates better.
+    """
+
+    sigma_m = np.nan
+
+    def __init__(self, db: Database, training: Training):
+        self._surface = db.coarse_surface
+        self._described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
+        kernel = self._described @ self._described.T
+        whole, detail = training.fine.reshape(len(training.fine), -1), _detail(db, training)
+        (to_zero, zero_lambda), (to_linear, linear_lambda) = (
+            _choose(training, kernel, targets @ targets.T) for targets in (whole, detail)
+        )
+        self._prolongation = db.prolongation if to_linear.mean() <= to_zero.mean() else None
+        if self._prolongation is None:
+            self._dual = _solve(kernel, whole, zero_lambda)
+        else:
+            self._dual = _solve(kernel, detail, linear_lambda)
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        blend = ((self._described @ coarse[self._surface].ravel()) @ self._dual).reshape(-1, 3)
+        return blend if self._prolongation is None else blend + self._prolongation @ coarse
+
+
+class KernelRidge:
+    """Targets (k, 3n) [m] from descriptions (k, r) [m] of the training samples, by kernel ridge.
+
+    The kernel is (x·y)^p exp(−‖x − y‖²/2σ²), with the ``power`` p 1 or 2: for wide σ linear or quadratic, and 0 for a
+    body at rest, which has no detail.
+    ``errors`` (k,) are the cross-validated errors of the σ and λ chosen, RMSE / peak, and ``score`` is their mean.
+    """
+
+    def __init__(
+        self, described: np.ndarray, targets: np.ndarray, training: Training, options: FitOptions, power: int = 1
+    ):
+        self._described, self._power = described, power
+        squared, products = squared_distances(described, described), (described @ described.T) ** power
+        grid = options.sigma_relative
+        sigmas = median_distance(squared) * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
+        gram = targets @ targets.T
+        tried = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
+        best = min(range(len(tried)), key=lambda i: float(tried[i][0].mean()))
+        self.sigma_m, self.errors = float(sigmas[best]), tried[best][0]
+        self.score = float(self.errors.mean())
+        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, tried[best][1])
+
+    def predict(self, asked: np.ndarray) -> np.ndarray:
+        """Return displacements (n, 3) [m] for one description (r,) [m]."""
+        away = self._described - asked
+        kernel = (self._described @ asked) ** self._power * gaussian(np.einsum("ij,ij->i", away, away), self.sigma_m)
+        return (kernel @ self._dual).reshape(-1, 3)
+
+
+class KernelRidgeDetail:
+    """Linear interpolation plus its detail by kernel ridge on all coarse surface displacements."""
+
+    def __init__(self, db: Database, training: Training, options: FitOptions):
+        self._surface, self._prolongation = db.coarse_surface, db.prolongation
+        described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
+        self._learnt = KernelRidge(described, _detail(db, training), training, options)
+        self.sigma_m = self._learnt.sigma_m
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        return self._prolongation @ coarse + self._learnt.predict(coarse[self._surface].ravel())
+
+
+def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
+    """Fit the linear map, or with ``kernel`` the kernel ridge on detail."""
+    if kernel:
+        return KernelRidgeDetail(fitting.db, fitting.training, fitting.options)
+    return RidgeUpsampling(fitting.db, fitting.training)

@@ -1,0 +1,92 @@
+"""Open a finished run, by its settings and its results, so that its models can be prepared again and asked anything."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+import palpate
+from palpate.benchmark.database import read
+from palpate.benchmark.folds import fold_sides, read_folds
+from palpate.benchmark.model import Case, Model
+from palpate.bodies.body_file import load
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.files import read_table
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.models.load_model import load_model
+from palpate.models.model_registry import families
+from palpate.schema import read_schema
+from palpate.settings_file import read_settings
+from palpate.solvers.compliance import load_compliance
+
+SCHEMA = Path(palpate.__file__).parents[2] / "workflow/schemas/config.schema.yaml"
+"""Describes all settings and what they are if they are left out."""
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """Settings as a file has them, with the defaults of all others, and the folder that ``make`` has filled."""
+
+    config: Path
+    results: Path
+
+    @cached_property
+    def settings(self) -> dict[str, Any]:
+        """All settings; InputError naming the file and what is wrong."""
+        return complete(read_settings(self.config), read_schema(SCHEMA), self.config)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The rows of accuracy_vs_time.csv; InputError if there is no such table."""
+        columns = ["scene", "body", "regime", "model", "setting", "split", "online_p95_s", "validation_rmse_of_peak"]
+        return read_table(self.results / "tables/accuracy_vs_time.csv", columns)
+
+    @property
+    def scenes(self) -> list[str]:
+        """The names of what was pressed, such as liver_large."""
+        return list(dict.fromkeys(self.table["scene"]))
+
+    def rows(self, scene: str) -> pd.DataFrame:
+        """Return the rows of a scene in its first split; InputError for one that was not measured."""
+        if scene not in self.scenes:
+            raise InputError(f"--scene {scene} is not in {self.results}; choose from {', '.join(self.scenes)}.")
+        found = self.table[self.table["scene"] == scene]
+        return found[found["split"] == found["split"].min()]
+
+    def folder(self, scene: str) -> Path:
+        """Return where the data of a scene are."""
+        first = self.rows(scene).iloc[0]
+        return self.results / "data" / first["body"] / first["regime"]
+
+    def case(self, scene: str) -> Case:
+        """Read what models of a scene may see, as they saw it in its first split; InputError for a damaged file."""
+        folder, asked = self.folder(scene), self.settings.get("tradeoff", {})
+        regime = self.settings.get("regimes", {}).get(folder.name)
+        if not asked or not regime:
+            raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
+        radius_m = float(regime["radius_of_body_m"].get(folder.parent.name, regime["radius_m"]))
+        compliance = folder.parent / f"compliance_{radius_m}m.h5"
+        options = FitOptions(**asked["regression"], split="contacts", seed=self.settings["seed"])
+        samples = fold_sides(read_folds(folder / "samples.csv"), int(self.rows(scene)["split"].iloc[0]))[0]
+        return Case(
+            load(folder.parent / "body.h5"),
+            folder.name,
+            radius_m,
+            read(folder / "database.h5").take(samples),
+            load_compliance(compliance) if compliance.is_file() else None,
+            options,
+            self.settings["solver"]["tolerance"],
+            asked["settings"],
+        )
+
+    def model(self, name: str) -> Model:
+        """Load a model of palpate's, or one of the settings' own; InputError for any other."""
+        own = {key: str(self.config.parent / path) for key, path in self.settings["tradeoff"]["own_models"].items()}
+        known = list(dict.fromkeys(self.table["model"]))
+        if name not in known:
+            raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")
+        (recipes,) = families([name], own).values()
+        return load_model(name, **recipes[name])

@@ -1,0 +1,187 @@
+"""Make the page on which a reader presses a body: for the report, and as a document of its own."""
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from palpate.files import write_whole
+from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.report import page_assets
+from palpate.report.words import spaced
+
+_SCRIPTS = (
+    *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
+    *("panel", "stage", "pace", "gestures", "readings"),
+)
+_COLOURS = {"displacement": "YlGnBu", "error": "YlOrRd"}  # as in all other pictures
+_SHADES = 254
+_WHOLE = 32767  # of a truth's numbers: 0.003 % of its peak, far below the truth's own error
+
+
+@dataclass(frozen=True, eq=False)
+class PressTruth:
+    """A press whose truth was simulated.
+
+    triangle, weights : its place on the surface at rest, as models take it; force : (3,) [N]
+    displacement : (n, 3) [m] of the model's nodes; note : what is said of it, such as the truth's own error
+    """
+
+    title: str
+    triangle: int
+    weights: Sequence[float]
+    force: Sequence[float]
+    displacement: np.ndarray
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class PressModel:
+    """A model that a reader may let answer: its ``file``, or the ``url`` of a server that asks it.
+
+    kind : "portable", or "coarse" for a file of palpate.studies.press.coarse_answer
+    advice : a sentence on its error and time
+    nodes, triangles, info : (n, 3) [m], (t, 3) and the words of a file's header, of a model
+        behind a ``url``; of a coarse one peak and hardest_n alone
+    """
+
+    name: str
+    title: str
+    file: bytes | None = None
+    url: str | None = None
+    advice: str = ""
+    truths: Sequence[PressTruth] = ()
+    nodes: np.ndarray | None = None
+    triangles: np.ndarray | None = None
+    info: Mapping = field(default_factory=dict)
+    kind: str = "portable"
+
+
+def press_section(
+    models: Sequence[PressModel], caption: str = "", name: str = "it", held: Sequence[bool] | np.ndarray = ()
+) -> str:
+    """Return HTML to press the body of ``models``; the first of them answers until another is chosen.
+
+    caption : HTML below it; name : of the body, where a page has several
+    held : of its n nodes, whether they are held; they are hatched
+    """
+    head = {"models": [_head(model) for model in models], "palettes": {k: _palette(v) for k, v in _COLOURS.items()}}
+    head["held"] = _text(np.asarray(held, np.uint8).tobytes())
+    packed = "".join(
+        f'<script type="text/plain" data-model="{escape(model.name)}">{_text(model.file)}</script>\n'
+        for model in models
+        if model.file is not None
+    )
+    return (
+        f"<style>{_asset('press.css')}</style>\n"
+        f'<figure class="press" id="press_{escape(name)}">\n'
+        f'<script class="head" type="application/json">{_json(head)}</script>\n'
+        f"{packed}<noscript><p>Here a body can be pressed; it needs scripts to be allowed.</p></noscript>\n"
+        f"<figcaption>{caption}</figcaption>\n</figure>\n<script>{_script(models)}</script>\n"
+    )
+
+
+def press_document(
+    models: Sequence[PressModel],
+    title: str = "Press it",
+    held: Sequence[bool] | np.ndarray = (),
+) -> str:
+    """Return a whole page to press the body of ``models``, which needs no other file, and joins what errors it says.
+
+    title : plain text; held : of ``press_section``
+    """
+    style = page_assets.style() + _asset("document.css")
+    contact_modes = any(model.kind == "portable" and model.file is not None for model in models)
+    joined = f"<p>{escape(' '.join(FOUR_ERRORS))}</p>" if contact_modes else ""
+    section = press_section(models, joined, held=held)
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy(models)}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<link rel="icon" href="data:,">\n'  # or a browser asks the server for one
+        f"<title>palpate: {escape(title)}</title>\n<style>{style}</style>\n</head>\n"
+        f'<body>\n<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{section}'
+        "</main>\n</body>\n</html>\n"
+    )
+
+
+def write_pages(
+    models: Sequence[PressModel], name: str, held: Sequence[bool] | np.ndarray, section: Path | str, page: Path | str
+) -> None:
+    """Write the ``section`` of the report and the whole ``page`` on which the body ``name`` is pressed."""
+    whole = press_document(models, f"Press it: {spaced(name)}", held)
+    for path, text in ((section, press_section(models, name=name, held=held)), (page, whole)):
+        with write_whole(path) as part:
+            part.write_text(text, encoding="utf-8")
+
+
+def policy(models: Sequence[PressModel]) -> str:
+    """Return what a browser lets the page do: nothing over a network but ask the server that it comes from."""
+    asks = any(model.url is not None for model in models)
+    return page_assets.POLICY + ("; connect-src 'self'" if asks else "")
+
+
+def _head(model: PressModel) -> dict:
+    """Describe a model to the page."""
+    head: dict = {"name": model.name, "title": model.title, "advice": model.advice, "kind": model.kind}
+    head["info"] = dict(model.info)
+    head["truths"] = [_truth(truth) for truth in model.truths]
+    if model.url is not None:
+        if model.nodes is None or model.triangles is None:
+            raise ValueError(f"{model.name}: a model behind a url needs nodes and triangles")
+        head["url"] = model.url
+        head["nodes"] = _text(np.asarray(model.nodes, "<f4").tobytes())
+        head["triangles"] = _text(np.asarray(model.triangles, "<u4").tobytes())
+    return head
+
+
+def _truth(truth: PressTruth) -> dict:
+    """Pack a truth as whole numbers of a step."""
+    moved = np.asarray(truth.displacement, float)
+    step = float(np.abs(moved).max()) / _WHOLE
+    return {
+        "title": truth.title,
+        "note": truth.note,
+        "triangle": int(truth.triangle),
+        "weights": [float(share) for share in truth.weights],
+        "force": [float(part) for part in truth.force],
+        "peak": float(np.linalg.norm(moved, axis=1).max()),
+        "step": step,
+        "packed": _text(np.round(moved / step).astype("<i2").tobytes()),
+    }
+
+
+def _palette(name: str) -> str:
+    """Return a colour map as bytes, three for each of 254 shades."""
+    import matplotlib
+
+    colours = matplotlib.colormaps[name](np.linspace(0, 1, _SHADES))[:, :3]
+    return _text(np.round(255 * colours).astype(np.uint8).tobytes())
+
+
+def _script(models: Sequence[PressModel]) -> str:
+    """Return the page's script, in a scope of its own, with the runtime of models whose file lies in the page."""
+    runtime = _runtime() if any(model.file is not None and model.kind == "portable" for model in models) else ""
+    scripts = "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
+    return f'(() => {{\n"use strict";\n{runtime}\n{scripts}}})();\n'
+
+
+def _runtime() -> str:
+    return (files("palpate.press.portable") / "runtimes" / "palpate.js").read_text(encoding="utf-8")
+
+
+def _asset(name: str) -> str:
+    return (files("palpate.press.page") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _json(head: dict) -> str:
+    return json.dumps(head, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _text(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")

@@ -1,0 +1,90 @@
+"""Carry out ``palpate export``: from a scene's name in the settings to a file."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from palpate.benchmark.database_of_body import database_of
+from palpate.benchmark.model import Case
+from palpate.bodies.make_body import make_body
+from palpate.config import complete, finger_regimes, paths_of_body, pressed_bodies
+from palpate.errors import InputError, NotConverged, suggest
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.models.model_registry import MODELS
+from palpate.press.portable.export import COLUMNS, export_model
+from palpate.press.portable.file import describe
+from palpate.schema import read_schema
+from palpate.settings_file import read_settings
+
+CAN = "contact_modes"
+"""The model that a file can hold."""
+_SCHEMA = Path(__file__).parents[4] / "workflow/schemas/config.schema.yaml"
+
+
+def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> str:
+    """Write a model of a scene of the settings ``config`` to the file ``out``, and return what it is.
+
+    InputError for a scene that the settings do not have, a model that a file cannot hold, and no place for the file.
+    """
+    if model != CAN:
+        why = "is not known" if model not in MODELS else "has no form that other programs can answer from"
+        raise InputError(f"--model {model} {why}; export {CAN}.")
+    _refuse_place(out)
+    if not _SCHEMA.is_file():
+        raise InputError(f"{_SCHEMA} is missing; install palpate from its folder, with pip install -e.")
+    settings = complete(read_settings(config), read_schema(_SCHEMA), config)
+    case = _case(settings, config, scene)
+    from threadpoolctl import threadpool_limits
+
+    try:
+        with threadpool_limits(limits=1):  # products are small, and threads wait for each other
+            export_model(case, COLUMNS, contacts, out, told)
+    except NotConverged as failure:
+        raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
+    except OSError as error:
+        raise InputError(f"{out} cannot be written ({error.strerror}); give another file with --out.") from error
+    return describe(out)
+
+
+def _refuse_place(out: Path) -> None:
+    """Raise InputError for a file that cannot be written, before anything is prepared; folders are made."""
+    folder = next(each for each in out.resolve().parents if each.exists())
+    if out.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        why = "it is a folder" if out.is_dir() else f"{folder} is no folder that can be written to"
+        raise InputError(f"{out} cannot be written ({why}); give another file with --out.")
+
+
+def _case(settings: dict, config: Path, scene: str) -> Case:
+    """Return the body of a scene under its disc, without any sample."""
+    regimes = settings.get("regimes", {}) | (finger_regimes(settings) if "tradeoff" in settings else {})
+    known = {f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in regimes}
+    if scene not in known:
+        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
+    name, regime = known[scene]
+    entry = regimes[regime]
+    radius = float(entry["radius_of_body_m"].get(name, entry["radius_m"]))
+    given = settings["bodies"][name]
+    body = make_body(name, given | paths_of_body(given, config.parent))
+    nothing = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
+    database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *nothing)
+    options = FitOptions(1, {}, 2, "contacts", settings["seed"])
+    grid = settings["tradeoff"]["settings"]
+    return Case(body, regime, radius, database, None, options, settings["solver"]["tolerance"], grid)
+
+
+def told(what: str) -> Callable[[Sequence], Iterator]:
+    """Return a function that wraps a sequence and says how far it has come: on one line, or in a log on eleven."""
+    live = sys.stderr.isatty()
+
+    def wrapped(sequence: Sequence) -> Iterator:
+        count = len(sequence)
+        for number, item in enumerate(sequence, start=1):
+            if live or number == 1 or 10 * number // count > 10 * (number - 1) // count:
+                begin, end = ("\r", "\n" if number == count else "") if live else ("", "\n")
+                print(f"{begin}{what} {number} of {count}", end=end, file=sys.stderr, flush=True)
+            yield item
+
+    return wrapped

@@ -1,0 +1,41 @@
+"""Read a portable model file, and say what it is."""
+
+from pathlib import Path
+
+from palpate.errors import InputError
+from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.runtimes.palpate_model import PortableAnswer, PortableModel
+
+__all__ = ["PortableAnswer", "PortableModel", "describe", "read"]
+
+
+def read(path: Path | str) -> PortableModel:
+    """Read a portable model; InputError naming the file if it is missing, cut off, damaged or of another version."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}); give a file of palpate export.") from error
+    try:
+        return PortableModel(data)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}; write it anew with palpate export.") from error
+
+
+def describe(path: Path | str) -> str:
+    """Return what a portable model file is, for the terminal; InputError as ``read``."""
+    model, megabytes = read(path), Path(path).stat().st_size / 1e6
+    info = model.info
+    lines = [
+        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({_setting(info.get('setting'))}), "
+        f"{megabytes:.1f} MB, whole and sound",
+        f"surface of {len(model.nodes)} nodes and {len(model.triangles)} triangles, {len(model.contacts)} contacts",
+        f"pressed by discs of {1e3 * model.radius_m:g} mm radius, up to about {info.get('hardest_n', 0.0):.2g} N",
+        "error: " + "\n  ".join(str(info.get("error")).split("; ")),
+    ]
+    if isinstance(stored := info.get("float32_error"), float):
+        lines.append(f"at the contacts themselves the file costs {100 * stored:.2g} % of the peak")
+    return "\n".join([*lines, *FOUR_ERRORS])
+
+
+def _setting(setting: object) -> str:
+    return ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""

@@ -1,0 +1,126 @@
+"""Carry out ``palpate press``: open a finished run's body in a browser, until Ctrl-C."""
+
+import signal
+import sys
+import threading
+import webbrowser
+from collections.abc import Mapping
+from math import isclose
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.benchmark.model import Case
+from palpate.errors import InputError
+from palpate.press.finished_run import FinishedRun
+from palpate.press.page.compose import ABOUT, TITLES, held_nodes, worth
+from palpate.press.page.page import PressModel, press_document
+from palpate.press.portable.file import read
+from palpate.press.serve.live_models import LiveModels, case_words
+from palpate.press.serve.server import PressServer
+from palpate.report.model_looks import label
+from palpate.report.number_format import percent, seconds
+from palpate.report.words import spaced
+from palpate.studies.press.coarse_answer import coarse_answer, packed
+
+CONTACT_MODES, COARSE = "contact_modes", "coarse"
+SCALES = ("peak_m", "hardest_n")
+"""Of a full press: what colours, arrows and depths of the page are measured by."""
+
+
+def press(
+    config: Path | None, results: Path | None, scene: str | None, model: str | None, port: int, browser: bool
+) -> str:
+    """Serve the page of a scene until Ctrl-C or SIGTERM, and return the last words; InputError if there is no such run.
+
+    config, results : of the run; either is found beside the other; config.yaml and results/ here if both are None
+    scene, model : what is pressed and what answers; the run's first scene and its models that answer anywhere if None
+    """
+    run = find_run(config, results)
+    numbers = (signal.SIGINT, signal.SIGTERM)  # a shell lets what it starts in the background ignore the first
+    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
+    try:
+        chosen = scene or run.scenes[0]
+        with PressServer(port) as server:  # before what takes a minute, as the port may be in use
+            live = LiveModels(run, chosen, model)
+            print(f"preparing {chosen} ...", file=sys.stderr, flush=True)
+            from threadpoolctl import threadpool_limits
+
+            with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
+                live.warm_up(live.names[0])
+            server.offer(_page(live, run, chosen, model), live.names, live.answer)
+            _serve(server, chosen, browser)
+    except KeyboardInterrupt:  # whenever it comes, it is how one leaves
+        return "closed"
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+    return "closed"
+
+
+def _serve(server: PressServer, scene: str, browser: bool) -> None:
+    """Answer requests until KeyboardInterrupt."""
+    print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
+    if browser:  # one in a terminal would not come back before it is closed
+        threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
+    server.serve_forever()
+
+
+def find_run(config: Path | None, results: Path | None) -> FinishedRun:
+    """Return the run of settings and results, of which one or both may be left out; InputError if it has no results."""
+    if results and not results.is_dir():
+        raise InputError(f"{results}: there is no such folder; give the results of a run with --results.")
+    if config is None:
+        beside = results.resolve().parent if results else Path()
+        config = next((beside / name for name in ("config.yaml", "try.yaml") if (beside / name).is_file()), None)
+        if config is None:
+            raise InputError(f"{beside} has no config.yaml; give the settings of the run with --config.")
+    elif not config.is_file():
+        raise InputError(f"{config}: there is no such file; give the settings of the run.")
+    run = FinishedRun(config, results or config.parent / "results")
+    if not (run.results / "tables/accuracy_vs_time.csv").is_file():
+        raise InputError(f"{run.results} holds no finished run with the study tradeoff; type make CONFIG={config}.")
+    return run
+
+
+def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> str:
+    """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
+    meshes = live.case.meshes
+    words = case_words(live.case, live.peak, live.hardest)
+    if models := [] if only else _in_file(run.folder(scene).parent / "press", live.case):
+        words |= models[0].info  # or the same colour would be another displacement in the view beside
+    models += [
+        PressModel(
+            name,
+            label(name, row["setting"]),
+            url=f"answer/{name}",
+            advice=f"Error {percent(row['rmse_of_peak'])} of the peak; "
+            f"{seconds(row['online_p95_s'])} for a given force.",
+            nodes=meshes.nodes_fine_surface,
+            triangles=meshes.triangles,
+            info=words,
+        )
+        for name, row in live.rows.items()
+    ]
+    models += _coarse(live.case, words)
+    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
+
+
+def _in_file(folder: Path, case: Case) -> list[PressModel]:
+    """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
+    path, measured = folder / f"{CONTACT_MODES}.palpate", folder / "press.csv"
+    if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
+        return []
+    info, about = {key: model.info[key] for key in SCALES}, ABOUT[CONTACT_MODES]
+    if measured.is_file():
+        [row] = [row for row in pd.read_csv(measured).itertuples() if row.model == CONTACT_MODES]
+        about += f" {worth(row)}"
+    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
+
+
+def _coarse(case: Case, words: Mapping[str, float | str]) -> list[PressModel]:
+    """Return the coarse mesh's answer in a file, to stand beside the others, unless it would be too large."""
+    if (found := coarse_answer(case.body, case.radius_m)) is None:
+        return []
+    info = {key: words[key] for key in SCALES}
+    return [PressModel(COARSE, TITLES[COARSE], packed(found), advice=ABOUT[COARSE], info=info, kind=COARSE)]

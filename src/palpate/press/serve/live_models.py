@@ -1,0 +1,120 @@
+"""Choose and prepare the models of a finished run that can answer a press anywhere."""
+
+import base64
+import json
+from collections.abc import Iterable
+from contextlib import suppress
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.model import Case, Setting, setting_text
+from palpate.errors import InputError, NotConverged
+from palpate.press.finished_run import FinishedRun
+from palpate.press.serve.pressed_model import PressedModel
+from palpate.press.serve.presses import Asked, Bounds, read_presses
+
+OFFERED = ("fast_fem", "fem_p2", "fem_p1")
+"""Models that need neither samples nor prepared contacts, best first."""
+SOON_S = 0.1
+"""Time of an answer that a finger follows without waiting."""
+BEYOND = 5.0
+"""A press may be so many times as hard, or as deep, as those of the run: models say themselves what they doubt."""
+
+
+class LiveModels:
+    """The models that answer presses of one scene; each is prepared when it is asked for first.
+
+    names : of the models; case : what they are prepared from
+    """
+
+    def __init__(self, run: FinishedRun, scene: str, wanted: str | None = None):
+        rows = run.rows(scene)
+        names = [wanted] if wanted else [name for name in OFFERED if name in set(rows["model"])]
+        if not names:
+            raise InputError(f"{run.results}: none of {', '.join(OFFERED)} was measured; choose a model with --model.")
+        self.case, self._run = run.case(scene), run
+        self.rows = {name: best_row(rows[rows["model"] == name], self._settings(name)) for name in names}
+        self.bounds = self._bounds()
+        self._made: dict[str, PressedModel] = {}
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the models, the first of which answers first."""
+        return list(self.rows)
+
+    @property
+    def peak(self) -> float:
+        """The largest displacement [m] of the presses that the run has made."""
+        return float(self.case.database.peaks.max())
+
+    @property
+    def hardest(self) -> float:
+        """The largest force [N] of these."""
+        return float(np.linalg.norm(self.case.database.force, axis=1).max())
+
+    def prepare(self, name: str) -> PressedModel:
+        """Return a model, prepared at its first use; InputError or NotConverged if that cannot be done."""
+        if name not in self._made:
+            setting = self._settings(name)[self.rows[name]["setting"]]
+            self._made[name] = PressedModel(self.case, self._run.model(name).prepare(self.case, setting))
+        return self._made[name]
+
+    def warm_up(self, name: str) -> None:
+        """Prepare a model and let it answer once to a depth, as what it calls is compiled at the first use ever."""
+        row = np.searchsorted(self.case.body.fine.surface, self.case.database.contact[0])
+        triangle = int(np.argmax((self.case.database.triangles == row).any(axis=1)))
+        asked = Asked(triangle, np.full(3, 1 / 3), None, np.array([0.0, 0.0, 0.01 * self.peak]))
+        model = self.prepare(name)
+        with suppress(InputError, NotConverged):  # a page that asks for it is told
+            model.respond([asked])
+
+    def answer(self, name: str, body: bytes) -> bytes:
+        """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none.
+
+        Trap: models keep what they reuse between answers, so one is asked after the other.
+        """
+        asked = read_presses(body, self.bounds)
+        found = self.prepare(name).respond(asked)
+        packed = base64.b64encode(found.displacement.astype("<f4").tobytes()).decode("ascii")
+        said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
+        return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()
+
+    def _settings(self, name: str) -> dict[str, Setting]:
+        """Return the settings of a model that answer anywhere, by how tables write them; InputError if there is none.
+
+        One that starts from the frame before would have to find that first.
+        """
+        model = self._run.model(name)
+        settings = [each for each in model.settings(self.case) if not _needs_more(model.needs_contacts(each), each)]
+        if not settings:
+            raise InputError(f"--model {name} answers at prepared contacts only; choose from {', '.join(OFFERED)}.")
+        return {setting_text(each): each for each in settings}
+
+    def _bounds(self) -> Bounds:
+        return Bounds(len(self.case.database.triangles), BEYOND * self.hardest, BEYOND * self.peak)
+
+
+def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
+    """Return the row of least validation error among the ``known`` settings that answer soon, or else the fastest.
+
+    InputError if the table has none of them.
+    """
+    rows = rows[rows["setting"].isin(list(known))]
+    if rows.empty:
+        raise InputError("accuracy_vs_time.csv has other settings than the configuration; type make.")
+    soon = rows[(rows["online_p95_s"] <= SOON_S) & rows["validation_rmse_of_peak"].notna()]
+    if soon.empty:
+        return rows.sort_values("online_p95_s").iloc[0]
+    return soon.sort_values("validation_rmse_of_peak", kind="stable").iloc[0]
+
+
+def case_words(case: Case, peak: float, hardest: float) -> dict[str, float | str]:
+    """Return what a page must know of a body and its presses, in the words of a model file's header."""
+    size, young = case.body.fine.size, case.body.material.young_pa
+    words: dict[str, float | str] = {"body": case.body.name, "regime": case.regime, "radius_m": case.radius_m}
+    return words | {"size_m": size, "young_pa": young, "peak_m": peak, "hardest_n": hardest}
+
+
+def _needs_more(contacts: bool, setting: Setting) -> bool:
+    return contacts or setting.get("start") == "frame"

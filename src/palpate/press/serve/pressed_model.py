@@ -1,0 +1,91 @@
+"""Ask a prepared model for presses anywhere on the surface, between the nodes too, without a jump between them."""
+
+from itertools import product
+from math import prod
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.benchmark.load import Answer, Doubted, Load, Press
+from palpate.benchmark.model import Case, Solver, checked
+from palpate.effects.patch_load import Patch
+from palpate.errors import InputError
+from palpate.press.serve.presses import Asked
+
+
+class Found(NamedTuple):
+    """An answer: displacement (n, 3) [m] of the surface, forces (k, 3) [N], the model's own estimate of its error.
+
+    doubt : why the model does not believe it, or ""; milliseconds : what it took
+    """
+
+    displacement: np.ndarray
+    forces: np.ndarray
+    error: float | None
+    doubt: str
+    milliseconds: float
+
+
+class PressedModel:
+    """A prepared model under fingers that slide.
+
+    Finite elements press a disc at the very place. Any other model is asked for the nodes of the triangle, and its
+    answers are blended with the weights of the corners: the blend is one of them at a corner, and continuous.
+    """
+
+    def __init__(self, case: Case, solver: Solver):
+        fine = case.body.fine
+        self._case, self._solver = case, solver
+        self._corners = fine.surface[case.database.triangles]
+        self._nodes, self._normals = fine.nodes, fine.normals
+        self._held = set(case.body.anchors[len(case.body.levels) - 1].tolist())
+        self._places = hasattr(solver, "place")
+
+    def respond(self, asked: list[Asked]) -> Found:
+        """Answer presses; NotConverged where there is no answer, InputError for a place that cannot be pressed."""
+        begin = perf_counter()
+        shares = [self._shares(each) for each in asked]
+        if self._places:
+            nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(asked)]  # type: ignore[attr-defined]
+            parts = [(1.0, self._ask(asked, nodes))]
+        else:
+            parts = [
+                (prod(share for _, share in corners), self._ask(asked, [node for node, _ in corners]))
+                for corners in product(*shares)
+            ]
+        displacement = np.sum([share * found.displacement for share, found in parts], axis=0)
+        forces = np.sum([share * found.forces for share, found in parts], axis=0)
+        errors = [found.error for _, found in parts if found.error is not None]
+        doubt = next((found.doubt for _, found in parts if found.doubt), "")
+        taken = 1e3 * (perf_counter() - begin)
+        return Found(displacement, forces, max(errors, default=None), doubt, taken)
+
+    def _shares(self, asked: Asked) -> list[tuple[int, float]]:
+        """Return the nodes of the triangle that can be pressed, with their shares in the blend."""
+        corners = zip(self._corners[asked.triangle].tolist(), asked.weights.tolist(), strict=True)
+        free = [(node, share) for node, share in corners if share > 0.0 and node not in self._held]
+        if not free:
+            raise InputError("the body is held there; press another place.")
+        total = sum(share for _, share in free)
+        return [(node, share / total) for node, share in free]
+
+    def _disc(self, asked: Asked) -> Patch:
+        corners = self._corners[asked.triangle]
+        normal = asked.weights @ self._normals[corners]
+        return Patch(asked.weights @ self._nodes[corners], normal / np.linalg.norm(normal), self._case.radius_m)
+
+    def _ask(self, asked: list[Asked], nodes: list[int]) -> Found:
+        """Ask the model for presses at ``nodes``."""
+        load = Load(tuple(Press(node, each.force, each.moved) for node, each in zip(nodes, asked, strict=True)))
+        doubt = ""
+        try:
+            answer = self._solver.respond(load)
+        except Doubted as doubted:
+            answer, doubt = doubted.answer, str(doubted)
+        moved = checked(answer, self._case.n_surface)
+        more = answer if isinstance(answer, Answer) else Answer(moved)
+        if more.forces is None and any(each.force is None for each in asked):
+            raise InputError("this model finds no force for a depth; press with a force.")
+        forces = more.forces if more.forces is not None else np.array([each.force for each in asked])
+        return Found(moved, forces, more.error, doubt, 0.0)

@@ -1,0 +1,78 @@
+"""Judge what papers claim: one row a claim, with the premise that it was tested in."""
+
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from typing import NamedTuple, Protocol, cast
+
+import numpy as np
+import pandas as pd
+
+CONFIRMED = "confirmed"
+REFUTED = "refuted"
+OUTSIDE = "refuted outside its premise"
+BOUND = "true as a bound"
+NOT_TESTABLE = "not testable"  # followed by a colon and the reason
+
+
+class Claim(NamedTuple):
+    """A row of claims.csv."""
+
+    paper: int
+    section: str  # "4, figure 4"
+    claim: str
+    premise: str  # of this test: body, loads, split
+    published: str
+    ours: str
+    verdict: str
+
+
+class Claims(Protocol):
+    """The form of a module evaluation/<study>/claims*.py."""
+
+    TABLES: tuple[str, ...]  # names of the tables that it reads, without .csv
+
+    def claims(self, tables: Mapping[str, pd.DataFrame]) -> Iterable[Claim]:
+        """Yield the claims that the tables judge; the loader leaves out none of TABLES."""
+        ...
+
+
+def verdict(holds: bool, within: bool = True) -> str:
+    """Return the verdict on a claim; ``within`` says whether it was tested within its premise."""
+    if holds:
+        return CONFIRMED
+    return REFUTED if within else OUTSIDE
+
+
+def geometric_mean(values: pd.Series) -> float:
+    """Return the mean of positive values that are compared by their ratios; those that are missing do not count."""
+    return float(np.exp(np.log(values).mean()))
+
+
+def not_testable(why: str) -> str:
+    """Return the verdict on a claim that this project cannot test."""
+    return f"{NOT_TESTABLE}: {why}"
+
+
+def percent(share: float) -> str:
+    """Write a share with two digits: "12 %"."""
+    return f"{two_digits(100 * share)} %"
+
+
+def two_digits(value: float) -> str:
+    """Write a number with two digits that count, and without a power of ten where it is large: "130"."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def gather(modules: Iterable[str], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Tabulate claims.csv: the claims of some modules, by paper and in the order of the modules, and their study.
+
+    modules : their full names, palpate.studies.<study>.claims*
+    tables : at least those that the modules name
+    """
+    rows = []
+    for name in modules:
+        module = cast(Claims, import_module(name))
+        known = {table: tables[table] for table in module.TABLES}
+        rows += [(*claim, name.split(".")[-2]) for claim in module.claims(known)]
+    found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
+    return found.sort_values("paper", kind="stable", ignore_index=True)

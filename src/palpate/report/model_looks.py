@@ -1,0 +1,58 @@
+"""Give every model of the trade-off its name, colour and marker, the user's own included."""
+
+from palpate.report.style import METHODS, WEIGHTS, Look
+
+_NAMED = {
+    "fem_p1": Look("linear elements (P1)", "#7a7a7a", "8"),
+    "fem_p2": Look("quadratic elements (P2)", "#111111", "h"),
+    "fast_fem": Look("quadratic elements, L-BFGS", "#3d5a80", "p"),
+    "fem_local": Look("locally refined elements", "#b5651d", "d"),
+    "contact_modes": Look("reduced model of each contact", "#6a3d9a", "p"),
+    "fem_fine": Look("FEM, the standard's mesh", "#111111", "8"),
+    "fem_middle": Look("middle FEM", "#666666", ">"),
+    "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),
+    "linear_residual": Look("linear FEM + kernel ridge", "#4477cc", "P"),
+    "warped_compliance": Look("warped Green's functions", "#5aae61", "*"),
+    "cascade": Look("cascade of bounded models", "#c51b7d", ">"),
+    "paper_enrichment": Look("paper 1's blends, the best of twelve", "#d55e00", "o"),
+    "mass_spring": Look("springs, the best of four", "#8b1a1a", "o"),
+    "springs": Look("springs", "#8b1a1a", "o"),
+    "springs_volume": Look("springs with volume force", "#c0504d", "s"),
+    "springs_nodal": Look("springs, one modulus per node", "#e08e45", "^"),
+    "springs_nodal_volume": Look("springs, one modulus per node, volume force", "#f2c14e", "D"),
+    "shape_matching": Look("shape matching", "#8064a2", "H"),
+    "xpbd": Look("XPBD", "#c2185b", "v"),
+    "vertex_block_descent": Look("vertex block descent", "#00838f", "^"),
+    "projective_dynamics": Look("projective dynamics", "#ef6c00", "D"),
+    "pod_galerkin": Look("POD-Galerkin, few cells", "#b8860b", "p"),
+    "pod_gaussian": Look("POD + Gaussian process", "#a1887f", "p"),
+    "pod_network": Look("POD + network", "#d7b899", "p"),
+    "mujoco": Look("MuJoCo flex", "#1b5e20", "s"),
+    "newton_vbd": Look("Newton's VBD", "#9acd32", "s"),
+    "moving_modes": Look("vibration and contact modes", "#d6278a", "X"),
+    "zero": Look("no displacement at all", "#aa0000", "_"),
+    "truth": Look("the truth", "#9a9a9a", "x"),
+}
+_OWN = ("#005f73", "#bb3e03", "#5a189a", "#6a994e", "#9d0208")
+_SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
+
+
+def look(model: str) -> Look:
+    """Return the look of a model; a user's own gets one of five colours and six markers, always the same."""
+    if model in _NAMED:
+        return _NAMED[model]
+    if model in METHODS:
+        return METHODS[model]
+    number = sum(place * letter for place, letter in enumerate(model.encode(), 1))
+    return Look(model.replace("_", " "), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
+
+
+def label(model: str, setting: str) -> str:
+    """Return a setting as it is named inside a sentence: "POD + RBF (modes=8)"."""
+    name = f"paper 1's {look(model).label}" if minor(model) else look(model).label
+    return name if setting == "default" else f"{name} ({setting})"
+
+
+def minor(model: str) -> bool:
+    """Return whether a model is one of paper 1's many variants, which share one curve."""
+    return model.endswith(tuple(f"_{weights}" for weights in WEIGHTS))

@@ -1,0 +1,194 @@
+"""Style of all figures: fonts, a colour and marker for each method, and files that repeat byte for byte."""
+
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from palpate.errors import InputError
+from palpate.files import write_whole
+
+STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#444444",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.6,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "savefig.dpi": 160,
+    "svg.hashsalt": "palpate",
+    "svg.fonttype": "path",
+}
+
+DISPLACEMENT = "YlGnBu"
+ERROR = "YlOrRd"
+INK, FAINT = "#222222", "#9a9a9a"
+
+
+@dataclass(frozen=True)
+class Look:
+    """Label, colour and marker of a method in every figure and table."""
+
+    label: str
+    colour: str
+    marker: str
+
+
+WEIGHTS = {
+    "signed": ("signed inverse", "o"),
+    "nonnegative_a": ("non-negative (a)", "s"),
+    "nonnegative_b": ("non-negative (b)", "D"),
+    "clipped": ("clipped inverse", "^"),
+}
+"""Label and marker of each way of computing the blend weights."""
+
+# Hues after Okabe and Ito (2008), distinguishable with any colour vision; within one hue lightness and marker vary
+FEATURES = {
+    "unordered": ("unordered", ("#003f66", "#0072b2", "#3f9bd1", "#8cc4e6")),
+    "ordered": ("contact-ordered", ("#8a3c00", "#d55e00", "#ee8742", "#f7b78a")),
+    "framed": ("contact-ordered, own frame", ("#7a3b63", "#b8578f", "#cc79a7", "#e3b1cd")),
+}
+"""Feature vectors of the regressors: label and one shade for each of WEIGHTS."""
+
+METHODS = {
+    f"{features}_{weights}": Look(f"{name}, {how}", shade, marker)
+    for features, (name, shades) in FEATURES.items()
+    for (weights, (how, marker)), shade in zip(WEIGHTS.items(), shades, strict=True)
+} | {
+    "interpolation": Look("linear interpolation", "#7d7d7d", "X"),
+    "ridge_upsampling": Look("ridge upsampling", "#e6b400", "v"),
+    "kernel_ridge_detail": Look("kernel ridge on detail", "#56b4e9", "P"),
+    "pod_rbf": Look("POD + RBF", "#6b4f2a", "p"),
+    "linear_fem": Look("linear fine FEM", "#3b3b8f", "h"),
+    "detail_correction_unturned": Look("corrected coarse FEM, not turned", "#b5e3d2", "d"),
+    "detail_correction_untaught": Look("corrected coarse FEM, nothing learnt", "#66c2a5", "d"),
+    "detail_correction": Look("corrected coarse FEM", "#009e73", "*"),
+    "live_all_in": Look("corrected coarse FEM, live all-in", "#00664a", "*"),
+    "coarse_fem": Look("coarse FEM", "#bdbdbd", "<"),
+    "fine_fem": Look("fine FEM", "#111111", "8"),
+}
+"""Every method that may occur in a table, in table order."""
+
+OPERATIONS = {
+    "sorting": "sorting by distance",
+    "building_phi": "building Φ",
+    "building_a": "building A = Φ⁻¹",
+    "building_w": "building w",
+}
+"""The steps of the paper's table 3."""
+
+PAPERS = "ordered_nonnegative_a"
+"""The method the paper proposes: contact-ordered features, its nearest non-negative matrix."""
+
+BASELINE = "unordered_nonnegative_a"
+"""The method the paper compares with: all coarse displacements in mesh order."""
+
+
+ALIASES = {"unordered": BASELINE, "contact_ordered": PAPERS}
+"""Names of the paper's two methods in enrichment_timing.csv."""
+
+SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(the paper)"}
+"""Short names for narrow places; the paper's two methods by their role in it."""
+
+# One hue for elastic effects, another for loads and contact, a third for damping
+EFFECTS = {
+    "corotational": "#009e73",
+    "stable_neo_hookean": "#009e73",
+    "neo_hookean": "#009e73",
+    "st_venant_kirchhoff": "#009e73",
+    "own_law": "#009e73",
+    "triangles": "#009e73",
+    "springs": "#009e73",
+    "shape_matching": "#009e73",
+    "bending": "#66c2a5",
+    "volume": "#00664a",
+    "body_springs": "#8cc63f",
+    "gravity": "#8a3c00",
+    "push": "#d55e00",
+    "contact": "#e69f00",
+    "held": "#b5a58c",
+    "bed": "#d9ccb4",
+    "rayleigh": "#b8578f",
+    "kelvin": "#cc79a7",
+    "maxwell": "#7a3b63",
+    "velocity_damping": "#e3b1cd",
+    "plasticity": "#3b3b8f",
+    "prony": "#8f6bb5",
+    "kinetic": "#0072b2",
+    "outer_work": "#d55e00",
+    "integrator": "#bdbdbd",
+}
+"""The colour of every effect, and of energies and costs outside effects."""
+
+_OWN_EFFECTS = ("#8b0000", "#5f9ea0", "#bc8f00", "#4b0082", "#708090")
+
+
+def short(method: str) -> str:
+    """Return a name of at most two lines."""
+    return SHORT.get(ALIASES.get(method, method), look(method).label.replace(" (", "\n("))
+
+
+def look(method: str) -> Look:
+    """Look up the look of a method; raises InputError for an unknown one, so that no figure invents a colour."""
+    try:
+        return METHODS[ALIASES.get(method, method)]
+    except KeyError:
+        raise InputError(f"method {method} has no colour: give it one in palpate/report/style.py") from None
+
+
+def effect_colour(effect: str) -> str:
+    """Return the colour of an effect; for a user's own effect one of five colours, always the same."""
+    return EFFECTS.get(effect) or _OWN_EFFECTS[sum(effect.encode()) % len(_OWN_EFFECTS)]
+
+
+def styled(draw):
+    """Run a drawing function under STYLE, leaving the caller's matplotlib settings as they were."""
+
+    @wraps(draw)
+    def inside(*args, **kwargs):
+        with matplotlib.rc_context(STYLE):
+            return draw(*args, **kwargs)
+
+    return inside
+
+
+def plain_log(axis) -> None:
+    """Label a logarithmic x- or y-axis with plain numbers: decades, or 1, 2, 5 where there are few decades.
+
+    Call it after the limits are set.
+    """
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 60 * low else (1,)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+@styled
+def save(figure: Figure, stem: str | Path) -> None:
+    """Write ``stem``.png and ``stem``.svg, each under a temporary name first, then renamed.
+
+    Neither carries a date or a program version, so the same figure gives the same bytes.
+    """
+    stem = Path(stem)
+    for suffix, metadata in {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}.items():
+        with write_whole(stem.with_name(f"{stem.name}.{suffix}")) as part:
+            figure.savefig(part, format=suffix, metadata=metadata)
+        figure.set_layout_engine("none")  # the places of the axes are found, which takes most of the time

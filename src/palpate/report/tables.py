@@ -1,0 +1,47 @@
+"""Read result tables, and say which one is missing or misses a column."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.errors import InputError
+from palpate.files import read_table
+from palpate.report import table as declared
+
+
+def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
+    """Read a CSV table that a study declares.
+
+    Raises InputError if the file is missing or lacks a column, or if it has no rows and must have ``rows``.
+    """
+    path = Path(path)
+    table = read_table(path, declared.columns(path.stem))
+    if rows and table.empty:
+        raise InputError(f"{path} has no rows; delete it and type make.")
+    return table
+
+
+def read_all(folder: str | Path, names: Iterable[str]) -> dict[str, pd.DataFrame]:
+    """Read the tables called ``names`` in ``folder``; return them by name.
+
+    Only that of claims may be empty: some settings ask for no model of which a paper claims something.
+    """
+    return {name: read(Path(folder) / f"{name}.csv", rows=name != "claims") for name in names}
+
+
+def bodies(table: pd.DataFrame) -> list[str]:
+    """List the bodies of a table in the order in which they first appear."""
+    return list(dict.fromkeys(table["body"]))
+
+
+def scenes(table: pd.DataFrame) -> list[str]:
+    """List the scenes of a table in the order in which they first appear."""
+    return list(dict.fromkeys(table["scene"]))
+
+
+def where(table: pd.DataFrame, **equal) -> pd.DataFrame:
+    """Select the rows whose columns equal the values given."""
+    for column, value in equal.items():
+        table = table[table[column] == value]
+    return table

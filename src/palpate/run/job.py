@@ -1,0 +1,195 @@
+"""The frame of every workflow script: a log, one sentence when it fails, no process left running after its run."""
+
+import math
+import os
+import sys
+import threading
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+
+from palpate.errors import InputError, NotConverged
+from palpate.files import write_whole
+from palpate.run.kept_warnings import WARNED, save
+from palpate.run.system_faults import of_error
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FAILED = "error: "
+"""How the one sentence of a failed job begins in its log."""
+
+
+@contextmanager
+def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
+    """Run the body of a workflow script; yields ``say``, which writes a line to the terminal and to ``log``.
+
+    warned : the output that gets the warnings, for the report
+    A failure ends the process with exit code 1 and one sentence; the traceback of an unforeseen one goes to
+    the log only.
+    """
+    start, run = time.perf_counter(), int(os.environ.get("PALPATE_RUN", "0"))
+    _end_with(run)
+    with _opened(log) as file:
+
+        def say(line: str) -> None:
+            print(line, file=sys.stderr, flush=True)
+            _write(line, file)
+
+        def fail(sentence: str) -> NoReturn:
+            # a run prints the sentence itself, when nothing can come after it any more
+            if not _write(f"{FAILED}{sentence}", file) or not run:
+                print(f"{FAILED}{sentence}", file=sys.stderr, flush=True)
+            if run:
+                os._exit(1)  # at its usual end HDF5 crashes over what it could not write
+            raise SystemExit(1) from None
+
+        if run:  # and before that it reports at length
+            sys.unraisablehook = lambda event: _write(f"ignored: {event.exc_value}", file) and None
+            sys.excepthook = lambda kind, error, _: _write(f"ignored: {kind.__name__}: {error}", file) and None
+        try:
+            with _warnings_to(say) as kept:
+                yield say
+            if warned is not None:
+                save(kept, warned)
+        except (InputError, NotConverged) as error:
+            fail(str(error))
+        except (Exception, SystemExit) as error:  # a file of the user's may call sys.exit
+            from palpate.own_file import own_fault
+
+            _write(traceback.format_exc(), file)
+            if sentence := of_error(error, Path(log).parent) or own_fault(error):
+                fail(sentence)
+            fail(f"{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
+        else:
+            _write(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file)
+
+
+@contextmanager
+def _opened(log: str) -> Iterator[TextIO | None]:
+    """Open a log, or give None where a full or read-only disk has no room for it."""
+    with ExitStack() as stack:
+        file = None
+        with suppress(OSError):
+            Path(log).parent.mkdir(parents=True, exist_ok=True)
+            file = stack.enter_context(open(log, "w", buffering=1, encoding="utf-8"))
+        yield file
+
+
+def _write(text: str, file: TextIO | None) -> bool:
+    """Write a line to a log; False if that cannot be done."""
+    try:
+        if file:
+            print(text, file=file)
+    except (OSError, ValueError):  # ValueError: it is closed
+        return False
+    return file is not None
+
+
+@contextmanager
+def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
+    """Print warnings of palpate, which puts them into the log; those of other packages go where they went.
+
+    Yields the list that those of palpate are added to.
+    """
+    with warnings.catch_warnings():
+        others, kept = warnings.showwarning, []
+
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+            if category is UserWarning:
+                kept.append(" ".join(str(message).split()))
+                say(f"{WARNED}{kept[-1]}")
+            else:
+                others(message, category, *where, **more)
+
+        warnings.showwarning = show
+        yield kept
+
+
+def _end_with(run: int) -> None:
+    """End this process soon after the process ``run`` has gone; 0 is nobody.
+
+    Trap: a killed snakemake leaves its jobs behind, on cores that the next run would share with them.
+    """
+    if not run:
+        return
+
+    def watch() -> None:
+        while os.path.exists(f"/proc/{run}") or not os.path.exists("/proc"):
+            time.sleep(1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def use_threads(count: int) -> None:
+    """Set numba to run on ``count`` threads; before anything is imported that needs it.
+
+    Numba reads their number when it is imported. In a process that has it already, the script begins anew.
+    """
+    known, os.environ["NUMBA_NUM_THREADS"] = os.environ.get("NUMBA_NUM_THREADS"), str(count)
+    if known != str(count) and "numba" in sys.modules:
+        os.execv(sys.executable, [sys.executable, *sys.argv])
+
+
+def kernel_cache() -> Path:
+    """Return the folder of compiled functions, another one after every edit of a module that has some.
+
+    It is beside the modules, or in .snakemake where these cannot be written to.
+
+    Trap: numba's own cache looks at the file of a function only, and would go on using one whose callee in another
+    file has changed.
+    """
+    package = Path(__file__).parents[1]
+    sources = [module.read_bytes() for module in sorted(package.rglob("*.py"))]
+    digest = sha256(b"".join(source for source in sources if b"numba" in source)).hexdigest()
+    place = package / "__pycache__" if os.access(package, os.W_OK) else Path(".snakemake").absolute()
+    return place / f"kernels-{digest[:12]}"
+
+
+def write_table(table: "pd.DataFrame", path: str) -> None:
+    """Write a data frame as CSV, whole or not at all."""
+    with write_whole(path) as temporary:
+        table.to_csv(temporary, index=False)
+
+
+def steps(say: Callable[[str], None], what: str) -> Callable[[Sequence], Iterator]:
+    """Wrap a sequence, as ``tqdm`` does, and say at most every five seconds how far it has come."""
+
+    def wrapped(sequence: Sequence) -> Iterator:
+        said = -math.inf
+        for number, item in enumerate(sequence, start=1):
+            if time.monotonic() - said >= 5 or number == len(sequence):
+                said = time.monotonic()
+                say(f"{what} {number} of {len(sequence)}")
+            yield item
+
+    return wrapped
+
+
+def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
+    """Return a function that prints ``what`` and the numbers it is called with, at most every five seconds."""
+    said = -math.inf
+
+    def tell(*values: float) -> None:
+        nonlocal said
+        if time.monotonic() - said >= 5:
+            said = time.monotonic()
+            say(f"{what} {', '.join(f'{value:g}' for value in values)}")
+
+    return tell
+
+
+def powers(exponents: Mapping[str, float]) -> str:
+    """Return with which power of the size each quantity grows, for a line of progress; without those not known."""
+    return ", ".join(f"{name} n^{power:.2f}" for name, power in exponents.items() if math.isfinite(power))
+
+
+def stem(outputs: Sequence[str]) -> Path:
+    """Return the path of a figure's files without their suffixes."""
+    return Path(outputs[0]).with_suffix("")

@@ -1,0 +1,193 @@
+"""Measure the error of each model's motion, and what it costs: scenes against fine implicit finite elements."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.accuracy import errors
+from palpate.errors import NotConverged
+from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.corrected_motion import corrects, fit_correction
+from palpate.studies.dynamic.dynamic_fit import Fitted, fit_shapes, fit_springs
+from palpate.studies.dynamic.dynamic_reference import Reference
+from palpate.studies.dynamic.dynamic_trial import Trial
+from palpate.studies.dynamic.motion_estimates import MotionEstimate, change_of_step, estimated
+from palpate.studies.dynamic.moving_modes import moving_modes
+
+Grid = Mapping[str, Any]
+Tried = Iterator[tuple[int, Fitted, str]]
+"""Numbers of steps, what takes them, and what of its settings is not the usual one, such as "tolerance=0.1"."""
+STEP = "step"
+"""What of a setting varies, of those that differ in the step alone; of others it is the name before the equals sign."""
+
+
+def measure(
+    trial: Trial,
+    lesson: Trial | None,
+    truth: Reference,
+    grid: Mapping[str, Grid],
+    names: Sequence[str] = (),
+    progress: Callable = iter,
+) -> pd.DataFrame:
+    """Tabulate dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
+
+    lesson : the motion that models are fitted to, None if none is
+    grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
+    names : the models to try, all that can do the scene if there is none
+    Columns: failures is 1 for a motion that ended in NotConverged, or to which nothing could be fitted; its errors are
+    then empty. ms_per_step, step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without
+    preparation. estimate_of_peak is what the model itself says of its error, found in estimate_s. varied is what a
+    setting changes: STEP or, at the same step, order, tolerance, gap, or place.
+    ``progress`` wraps the models, as ``tqdm`` does.
+    """
+    whole_s = trial.duration_s
+    trial = replace(trial, duration_s=truth.duration_s, frames=truth.frames)
+    lesson = lesson and replace(lesson, duration_s=truth.training_s, frames=len(truth.training))
+    rows = [_tried(trial, truth, number, whole_s) for number in range(len(truth.tried))]
+    models = {name: tried for name, tried in _models(trial, lesson, truth, grid).items() if not names or name in names}
+    for name in progress(list(models)):
+        try:
+            # of a body with one level the coarse one is the reference's
+            said = "fem_fine" if name == "fem_coarse" and len(trial.body.levels) == 1 else name
+            rows += [{"model": said} | _row(trial, truth, *found) for found in models[name]()]
+        except NotConverged:  # nothing that was fitted moves like the reference
+            failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": trial.nodes(0), "failures": 1}
+            rows.append({"model": name} | failed)
+    known = {
+        "reference_level": len(trial.body.levels) - 1,
+        "reference_nodes": trial.nodes(-1),
+        "reference_step_s": truth.step_s,
+        "reference_change": truth.change,
+        "duration_s": whole_s,
+        "resolved_s": truth.duration_s,
+    }
+    table = pd.DataFrame(rows).assign(**known)
+    table.insert(0, "scene", trial.name)
+    table.insert(1, "body", trial.body.name)
+    return table
+
+
+def _models(
+    trial: Trial, lesson: Trial | None, truth: Reference, grid: Mapping[str, Grid]
+) -> dict[str, Callable[[], Tried]]:
+    """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume."""
+    found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, trial, grid["fem_coarse"])}
+    if len(trial.body.levels) > 1:
+        found["fem_fine"] = partial(_fine, trial, grid["fem_fine"])
+    if corrects(trial):
+        found["detail_correction"] = partial(_corrected, trial, grid["fem_coarse"])
+        found["moving_modes"] = partial(moving_modes, trial, lesson, grid["moving_modes"])
+    if not lesson:
+        return found
+    learnt = lesson, truth.training
+    if "plasticity" not in trial.loads:
+        found["springs"] = partial(_springs, trial, *learnt, False, grid["springs"])
+        if not trial.thickness_m:
+            found["springs_volume"] = partial(_springs, trial, *learnt, True, grid["springs"])
+    return found | {"shape_matching": partial(_shapes, trial, *learnt, grid["shape_matching"])}
+
+
+def _coarse(trial: Trial, grid: Grid) -> Tried:
+    """Yield steps of finite elements on the coarse level, then looser residuals and other gaps at the middle one."""
+    counts, young = grid["steps_per_frame"], trial.body.material.young_pa
+    if len(trial.body.levels) > 1:
+        for count in counts:
+            yield count * trial.frames, Fitted(Trial.fem, young, 0.0), ""
+    middle = counts[len(counts) // 2] * trial.frames
+    if trial.order > 1:
+        yield middle, Fitted(_first_order, young, 0.0), "order=1"
+    for loose in grid["tolerances"]:
+        yield middle, Fitted(partial(_looser, loose), young, 0.0), f"tolerance={loose:g}"
+    for factor in grid["gaps"] if "contact" in trial.loads else []:
+        yield middle, Fitted(partial(_wider, factor), young, 0.0), f"gap={factor:g}×"
+
+
+def _fine(trial: Trial, grid: Grid) -> Tried:
+    """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
+    young = trial.body.material.young_pa
+    for count in grid["steps_per_frame"]:
+        for loose in grid["tolerances"]:
+            yield count * trial.frames, Fitted(partial(_looser, loose), young, 0.0, level=-1), f"tolerance={loose:g}"
+    if trial.order > 1:
+        yield min(grid["steps_per_frame"]) * trial.frames, Fitted(_first_order, young, 0.0, level=-1), "order=1"
+
+
+def _first_order(trial: Trial, steps: int) -> Scene:
+    return trial.fem(steps, 1)
+
+
+def _corrected(trial: Trial, grid: Grid) -> Tried:
+    """Yield the same steps of the coarse level, corrected."""
+    fitted = fit_correction(trial)
+    for count in grid["steps_per_frame"]:
+        yield count * trial.frames, fitted, ""
+
+
+def _looser(tolerance: float, trial: Trial, steps: int) -> Scene:
+    return replace(trial.fem(steps), tolerance=tolerance)
+
+
+def _wider(factor: float, trial: Trial, steps: int) -> Scene:
+    return trial.widen(factor).fem(steps)
+
+
+def _springs(trial: Trial, lesson: Trial, wanted: np.ndarray, volume: bool, grid: Grid) -> Tried:
+    shares = grid["shares_of_stable_step"]
+    fitted = fit_springs(lesson, wanted, volume, max(shares), grid["evaluations"])
+    limit = trial.limit_s(fitted.scene(trial, trial.frames), fitted.young_pa)
+    for share in shares:
+        yield trial.steps(share * limit), fitted, ""
+
+
+def _shapes(trial: Trial, lesson: Trial, wanted: np.ndarray, grid: Grid) -> Tried:
+    for count in grid["steps_per_frame"]:
+        yield count * trial.frames, fit_shapes(lesson, wanted, count, grid["evaluations"]), ""
+
+
+def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
+    scene = fitted.scene(trial, steps)
+    level = fitted.level % len(trial.body.levels)
+    row = {"setting": " ".join(filter(None, [f"step_s={scene.step_s:.3g}", varied])), "level": level}
+    row["varied"] = varied.partition("=")[0] or STEP
+    row |= {"nodes": trial.nodes(level), "step_s": scene.step_s, "steps": steps, "failures": 0}
+    try:
+        moved, run = trial.move(scene, level, fitted.young_pa)
+    except NotConverged:
+        return row | {"failures": 1, "offline_s": fitted.offline_s}
+    seconds = run.seconds
+    if fitted.finish:
+        begin = perf_counter()
+        moved = fitted.finish(run.motion)
+        seconds += perf_counter() - begin
+    costs = _cost(seconds, run.step_p95_s, steps, trial.duration_s)
+    told = estimated(trial, fitted, steps, run.motion, moved)
+    return row | _errors(moved, truth) | costs | told._asdict() | {"offline_s": fitted.offline_s}
+
+
+def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
+    """Take the reference at one of its steps, as it is: its error is that of the step alone."""
+    step, last = float(truth.tried_s[number]), len(trial.body.levels) - 1
+    steps = round(whole_s / step)
+    row = {"model": "fem_fine", "setting": f"step_s={step:.3g}", "varied": STEP, "level": last}
+    row |= {"nodes": trial.nodes(last), "step_s": step, "steps": steps, "failures": 0}
+    costs = _cost(float(truth.seconds[number]), float(truth.step_p95_s[number]), steps, whole_s)
+    told = MotionEstimate()
+    if number and corrects(trial):  # the run at twice the step is there already
+        off = change_of_step(truth.tried[number - 1], truth.tried[number], trial.fem(steps).integrator)
+        peak = np.linalg.norm(truth.tried[number], axis=2).max()
+        told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
+    return row | _errors(truth.tried[number], truth) | costs | told._asdict() | {"offline_s": 0.0}
+
+
+def _errors(moved: np.ndarray, truth: Reference) -> dict:
+    return errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
+
+
+def _cost(seconds: float, step_p95_s: float, steps: int, duration_s: float) -> dict:
+    spent = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * step_p95_s}
+    return spent | {"real_time_factor": seconds / duration_s}

@@ -1,0 +1,60 @@
+"""Sweep σ as in the paper's figure 4: the error on the test samples for every σ, kind of feature and of weights.
+
+The paper picks its σ from this table, that is on the test samples. The methods' own σ comes from cross-validation on
+the training samples (`palpate.models.enrichment.blend`) and stands in enrichment_accuracy.csv, so both can be compared.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.database import Database
+from palpate.models.enrichment.blend import Known
+from palpate.models.enrichment.blend_kinds import WEIGHTS
+from palpate.models.enrichment.blend_weights import BlendWeights
+from palpate.models.enrichment.feature_vectors import describe, in_slots, kinds
+from palpate.models.enrichment.gaussian_kernel import squared_distances
+from palpate.models.enrichment.training_samples import FitOptions, blend_errors, gather
+
+COLUMNS = [
+    "body", "regime", "protocol", "split", "features", "weights",
+    "sigma_m", "sigma_relative", "rmse_m", "rmse_of_peak",
+]  # fmt: skip
+
+
+def sweep_rows(
+    db: Database,
+    train: np.ndarray,
+    test: np.ndarray,
+    protocol: str,
+    options: FitOptions,
+    labels: Mapping[str, str],
+) -> pd.DataFrame:
+    """Tabulate sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
+    training = gather(db, train, protocol, options)
+    rows = []
+    for features_name, features in kinds(db, options.neighbours).items():
+        known = Known(features, training, options)
+        asked = describe(features, db.contact[test], db.coarse(protocol)[test])
+        slots = in_slots(features, db.contact[test], db.fine[test])
+        squared = squared_distances(known.described, asked)
+        among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
+        for kind in WEIGHTS:
+            for sigma in known.sigmas:
+                blends = BlendWeights(kind, known.squared, sigma)(squared)
+                rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])
+                rows.append(
+                    {
+                        **labels,
+                        "protocol": protocol,
+                        "split": options.split,
+                        "features": features_name,
+                        "weights": kind,
+                        "sigma_m": sigma,
+                        "sigma_relative": sigma / known.scale,
+                        "rmse_m": rmse.mean(),
+                        "rmse_of_peak": (rmse / db.peaks[test]).mean(),
+                    }
+                )
+    return pd.DataFrame(rows)[COLUMNS]

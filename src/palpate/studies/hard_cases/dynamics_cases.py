@@ -1,0 +1,238 @@
+"""Hard cases of motion: steps, masses, twists and springs at which integrators may become unstable."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.spatial.distance import pdist
+
+from palpate.bodies.box import box
+from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles, solid_particles
+from palpate.effects.effect import Force
+from palpate.effects.shape_matching import goal_shapes
+from palpate.scenes.build_system import compose
+from palpate.scenes.run_scene import run
+from palpate.solvers import goal_position
+from palpate.solvers.system import System
+from palpate.studies.hard_cases import modes_cases
+from palpate.studies.hard_cases.drift import STEPS, returns, travel_s
+from palpate.studies.hard_cases.fem_cases import keeps_momentum
+from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.stage import (
+    EXPLICIT,
+    FEM,
+    FIRM,
+    SECOND,
+    SHAPES,
+    SOFT,
+    SPRINGS,
+    Stepper,
+    bar,
+    edge_error,
+    one_cluster,
+    scene,
+    unbalanced,
+    weight,
+)
+
+IMPLICIT = (*FEM, *SECOND, *SPRINGS)
+GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
+SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
+RESIDUAL = "residual force / the weight at the end"
+AXES = {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0]}
+
+
+def cases() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    def case(name, scene, expected, measure, bound, run, models, declared=None, source="palpate"):
+        words = (name, "dynamics", source, scene, expected, measure, bound)
+        return Case.of(*words, run=run, models=models, declared=declared)
+
+    return [
+        *(
+            case(f"step_of_{name}_s", f"a firm bar begins to sag under gravity in 100 steps of {name} s",
+                 "the exact motion of its linear system", "largest error / the largest displacement", 0.05,
+                 lambda model, h=h: _begins_to_sag(model, h), (*IMPLICIT, *EXPLICIT),
+                 source="Li et al. 2020 (IPC), time steps")
+            for name, h in {"1e-5": 1e-5, "5e-4": 5e-4}.items()
+        ),
+        case("step_of_0.1_s", "a firm bar sags under gravity for 10 s in steps of 0.1 s, with substeps: auto",
+             "equilibrium", RESIDUAL, 0.02, lambda model: _sag(model, 0.1, FIRM), (*IMPLICIT, *EXPLICIT),
+             source="Li et al. 2020 (IPC), time steps"),
+        case("step_of_2_s", "the same for 200 s in steps of 2 s", "equilibrium", RESIDUAL, 0.02,
+             lambda model: _sag(model, 2.0, FIRM), IMPLICIT, source="Li et al. 2020 (IPC), time steps"),
+        case("goals_step_of_2_s", "a held bar is released at twice its length, in steps of 2 s",
+             "the motion in steps of 1e-5 s, step by step, and then rest",
+             "largest distance between the motions / their start's from rest", 1e-6, _released, SHAPES,
+             source="Müller et al. 2005"),
+        case("mass_ratio", "one half of a free body is a million times as heavy; the body receives a velocity",
+             "momentum is conserved", "change of momentum, or of the centre's motion / sum of the nodes' momenta", 1e-7,
+             _heavy, IMPLICIT),
+        case("heavy_half", "one half of a free body is a million times as heavy, the other receives a velocity",
+             "it returns to its shape, and its centre drifts", "largest relative error of edges or of the centre's way",
+             0.05, _heavy_half, (*IMPLICIT, *SHAPES)),
+        case("twisted_10_turns", "a free rod starts twisted by ten turns, and drifts", "it unwinds to its rest shape",
+             "largest relative error of edges or of the centre's way after 20 s", 0.02, _unwind, (*FEM, *SHAPES)),
+        case("twisting_10_turns", "the ends of a rod are turned against each other by 10.25 turns in 205 steps",
+             "an equilibrium between the ends", "residual force / the force on an end", 1e-3, _wind,
+             (*FEM, *SPRINGS), source="Li et al. 2020 (IPC), twist"),
+        case("stiff", "a bar of 1e12 Pa with a step 10 000 times too long for explicit integrators", "equilibrium",
+             RESIDUAL, 0.02, _stiff, IMPLICIT),
+        case("stiff_refused", "the same without substeps", "refused", "none", 0.0, _stiff, ("springs_explicit",),
+             {"springs_explicit": ("refused",)}),
+        case("stiff_unstable", "the same with allow_unstable: true", "it diverges, and that is reported", "none", 0.0,
+             lambda model: _stiff(model, allow_unstable=True), EXPLICIT, dict.fromkeys(EXPLICIT, ("not_converged",))),
+        *(
+            case(f"flat_rest_{name}", f"shape matching of particles whose rest shape is a {name}, and which drift",
+                 "their rest shape, where the drift takes them",
+                 "largest error of a distance between two particles, or of the centre's way / those", 1e-3,
+                 lambda model, name=name: _degenerate(model, AXES[name]), SHAPES,
+                 source="Müller et al. 2005")
+            for name in AXES
+        ),
+        case("one_particle", "shape matching of a single moving particle", "uniform motion",
+             "position error / distance travelled", 1e-12, _alone, SHAPES, source="Müller et al. 2005"),
+        *modes_cases.cases(),
+    ]  # fmt: skip
+
+
+def _begins_to_sag(model: str, h: float) -> Answer:
+    """Compare 100 steps from rest with the exact motion of the system linearised at rest."""
+    particles = bar(material=FIRM)
+    stepper, rest = Stepper(model, particles, {"held": None} | GRAVITY), particles.nodes
+    found, _ = stepper.go(rest, np.zeros_like(rest), h, 100)
+    expected = linear_motion(stepper.system, 100 * h)
+    peak = float(np.linalg.norm(expected, axis=1).max())
+    return Answer(found, rest, lambda a: float(np.linalg.norm(a - rest - expected, axis=1).max()) / peak)
+
+
+def linear_motion(system: System, time_s: float) -> np.ndarray:
+    """Compute the displacements (n, 3) [m] of a system under its weight, linearised at rest."""
+    rest, free = system.particles.nodes, np.repeat(system.free, 3)
+    inverse = 1.0 / np.repeat(system.masses, 3)[free, None]
+    matrices = (system.stiffness(rest, True), system.damping(rest))
+    zero, one = np.zeros((free.sum(), free.sum())), np.eye(int(free.sum()))
+    k, c = (zero if m is None else inverse * m.toarray()[np.ix_(free, free)] for m in matrices)
+    load = inverse * weight(system).reshape(-1, 1)[free]
+    rows = [zero, one, 0.0 * load], [-k, -c, load], [0.0 * load.T, 0.0 * load.T, np.zeros((1, 1))]
+    found = np.zeros(len(free))
+    found[free] = expm(time_s * np.block([list(row) for row in rows]))[: len(one), -1]
+    return found.reshape(rest.shape)
+
+
+def _sag(model: str, h: float, material: Material, steps: int = 100, **rest: Any) -> Answer:
+    more = {"held": None} | GRAVITY | (SLOW if model in EXPLICIT else {})
+    described, particles = scene(model, h, steps * h, more, **({"substeps": "auto"} | rest)), bar(material=material)
+    found = run(described, particles).motion.positions[-1]
+    system = compose(described, particles)
+    return Answer(found, particles.nodes, lambda a: unbalanced(system, a))
+
+
+def _lopsided() -> tuple[Particles, np.ndarray]:
+    """Return a free bar whose left half has a million times the mass, and the mask (n,) of that half's nodes."""
+    particles = bar(held=False)
+    heavy = particles.nodes[:, 0] < 0.1
+    return replace(particles, masses=np.where(heavy, 1e6, 1.0) * particles.masses), heavy
+
+
+def _heavy(model: str) -> Answer:
+    particles, heavy = _lopsided()
+    v = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]) + np.where(heavy[:, None], [0.0, 1e-6, 0.0], 0.0)
+    return keeps_momentum(model, particles, v, 1e-9)
+
+
+def _heavy_half(model: str) -> Answer:
+    particles, heavy = _lopsided()
+    v, masses = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]), particles.masses
+    step_s, steps = STEPS[model not in SHAPES]
+    found, _ = Stepper(model, particles).go(particles.nodes, v, step_s, steps)
+    way = travel_s(model, step_s, steps) * (masses @ v) / masses.sum()
+
+    def error(a: np.ndarray) -> float:
+        strayed = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - way) / np.linalg.norm(way)
+        return max(edge_error(particles, a), float(strayed))
+
+    return Answer(found, particles.nodes, error)
+
+
+def _turned(x: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """Rotate ``x`` (n, 3) [m] by ``angle`` [rad], one or (n,), about the axis of the rod."""
+    y, z = (x[:, 1:] - 0.025).T
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([x[:, 0], c * y - s * z + 0.025, s * y + c * z + 0.025])
+
+
+def _unwind(model: str) -> Answer:
+    particles = bar(held=False)
+    return returns(model, particles, _turned(particles.nodes, 20.0 * np.pi * particles.nodes[:, 0] / 0.2))
+
+
+def _wind(model: str) -> Answer:
+    """Rotate the held nodes of both ends by 9° in opposite directions in each step, then wait in long steps."""
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
+    particles = solid_particles(mesh, ends, SOFT, "rod")
+    stepper, x, v = Stepper(model, particles, {"held": None}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
+    way = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
+    for _ in range(205):
+        x = x.copy()
+        x[ends] = _turned(x[ends], way)
+        x, v = stepper.go(x, v, 0.05, 1)
+    straight = mesh.nodes.copy()
+    straight[ends] = x[ends]
+    for step_s, steps in ((0.2, 50), (2.0, 20), (100.0, 10)):
+        x, v = stepper.go(x, v, step_s, steps)
+    (_, elastic), *_ = stepper.system.offering(Force)
+    force = np.zeros_like(x)
+    elastic.add_force(x, np.zeros_like(x), force)
+    on_end = float(np.linalg.norm(force[mesh.nodes[:, 0] == 0.0]))
+
+    def error(a: np.ndarray) -> float:
+        return float(np.linalg.norm(stepper.system.potential_force(a))) / on_end
+
+    return Answer(x, straight, error)
+
+
+def _stiff(model: str, **rest: Any) -> Answer:
+    return _sag(model, 1e-2, Material(1e12, 0.3, 1000.0), **({"substeps": 1} | rest))
+
+
+def _released(model: str) -> Answer:
+    """Join the places after 2, 5 and 10 steps, and at the end."""
+    particles, motions = bar(), []
+    start = particles.nodes * [2.0, 1.0, 1.0]
+    for h in (1e-5, 2.0):
+        more = {"held": None, "velocity_damping": {"rate_1_s": 0.05 / h}}  # 5 % damping per step for every step size
+        stepper, x, v, places = Stepper(model, particles, more), start, np.zeros_like(start), []
+        for steps in (2, 3, 5, 990):
+            x, v = stepper.go(x, v, h, steps)
+            places.append(x)
+        motions.append(np.array(places))
+    expected, scale = motions[0], float(np.abs(start - particles.nodes).max())
+    expected[-1] = particles.nodes
+    return Answer(motions[1], start, lambda a: float(np.abs(a - expected).max()) / scale, zero=particles.nodes)
+
+
+def _degenerate(model: str, axes: list[int]) -> Answer:
+    random = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
+    none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
+    particles = Particles("cloud", random * axes, np.ones(20), np.array([], dtype=int), *none, SOFT)
+
+    def error(a: np.ndarray) -> float:
+        return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(random).max())
+
+    return returns(model, particles, random, one_cluster(model), error)
+
+
+def _alone(model: str) -> Answer:
+    none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
+    particles = Particles("dot", np.zeros((1, 3)), np.ones(1), np.array([], dtype=int), *none, SOFT)
+    settings = one_cluster(model)["shape_matching"]
+    integrator = goal_position.make(System(particles, {"shape_matching": goal_shapes.make(particles, settings)}), {})
+    x, v = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
+    for _ in range(100):
+        x, v = integrator.step(x, v, 0.01)
+    return Answer(x, np.zeros((1, 3)), lambda a: float(np.abs(a - [1.0, 2.0, 3.0]).max()))

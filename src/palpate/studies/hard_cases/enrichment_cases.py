@@ -1,0 +1,232 @@
+"""Hard cases of enrichment: samples, kernel widths and queries at which interpolation may fail."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from palpate.benchmark.database import Database
+from palpate.benchmark.pressed_samples import (
+    BLENDS,
+    METHODS,
+    PHYSICAL,
+    SETTINGS,
+    TRAIN,
+    blends,
+    chosen,
+    methods,
+    pressed,
+    scaled,
+)
+from palpate.models.enrichment.gaussian_kernel import gaussian, squared_distances
+from palpate.studies.hard_cases.hard_case import Answer, Case, finite
+
+ALL, ASKED = np.arange(TRAIN), np.arange(TRAIN, TRAIN + 4)
+ERROR = "largest difference from what is expected / its peak"
+FAR_LINEAR = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL[1:], "detail_correction")
+"""Methods whose answer to a very large query is proportional to it; of the others it is constant."""
+NEAR_LINEAR = ("interpolation", "ridge_upsampling", "kernel_ridge_detail")
+"""The same for a very small query with a given force."""
+AMBIGUOUS = [name for name in BLENDS if name.endswith("nonnegative_a")]
+"""Blends by the non-negative matrix that is nearest to an inverse: where Φ is singular, many are as near."""
+REFERENCE = {"far": 1e4, "tiny": 1e-12, "huge": 1e160}
+"""Size [m] of a query that is less extreme, by the kind of extreme; squares of 1e160 overflow, too."""
+
+
+def cases() -> list[Case]:
+    """Return the declared cases of this family."""
+    refused = {"shared_setup": ("refused",)}
+    learnt = [method for method in METHODS if method != "interpolation"]
+    # the weights of the paper's blends sum to one, so that they cannot predict zero displacement
+    passive = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL, "detail_correction")
+
+    def case(name, scene, expected, bound, run, models, declared=None, measure=ERROR):
+        words = (name, "enrichment", "palpate", scene, expected, measure, bound)
+        return Case.of(*words, run=run, models=models, declared=declared)
+
+    return [
+        case("duplicate_samples", "every training sample is present twice", "the answers without duplicates", 0.05,
+             _duplicates, METHODS),
+        case("one_sample", "k = 1, for two samples", "that sample for every query", 1e-12, _one, BLENDS),
+        case("one_sample_fitted", "k = 1, fitted by cross-validation", "refused: no sample can be held out", 0.0,
+             lambda model: _refused(pressed()[1], ALL[:1]), ("shared_setup",), refused),
+        case("zero_width", "kernel width 1e-300 of the features' distance", "the nearest sample", 1e-9, _nearest,
+             BLENDS),
+        case("infinite_width", "kernel width 1e200 of the features' distance", "the answer at a width of 1e9", 1e-6,
+             _flat, BLENDS),
+        case("far_query", "a query 1e6 kernel widths from every sample",
+             "a hundred times the answer to a hundredth of it, or the same", 0.01,
+             lambda model: _extreme(model, 1e6, "far"), METHODS),
+        case("collinear_features", "all samples are one linear response times 0.5 to 1.6", "the responses in between",
+             0.05, _collinear, learnt),
+        case("tiny_features", "displacements and forces times 1e-300", "refused: squares underflow", 0.0,
+             lambda model: _refused(scaled(pressed()[1], 1e-300), ALL), ("shared_setup",), refused),
+        case("huge_features", "displacements and forces times 1e300", "refused: squares overflow", 0.0,
+             lambda model: _refused(scaled(pressed()[1], 1e300), ALL), ("shared_setup",), refused),
+        case("tiny_query", "a query of 1e-300 m", "the answer to one of 1e-12 m, in proportion or the same", 0.01,
+             lambda model: _extreme(model, 1e-300, "tiny"), METHODS),
+        case("huge_query", "a query of 1e300 m, as from a diverged simulation",
+             "the answer to one of 1e160 m, in proportion or the same", 0.01,
+             lambda model: _extreme(model, 1e300, "huge"), METHODS),
+        case("more_samples_than_features", "k > 3 l: 12 samples, 3 numbers a feature", "the training samples", 0.05,
+             _narrow, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
+        case("near_singular", "two samples 1e-12 apart and a wide kernel: condition of Φ above 1e16",
+             "the answers without the second of them; the non-negative matrix is known not to be unique", 0.05,
+             _singular, BLENDS, dict.fromkeys(AMBIGUOUS, ("wrong",))),
+        case("body_at_rest", "zero force and zero coarse displacement, and a millionth of a press",
+             "zero displacement, and a thousandth of that under a thousandth of a press", 0.01, _rest, passive),
+    ]  # fmt: skip
+
+
+@cache
+def _fitted() -> dict:
+    return methods(pressed()[1], ALL)
+
+
+def _noise() -> np.ndarray:
+    """Return a random coarse displacement (1, N, 3) [m], unlike any sample, of at most 1 m in each component."""
+    return np.random.default_rng(0).uniform(-1.0, 1.0, (1, *pressed()[1].coarse_live[0].shape))
+
+
+def _answers(method: Any, coarse: np.ndarray, of: np.ndarray, newtons: float = 1.0) -> np.ndarray:
+    """Return the answers (q, n, 3) [m] to coarse displacements (q, N, 3) [m] at contacts of the samples ``of`` (q,).
+
+    newtons : factor of these samples' forces
+    """
+    db = pressed()[1]
+    return np.array(
+        [method.predict(u, int(db.contact[i]), newtons * db.force[i]) for u, i in zip(coarse, of, strict=True)]
+    )
+
+
+def _told(found: np.ndarray, expected: np.ndarray) -> Answer:
+    """Judge answers (q, n, 3) by what is expected; frozen is the first of them for every query."""
+    finite(expected)
+    peaks = np.abs(expected).max(axis=(1, 2))
+    peaks = np.where(peaks > 0.0, peaks, peaks.max())
+
+    def error(a: np.ndarray) -> float:
+        return float((np.abs(a - expected).max(axis=(1, 2)) / peaks).max())
+
+    zero = np.zeros_like(found)
+    return Answer(found, np.broadcast_to(found[0], found.shape), error, zero=zero, origin=zero)
+
+
+def _refused(db: Database, train: np.ndarray) -> Answer:
+    """Fit all methods, which share what refuses these samples."""
+    methods(db, train)
+    raise AssertionError("the samples were not refused")
+
+
+@cache
+def _twice() -> dict:
+    return methods(chosen(pressed()[1], np.repeat(ALL, 2)), np.arange(2 * TRAIN))
+
+
+def _duplicates(model: str) -> Answer:
+    coarse = pressed()[1].coarse_live[ASKED]
+    return _told(*(_answers(found()[model], coarse, ASKED) for found in (_twice, _fitted)))
+
+
+def _one(model: str) -> Answer:
+    """Ask for the same noise what was fitted to one sample and to another."""
+    db, samples = pressed()[1], (0, 5)
+    fitted = [blends(db, ALL[i : i + 1], 1.0)[model] for i in samples]
+    found = [_answers(method, 100.0 * _noise(), np.array([i]))[0] for method, i in zip(fitted, samples, strict=True)]
+    return _told(np.array(found), db.fine[list(samples)])
+
+
+def _nearest(model: str) -> Answer:
+    """Compare the answers to queries close to two samples with those samples."""
+    db, samples = pressed()[1], np.array([0, 5])
+    found = _answers(blends(db, ALL, 1e-300)[model], 1.001 * db.coarse_live[samples], samples)
+    return _told(found, db.fine[samples])
+
+
+def _flat(model: str) -> Answer:
+    """Ask what was fitted to one half of the samples and to the other, with two widths that are both infinite."""
+    db, of = pressed()[1], ASKED[:1]
+    wide, wider = (
+        np.array([_answers(blends(db, half, width)[model], db.coarse_live[of], of)[0] for half in (ALL[:6], ALL[6:])])
+        for width in (1e9, 1e200)
+    )
+    return _told(wider, wide)
+
+
+def _extreme(model: str, metres: float, kind: str) -> Answer:
+    """Join the answers to a usual query and to an extreme one, the second expected from that to a less extreme one."""
+    method, of, reference = _fitted()[model], ASKED[2:3], REFERENCE[kind]
+    linear = model in (NEAR_LINEAR if kind == "tiny" else FAR_LINEAR)
+    usual = _answers(method, pressed()[1].coarse_live[ASKED[:1]], ASKED[:1])
+    extreme, less = (_answers(method, size * _noise(), of) for size in (metres, reference))
+    finite(extreme)
+    if linear:  # divided by the size, so that the error of what is proportional can be computed
+        extreme, less = extreme / metres, less / reference
+    return _told(np.concatenate([usual, extreme]), np.concatenate([usual, less]))
+
+
+@cache
+def _line() -> tuple:
+    """Make samples that are multiples of one linear response, and fit the methods to them."""
+    _, db, compliance = pressed()
+    row, force = compliance.row(int(db.contact[0])), db.force[0]
+    coarse, fine = (np.tensordot(force, part[row], 1) for part in (compliance.coarse, compliance.fine))
+    count = TRAIN + 2
+    line = replace(
+        chosen(db, np.zeros(count, dtype=int)),
+        fine=np.repeat(fine[None], count, axis=0),
+        coarse_live=np.repeat(coarse[None], count, axis=0),
+    )
+    line = scaled(line, np.append(np.linspace(0.5, 1.6, TRAIN), [0.73, 1.03]))
+    return line, methods(line, ALL, replace(SETTINGS, split="samples"))
+
+
+def _collinear(model: str) -> Answer:
+    db, found = _line()
+    method = found[model]
+    answers = [method.predict(db.coarse_live[i], int(db.contact[i]), db.force[i]) for i in (TRAIN, TRAIN + 1)]
+    return _told(np.array(answers), db.fine[-2:])
+
+
+@cache
+def _few() -> dict:
+    return blends(pressed()[1], ALL, 0.1, replace(SETTINGS, neighbours=1))
+
+
+def _narrow(model: str) -> Answer:
+    db, samples = pressed()[1], np.array([0, 5])
+    return _told(_answers(_few()[model], db.coarse_live[samples], samples), db.fine[samples])
+
+
+@cache
+def _wide(half: tuple[int, int], again: bool) -> dict:
+    """Fit blends with a wide kernel to one half of the samples, ``again`` with the first of them almost repeated."""
+    db = pressed()[1]
+    rows = ALL[slice(*half)]
+    db = chosen(db, np.append(rows, rows[0]) if again else rows)
+    if again:
+        db.coarse_live[-1] *= 1.0 + 1e-12
+    width = {name: blend.sigma_m for name, blend in _wide(half, False).items()} if again else 100.0
+    found = blends(db, np.arange(len(db.contact)), width)
+    coarse = db.coarse_live[:, db.coarse_surface].reshape(len(db.contact), -1)
+    phi = gaussian(squared_distances(coarse, coarse), found["unordered_signed"].sigma_m)
+    if again and not np.linalg.cond(phi) > 1e16:
+        raise AssertionError("the kernel matrix is not as ill-conditioned as this case requires")
+    return found
+
+
+def _singular(model: str) -> Answer:
+    """Join the answers of what was fitted to one half of the samples and to the other."""
+    coarse, of, halves = pressed()[1].coarse_live[ASKED[:1]], ASKED[:1], ((0, 6), (6, TRAIN))
+    found, expected = (
+        np.concatenate([_answers(_wide(half, again)[model], coarse, of) for half in halves]) for again in (True, False)
+    )
+    return _told(found, expected)
+
+
+def _rest(model: str) -> Answer:
+    method, coarse, of = _fitted()[model], pressed()[1].coarse_live[ASKED[:1]], ASKED[:1]
+    small, less = (_answers(method, share * coarse, of, share) / share for share in (1e-6, 1e-3))
+    nothing = _answers(method, 0.0 * coarse, of, 0.0)
+    return _told(np.concatenate([nothing, small]), np.concatenate([0.0 * nothing, less]))

@@ -1,0 +1,232 @@
+"""Hard cases of elasticity: materials, meshes and loads at which finite elements and their rivals may fail."""
+
+from functools import cache
+
+import numpy as np
+
+from palpate.bodies.body import Body, nest
+from palpate.bodies.box import box
+from palpate.bodies.material import Material
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_checks import check_boundary
+from palpate.bodies.mesh_quality import dihedral_angles
+from palpate.bodies.particles import Particles, solid_particles
+from palpate.effects.effect import Effect
+from palpate.effects.held import Held
+from palpate.effects.linear_elements import LinearElements
+from palpate.effects.locking import PLAIN_POISSON
+from palpate.effects.mean_dilatation import MeanDilatation
+from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.springs import Springs
+from palpate.solvers import backward_euler
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.system import System
+from palpate.studies.hard_cases import locking
+from palpate.studies.hard_cases.drift import returns, travel_s
+from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.stage import (
+    FEM,
+    SHAPES,
+    SOFT,
+    SPRINGS,
+    Pull,
+    Stepper,
+    bar,
+    end_face,
+    momentum_error,
+    one_cluster,
+)
+
+STATIC = {"fem_static": (0, 1), "fem_multigrid": (1, 1), "fem_quadratic": (0, 2), "fem_fast": (0, 2)}
+"""Level of the mesh and order of the elements by model: one level, two levels with multigrid, quadratic elements, and
+those by L-BFGS."""
+MOVING = (*FEM, *SPRINGS, *SHAPES)
+LINEAR = ("fem_static", "fem_multigrid")
+RESIDUAL = "residual force at free nodes / the load"
+MOMENTUM = "change of momentum, or of the centre's motion, in 20 steps / sum of the nodes' momenta at the start"
+
+
+def cases() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    def case(name, scene, expected, measure, bound, run, models, declared=None, source="palpate"):
+        words = (name, "fem", source, scene, expected, measure, bound)
+        return Case.of(*words, run=run, models=models, declared=declared)
+
+    return [
+        case("nearly_incompressible", "ν = 0.4999, a bar bent by a force at its end", "equilibrium", RESIDUAL, 1e-6,
+             lambda model: _pressed(model, 0.4999, 0.01), STATIC),
+        case("locking", "ν = 0.4999: linear tetrahedra on three levels, with ν = 0.45 instead, and quadratic ones",
+             "the deflection that scikit-fem computes; plain linear tetrahedra are known to miss it",
+             "relative error of the deflection", 0.05, locking.deflection, locking.CASES,
+             dict.fromkeys(locking.LOCKED, ("wrong",))),
+        case("stiffness_contrast", "one half of a bar is a million times as stiff as the other, and the bar is pulled",
+             "the elongation of theory", "relative error of the elongation", 1e-6, _contrast, (*FEM, *SPRINGS)),
+        case("slivers", "a layer of elements with dihedral angles of 0.1°", "the deflection without that layer",
+             "relative difference of the two deflections", 0.05, _slivers, STATIC),
+        case("half_turn", "a free body starts rotated by 180° and is thrown", "it flies on, rotated, without force",
+             "largest distance from there after 20 steps / the way", 1e-8, _half_turn, MOVING),
+        case("thousandfold_inverting_force", "1000 times the force at which the first element inverts",
+             "equilibrium, or no convergence is reported", RESIDUAL, 1e-6, _monstrous, LINEAR,
+             dict.fromkeys(LINEAR, ("stable", "not_converged"))),
+        case("unanchored_static", "an equilibrium of a body without held nodes", "refused: none exists", RESIDUAL,
+             0.0, lambda model: _pressed("fem_static", 0.3, 0.01, held=False), ("shared_check",),
+             {"shared_check": ("refused",)}),
+        case("unanchored_thrown", "a free body moves, with random velocities added", "momentum is conserved",
+             MOMENTUM, 1e-7, lambda model: _thrown(model, bar(held=False)), (*FEM, *SPRINGS)),
+        case("single_tetrahedron", "one element is released at three times its size, and drifts", "its rest shape",
+             "largest relative error of edges or of the centre's way after 20 s", 1e-3, _single, MOVING),
+        case("joined_by_one_node_as_mesh", "a mesh of two boxes that share one node", "refused: a hinge",
+             "none", 0.0, _hinge_checked, ("mesh_check",), {"mesh_check": ("refused",)}),
+        case("joined_by_one_node_thrown", "two boxes that share one node move", "momentum is conserved", MOMENTUM,
+             1e-7, lambda model: _thrown(model, solid_particles(_hinge(), np.array([], dtype=int), SOFT, "hinge")),
+             (*FEM, *SPRINGS)),
+        case("stretch_at_0.488", "ν = 0.488, a cube stretched to three times its length by its ends",
+             "equilibrium of forces", "residual force at free nodes / the force on an end", 1e-6, _stretched, FEM,
+             source="Smith, de Goes, Kim 2018"),
+    ]  # fmt: skip
+
+
+def _beam(model: str, poisson: float, held: bool = True) -> Body:
+    mesh, (level, order) = box([0.2, 0.05, 0.05], [8, 2, 2]), STATIC[model]
+    ends = np.flatnonzero(mesh.nodes[:, 0] == 0.0) if held else np.array([], dtype=np.int64)
+    return nest("bar", mesh, level + order - 1, ends, Material(3000.0, poisson, 1000.0))
+
+
+def _pressed(model: str, poisson: float, newtons: float, held: bool = True) -> Answer:
+    """Compute the equilibrium under a load at the end, judged by its relative residual apart from the solver."""
+    body = _beam(model, poisson, held)
+    x, load = _solved(body, model, newtons)
+    linear = STATIC[model][1] == 1
+    elements = LinearElements(body.fine, body.material) if linear else _quadratic(body, poisson)
+
+    def error(a: np.ndarray) -> float:
+        force = elements.force(a) + load
+        force[body.anchors[-1]] = 0.0
+        return float(np.linalg.norm(force) / np.linalg.norm(load))
+
+    return Answer(x, body.fine.nodes, error)
+
+
+def _quadratic(body: Body, poisson: float) -> QuadraticElements | MeanDilatation:
+    return (MeanDilatation if poisson > PLAIN_POISSON else QuadraticElements)(body.levels[0], body.tissue(0))
+
+
+def _solved(body: Body, model: str, newtons: float) -> tuple[np.ndarray, np.ndarray]:
+    load = np.outer(end_face(body.fine), [0.0, 0.0, -newtons])
+    kind = FastEquilibrium if model == "fem_fast" else Equilibrium
+    return kind(body, *STATIC[model]).solve(load, 1e-8).x, load
+
+
+def _contrast(model: str) -> Answer:
+    """Compare the elongation of a bar of ν = 0, or of a chain of springs, with theory: x = F L (1/k + 1/K)."""
+    if model in SPRINGS:
+        ends, stiff = np.column_stack([np.arange(10), np.arange(1, 11)]), np.repeat([1e6, 1.0], 5)
+        nodes, force, expected = np.outer(np.arange(11.0), [1.0, 0.0, 0.0]), np.eye(11)[10], 5.0 * (1.0 + 1e-6)
+        none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
+        particles = Particles("chain", nodes, np.ones(11), np.array([0]), *none, SOFT)
+        elastic: dict[str, Effect] = {"springs": Springs(ends, stiff, np.ones(10))}
+    else:
+        particles = bar(material=Material(3000.0, 0.0, 1000.0))
+        mesh = TetMesh(particles.nodes, particles.tetrahedra)
+        hard = particles.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1
+        elastic = {
+            name: LinearElements(TetMesh(mesh.nodes, mesh.tetrahedra[which]), Material(young, 0.0, 1000.0))
+            for name, which, young in (("soft", ~hard, 3000.0), ("hard", hard, 3e9))
+        }
+        force, expected = end_face(mesh), 0.1 / (3000.0 * 0.05**2) * (1.0 + 1e-6)
+    system = System(particles, elastic | {"held": Held(particles.held), "pull": Pull(force)})
+    integrator, x = backward_euler.BackwardEuler(system, 1e-10), particles.nodes
+    for _ in range(4):  # steps so long that inertia is negligible
+        x, _ = integrator.step(x, np.zeros_like(x), 1e4)
+    rest = particles.nodes
+    return Answer(x, rest, lambda a: abs(float(force @ (a - rest)[:, 0]) / expected - 1.0))
+
+
+def _slivers(model: str) -> Answer:
+    """Compare the deflections of a bar with one very thin layer of elements and of a bar without that layer."""
+    thin, way = 0.025 * np.tan(np.radians(0.1)), 0.0
+    for places in (np.linspace(0.0, 0.2, 9), np.insert(np.linspace(0.0, 0.2, 9), 4, 0.075 + thin)):
+        mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
+        nodes = mesh.nodes.copy()
+        nodes[:, 0] = np.interp(nodes[:, 0], np.arange(len(places)), places)
+        mesh, held = TetMesh(nodes, mesh.tetrahedra), np.flatnonzero(nodes[:, 0] == 0.0)
+        body = nest("bar", mesh, sum(STATIC[model]) - 1, held, SOFT)
+        x, load = _solved(body, model, 0.01)
+        rest, expected, way = body.fine.nodes, way, float(np.vdot(load, x - body.fine.nodes))
+    if not dihedral_angles(mesh).min() < 0.11:
+        raise AssertionError("the slivers are not as thin as this case requires")
+    return Answer(x, rest, lambda a: abs(float(np.vdot(load, a - rest)) / expected - 1.0))
+
+
+def _half_turn(model: str) -> Answer:
+    particles = bar(held=False)
+    x = particles.nodes * [-1.0, -1.0, 1.0]
+    way = np.array([0.0, 0.3, 0.4]) * travel_s(model, 0.01, 20)
+    found, _ = Stepper(model, particles).go(x, np.tile([0.0, 0.3, 0.4], (len(x), 1)), 0.01, 20)
+    error = lambda a: float(np.linalg.norm(a - x - way, axis=1).max() / np.linalg.norm(way))  # noqa: E731
+    return Answer(found, x, error, zero=particles.nodes)
+
+
+@cache
+def _inverting(model: str) -> float:
+    """Find the force [N] on the end, within a factor of two, that inverts the first element."""
+    body, newtons = _beam(model, 0.3), 0.01
+    while TetMesh(_solved(body, model, newtons)[0], body.fine.tetrahedra).volumes.min() > 0.0:
+        newtons *= 2.0
+    return newtons
+
+
+def _monstrous(model: str) -> Answer:
+    return _pressed(model, 0.3, 1000.0 * _inverting(model))
+
+
+def _thrown(model: str, particles: Particles) -> Answer:
+    random = np.random.default_rng(3).normal(size=particles.nodes.shape)
+    v = [1.0, 2.0, 3.0] + np.cross([0.0, 0.0, 20.0], particles.nodes) + 0.3 * random
+    return keeps_momentum(model, particles, v, 1e-10)
+
+
+def keeps_momentum(model: str, particles: Particles, v: np.ndarray, tolerance: float) -> Answer:
+    """Step a free body 20 times from rest and velocities ``v`` (n, 3) [m/s], judged by ``momentum_error``."""
+    x = particles.nodes
+    found = np.array(Stepper(model, particles, tolerance=tolerance).go(x, v, 0.01, 20))
+    error = momentum_error(particles, x, v, 0.2)
+    return Answer(found, np.array([x, v]), error, zero=np.array([x, 0.0 * v]))
+
+
+def _single(model: str) -> Answer:
+    mesh = TetMesh(0.1 * np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2, 3]]))
+    particles = solid_particles(mesh, np.array([], dtype=int), SOFT, "tetrahedron")
+    return returns(model, particles, 3.0 * mesh.nodes, one_cluster(model) if model in SHAPES else {})
+
+
+def _hinge() -> TetMesh:
+    one = box([0.05, 0.05, 0.05], [2, 2, 2])
+    corner = len(one.nodes) - 1  # the last node of one box is the first of the other
+    nodes = np.vstack([one.nodes, one.nodes[1:] + one.nodes[corner]])
+    number = np.concatenate([[corner], np.arange(corner + 1, len(nodes))])
+    return TetMesh(nodes, np.vstack([one.tetrahedra, number[one.tetrahedra]]))
+
+
+def _hinge_checked(model: str) -> Answer:
+    check_boundary("hinge.msh", _hinge())
+    raise AssertionError("the hinge was accepted")
+
+
+def _stretched(model: str) -> Answer:
+    """Hold both ends apart and let the nodes between them reach equilibrium, judged by its relative residual."""
+    mesh = box([0.1, 0.1, 0.1], [3, 3, 3])
+    ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
+    particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
+    start, elements = mesh.nodes * [3.0, 1.0, 1.0], LinearElements(mesh, particles.material)
+    found, _ = Stepper(model, particles, {"held": None}).go(start, np.zeros_like(start), 0.05, 200)
+    zero = mesh.nodes.copy()
+    zero[ends] = start[ends]
+    on_end = np.linalg.norm(elements.force(found)[mesh.nodes[:, 0] == 0.0].sum(axis=0))
+
+    def error(a: np.ndarray) -> float:
+        return float(np.linalg.norm(np.delete(elements.force(a), ends, axis=0)) / on_end)
+
+    return Answer(found, start, error, zero=zero)

@@ -1,0 +1,176 @@
+"""Small bodies, the models that move them, and runs whose every frame is checked."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.box import box
+from palpate.bodies.material import Material
+from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.particles import Particles, solid_particles
+from palpate.effects.effect import Weight
+from palpate.scenes import effect_registry
+from palpate.scenes.build_system import compose
+from palpate.scenes.motion import Motion
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import Scene
+from palpate.solvers.system import System
+from palpate.studies.hard_cases.hard_case import finite
+
+SOFT = Material(3000.0, 0.3, 1000.0)
+FIRM = Material(1e5, 0.3, 1000.0)
+RAYLEIGH = {"mass_1_s": 0.0, "stiffness_s": 0.05}
+
+
+Described = tuple[str, dict[str, Any]]
+"""Name of an integrator; effects with their settings, None for effects without settings."""
+
+
+def _shapes(mode: str) -> Described:
+    clusters = {"kind": "cubes", "edge_m": 0.06, "overlap": 0.5}
+    settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": clusters}
+    return "goal_position", {"shape_matching": settings, "velocity_damping": {"rate_1_s": 5.0}}
+
+
+FEM: dict[str, Described] = {"fem_implicit": ("backward_euler", {"corotational": {}, "rayleigh": RAYLEIGH})}
+SECOND: dict[str, Described] = {"fem_bdf2": ("bdf2", {"corotational": {}, "rayleigh": RAYLEIGH})}
+REDUCED: dict[str, Described] = {"fem_in_modes": ("reduced", {"corotational": {}, "rayleigh": RAYLEIGH})}
+SPRINGS: dict[str, Described] = {
+    "springs_implicit": ("backward_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}})
+}
+EXPLICIT: dict[str, Described] = {
+    "springs_explicit": ("symplectic_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}}),
+    "fem_explicit": ("symplectic_euler", {"corotational": {}, "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}),
+}
+SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
+SHEETS: dict[str, Described] = {
+    "sheet_implicit": (
+        "backward_euler",
+        {"triangles": {}, "bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}},
+    )
+}
+MODELS = FEM | SECOND | REDUCED | SPRINGS | EXPLICIT | SHAPES | SHEETS
+"""Integrator and effects of each model."""
+
+
+def bar(held: bool = True, material: Material = SOFT) -> Particles:
+    """Make a bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra, with its end at x = 0 ``held`` or free."""
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    ends = np.flatnonzero(mesh.nodes[:, 0] == 0.0) if held else np.array([], dtype=np.int64)
+    return solid_particles(mesh, ends, material, "bar")
+
+
+def scene(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
+    """Make a scene of one of MODELS, with ``more`` effects and their settings."""
+    integrator, effects = MODELS[model]
+    effects = effects | (more or {})
+    settings = {name: value for name, value in effects.items() if value is not None}
+    return Scene("hard_case", list(effects), integrator, step_s, duration_s, settings=settings, **rest)
+
+
+def play(
+    model: str,
+    particles: Particles,
+    step_s: float,
+    duration_s: float,
+    more: dict[str, Any] | None = None,
+    **rest: Any,
+) -> Motion:
+    """Run a scene of ``scene``; raises the errors of ``run``."""
+    return run(scene(model, step_s, duration_s, more, **rest), particles).motion
+
+
+def one_cluster(model: str) -> dict[str, Any]:
+    """Return the block of one of SHAPES, with one cluster instead of several."""
+    return {"shape_matching": MODELS[model][1]["shape_matching"] | {"clusters": {"kind": "one"}}}
+
+
+class Stepper:
+    """Time steps of one of MODELS, with ``more`` effects, from any state."""
+
+    def __init__(self, model: str, particles: Particles, more: dict[str, Any] | None = None, tolerance: float = 1e-8):
+        self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
+        self.system = compose(self._scene, particles)
+        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, self._scene.integration)
+
+    def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+        """Compute positions (n, 3) [m] and velocities [m/s] after some steps.
+
+        ``gained`` [J] becomes the largest excess of the energy over its value at the start and the work of loads
+        since, for models with an energy.
+        """
+        counts = self.system.effects.keys().isdisjoint({"shape_matching"})
+        first = self.total(x, v) - self.system.work_j if counts else 0.0
+        self.gained = 0.0
+        for number in range(steps):
+            self.system.at((number + 1) * step_s)
+            x, v = self.integrator.step(x, v, step_s)
+            finite(x, v)
+            self.system.relax(x, step_s)
+            if counts:
+                self.gained = max(self.gained, self.total(x, v) - self.system.work_j - first)
+        return x, v
+
+    def total(self, x: np.ndarray, v: np.ndarray) -> float:
+        """Return the sum of kinetic and potential energy [J]."""
+        return 0.5 * float(np.vdot(self.system.masses[:, None] * v, v)) + self.system.energy(x)
+
+
+class Pull:
+    """A force of 1 N along x, or ``newtons`` (3,), distributed over nodes by ``shares`` (n,)."""
+
+    outer = True
+
+    def __init__(self, shares: np.ndarray, newtons: Sequence[float] = (1.0, 0.0, 0.0)):
+        self._force = np.outer(shares, newtons)
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Add the force to ``force`` (n, 3) [N]."""
+        force += self._force
+
+
+def unbalanced(system: System, x: np.ndarray) -> float:
+    """Return the residual of the equilibrium at ``x`` (n, 3) [m], relative to the weight of free nodes."""
+    return float(np.linalg.norm(system.potential_force(x)) / np.linalg.norm(weight(system)))
+
+
+def weight(system: System) -> np.ndarray:
+    """Return the weights (n, 3) [N] of the nodes, zero where they are held."""
+    (_, gravity), *_ = system.offering(Weight)
+    return np.outer(np.where(system.free, system.masses, 0.0), gravity.acceleration)
+
+
+def momentum_error(particles: Particles, x: np.ndarray, v: np.ndarray, time_s: float) -> Callable[[np.ndarray], float]:
+    """Measure states, stacked positions and velocities (2, n, 3), ``time_s`` [s] after a start at ``x`` and ``v``.
+
+    The larger of the change of momentum and of the deviation of the centre of mass from uniform motion, times mass and
+    over time, relative to the sum of the nodes' momenta at the start.
+    """
+    masses = particles.masses[:, None]
+    momentum, scale = (masses * v).sum(axis=0), float(np.linalg.norm(masses * v, axis=1).sum())
+
+    def error(state: np.ndarray) -> float:
+        change = (masses * state[1]).sum(axis=0) - momentum
+        strayed = (masses * (state[0] - x)).sum(axis=0) / time_s - momentum
+        return float(max(np.linalg.norm(change), np.linalg.norm(strayed)) / scale)
+
+    return error
+
+
+def edge_error(particles: Particles, x: np.ndarray) -> float:
+    """Return the largest relative change of length of the tetrahedra's edges at ``x`` (n, 3) [m]."""
+    finite(x)
+    pairs = TetMesh(particles.nodes, particles.tetrahedra).edges
+    now, rest = (np.linalg.norm(p[pairs[:, 1]] - p[pairs[:, 0]], axis=1) for p in (x, particles.nodes))
+    return float(np.abs(now / rest - 1.0).max())
+
+
+def end_face(mesh: Mesh) -> np.ndarray:
+    """Return each node's share, (n,), of a uniform traction on the face of largest x."""
+    end = mesh.nodes[:, 0].max()
+    corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]
+    a, b, c = (mesh.nodes[corners[:, i]] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    shares = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))
+    return shares / shares.sum()

@@ -1,0 +1,127 @@
+"""Hard cases of what tissue has beside elasticity: inner variables, regions, and springs that tie a surface down."""
+
+import numpy as np
+
+from palpate.bodies.body import nest
+from palpate.bodies.box import box
+from palpate.bodies.material import Material, Tissue
+from palpate.bodies.particles import Particles, particles_of
+from palpate.effects.body_springs import BodySprings
+from palpate.effects.effect import Effect
+from palpate.effects.fem_plasticity import FemPlasticity
+from palpate.effects.held import Held
+from palpate.effects.linear_elements import LinearElements
+from palpate.effects.maxwell import Maxwell
+from palpate.effects.springs import Springs
+from palpate.scenes.initial_states import initial_positions
+from palpate.solvers.backward_euler import BackwardEuler
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.system import System
+from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.stage import SOFT, Pull, end_face
+
+YIELD, STRETCH = 0.05, 3.0
+"""Yield strain of plastic flow, and the stretch at which it is tried."""
+MOST_STRAIN = {"flows_to_the_yield": 2.0, "flows_to_the_limit": 0.5}
+
+
+def still() -> list[Case]:
+    """Return the declared cases of the family fem."""
+    return [
+        Case.of("regions_of_contrast_1e6", "fem", "palpate", "two regions, one a million times as stiff as the other, "
+                "and a bar that is pulled", "the elongation of theory", "relative error of the elongation", 1e-3,
+                run=_regions, models=("fem_static", "fem_multigrid")),
+    ]  # fmt: skip
+
+
+def moving() -> list[Case]:
+    """Return the declared cases of the family dynamics."""
+
+    def case(name, scene, expected, measure, bound, run, models):
+        return Case.of(name, "dynamics", "palpate", scene, expected, measure, bound, run=run, models=models)
+
+    return [
+        case("maxwell_times", "a Maxwell element relaxes in a millionth of a step, and in a million steps",
+             "the elongation of the spring alone, and of both springs", "largest relative error of the elongations",
+             1e-3, _maxwell, ("springs_implicit",)),
+        case("plastic_flow", "a block of three times its length yields for ever in one step, with a limit of 2 and 0.5",
+             "a lasting strain of all but the yield strain, and of the limit",
+             "largest error of the lasting strain of an element / that strain", 1e-6, _plastic, ("fem_plasticity",)),
+        case("body_springs_from_point", "a surface on body springs starts as one point, under a weight",
+             "each node as far from rest as its own spring gives way",
+             "largest error of a node's place / how far the weight moves it", 0.02, _tied, ("springs_implicit",)),
+    ]  # fmt: skip
+
+
+def _regions(model: str) -> Answer:
+    """Stretch a bar of ν = 0 whose halves have two moduli, by regions: x = F L / 2A (1/E + 1/E')."""
+    level = {"fem_static": 0, "fem_multigrid": 1}[model]
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    soft, hard = Material(3000.0, 0.0, 1000.0), Material(3e9, 0.0, 1000.0)
+    region = (mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1).astype(np.int64)
+    held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
+    body = nest("bar", mesh, level, held, soft, regions=Tissue((soft, hard), region))
+    share = end_face(body.fine)
+    found = Equilibrium(body, level).linear_solver(1e-8)(np.outer(share, [1.0, 0.0, 0.0]))
+    expected = 0.1 / 0.05**2 * (1.0 / soft.young_pa + 1.0 / hard.young_pa)
+    return Answer(found, np.zeros_like(found), lambda a: abs(float(share @ a[:, 0]) / expected - 1.0))
+
+
+def _maxwell(model: str) -> Answer:
+    """Move a node on a spring of 100 N/m and a Maxwell element as stiff with 1 N: 1/100 m, or 1/200 m at once."""
+    none, nodes = (np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)), np.outer([0.0, 1.0], [1.0, 0.0, 0.0])
+    particles, found = Particles("pair", nodes, np.ones(2), np.array([0]), *none, SOFT), []
+    for steps_to_relax in (1e-6, 1e6):
+        springs = Springs(np.array([[0, 1]]), np.array([100.0]), np.ones(1))
+        maxwell = Maxwell(springs, 1.0, 10.0 * steps_to_relax)
+        effects: dict[str, Effect] = {
+            "springs": springs, "maxwell": maxwell, "held": Held(np.array([0])), "pull": Pull(np.array([0.0, 1.0]))
+        }  # fmt: skip
+        system = System(particles, effects)
+        integrator, x = BackwardEuler(system, 1e-10), nodes
+        for _ in range(20):  # steps so long that inertia is negligible
+            x, _ = integrator.step(x, np.zeros_like(x), 10.0)
+            system.relax(x, 10.0)
+        found.append(x[1, 0] - 1.0)
+    expected = np.array([1.0 / 100.0, 1.0 / 200.0])
+    return Answer(np.array(found), np.zeros(2), lambda a: float(np.abs(a / expected - 1.0).max()))
+
+
+def _plastic(model: str) -> Answer:
+    """Compute the flow at a held stretch of constant volume, whose Hencky strain is the logarithm of the stretch."""
+    mesh, found = box([0.1, 0.1, 0.1], [2, 2, 2]), []
+    x = mesh.nodes * [STRETCH, STRETCH**-0.5, STRETCH**-0.5]
+    for most in MOST_STRAIN.values():
+        plastic = FemPlasticity(LinearElements(mesh, SOFT), YIELD, 10.0, most)
+        plastic.relax(x, 1e6)
+        logs = np.log(np.linalg.svd(plastic.plastic, compute_uv=False))
+        found.append(np.sqrt(2.0 / 3.0 * np.square(logs - logs.mean(axis=1, keepdims=True)).sum(axis=1)))
+    expected = np.minimum(np.log(STRETCH) - YIELD, list(MOST_STRAIN.values()))[:, None]
+    return Answer(np.array(found), np.zeros(1), lambda a: float(np.abs(a / expected - 1.0).max()))
+
+
+def _tied(model: str) -> Answer:
+    """Simulate a surface of weak springs on body springs from a point: each node hangs m g / k below its rest place.
+
+    All masses are equal, so that the surface moves as a whole and its own springs stay at rest.
+    """
+    mesh = box([0.1, 0.1, 0.1], [2, 2, 2])
+    whole = particles_of(nest("cube", mesh, 0, np.array([0]), SOFT), 0, True)
+    masses = np.full(len(whole.nodes), 0.01)
+    particles = Particles("shell", whole.nodes, masses, whole.held, whole.triangles, whole.tetrahedra, SOFT)
+    pairs = np.unique(np.sort(particles.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    rest_m = np.linalg.norm(particles.nodes[pairs[:, 0]] - particles.nodes[pairs[:, 1]], axis=1)
+    effects: dict[str, Effect] = {
+        "springs": Springs(pairs, np.full(len(pairs), 1.0), rest_m),
+        "body_springs": BodySprings(particles, 10.0, 0.5),
+        "weight": Pull(masses, [0.0, 0.0, -9.81]),
+    }
+    integrator = BackwardEuler(System(particles, effects), 1e-8)
+    start = initial_positions(particles, np.ones(len(masses), dtype=bool), "point", 1)
+    x, v = start, np.zeros_like(start)
+    for step_s in [0.05] * 100 + [10.0] * 10:
+        x, v = integrator.step(x, v, step_s)
+    expected, sink = particles.nodes - [0.0, 0.0, 0.01 * 9.81 / 10.0], 0.01 * 9.81 / 10.0
+    return Answer(
+        x, start, lambda a: float(np.abs(a - expected).max()) / sink, zero=particles.nodes, origin=particles.nodes
+    )

@@ -1,0 +1,96 @@
+"""Put every model beside one experiment: the rows of measured.csv."""
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.errors import InputError
+from palpate.studies.measured.candidates import Candidate, candidates
+from palpate.studies.measured.creep import creep_rows
+from palpate.studies.measured.damping import damping_rows
+from palpate.studies.measured.experiment import Experiment
+from palpate.studies.measured.measured_rows import ALL, Row
+from palpate.studies.measured.observed import Observed, observe_all
+from palpate.studies.measured.placed import check_places
+from palpate.studies.measured.predict import GIVEN, Predictor
+from palpate.studies.measured.release_rows import release_rows
+from palpate.studies.measured.surface_points import off_surface
+from palpate.studies.measured.tables import TABLES
+
+FITS, LARGE = 0.03, 0.5
+"""Shares of the body's size above which there is a warning: of the misfit of the markers, and of how far they sink."""
+
+
+def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], progress: Callable = iter) -> pd.DataFrame:
+    """Tabulate measured.csv for one experiment: a row a case, model, setting, calibration, quantity and marker.
+
+    settings : ``measured.models`` of the config; ``progress`` wraps the models, as ``tqdm`` does
+    Raises InputError for files that do not fit the entry, for loads and markers that are not where the body is, and for
+    a body that the models cannot treat; a model that does not converge has rows with a message and no prediction. Warns
+    of forces on a point, markers that fit badly, and predictions that are too large to be meant.
+    """
+    if not len(body.coarse.tetrahedra):
+        raise InputError(f"measured.experiments.{experiment.name}: {body.name} is a sheet; name a body of tetrahedra.")
+    check_places(experiment, body, partial(off_surface, body.fine))
+    rows: list[Row] = []
+    observed = observe_all(experiment)
+    for candidate in progress(list(candidates(body, settings))):
+        rows += _of(candidate, experiment, observed)
+    rows += release_rows(experiment, observed, body, settings["releases"])
+    table = pd.DataFrame(rows).assign(body=body.name, experiment=experiment.name)
+    table["young_pa"] = table["young_pa"] / table["softness"]
+    table["fitted"] = table["fitted"].eq(True)
+    table["message"] = table["message"].fillna("")
+    table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
+    _warn(experiment, table, body.fine.size)
+    return table[TABLES["measured"].columns.split()]
+
+
+def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:
+    """Yield the rows of one model, with E as given and fitted, and of one also of creep and of kinds of damping."""
+    predictor, own = Predictor(experiment, observed, candidate.make()), candidate.body.material
+    about: Row = {"model": candidate.model, "setting": candidate.setting, "nodes": len(predictor.specimen.rest)}
+    about |= {"young_pa": own.young_pa, "poisson": own.poisson, "law": own.law, "softness": 1.0}
+    for row in predictor.rows(GIVEN):
+        yield about | row
+    fitted = experiment.fitted
+    if fitted is None:
+        return
+    found = [about | row for row in predictor.rows(fitted.name)]
+    yield from found
+    if not candidate.asked_more:
+        return
+    for row in creep_rows(predictor, fitted):
+        yield about | {"setting": f"{candidate.setting} creep"} | row
+    known = found[0] | {"marker": None}
+    frequencies = {str(row["case"]): row["predicted"] for row in found if row["quantity"] == "frequency_hz"}
+    for kind, row in damping_rows(experiment, observed, frequencies, fitted.name):
+        yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
+
+
+def _warn(experiment: Experiment, table: pd.DataFrame, size_m: float) -> None:
+    """Warn of what can be computed and is hardly meant, for a body of this size."""
+    sunk = table[table["quantity"].eq("sink_m") & table["marker"].eq(ALL)]
+    for case in experiment.cases:
+        place, rows = f"measured.experiments.{experiment.name}.cases.{case.name}", sunk[sunk["case"].eq(case.name)]
+        for number, weight in enumerate(case.weights):
+            if weight.line_m is None and weight.radius_m == 0.0:
+                _say(f"{place}.loads[{number}] acts on a point, where no mesh has an answer; give radius_m.")
+        if (misfit := float(rows["misfit_m"].max())) > FITS * size_m:
+            _say(
+                f"{place}: before the release the markers are {1e3 * misfit:.2g} mm (RMS) from their places at rest; "
+                "see markers and held_s."
+            )
+        if (most := float(rows["predicted"].abs().max())) > LARGE * size_m:
+            _say(
+                f"{place}: its markers are predicted to sink by {1e3 * most:.3g} mm, and the body is "
+                f"{1e3 * size_m:.3g} mm long; see weight_n and force_n (in N) and young_pa."
+            )
+
+
+def _say(text: str) -> None:
+    warnings.warn(text, stacklevel=4)

@@ -1,0 +1,84 @@
+"""Judge paper 2's chain on an organ: whether springs fitted by the genetic algorithm hold at other contacts."""
+
+from collections.abc import Iterator, Mapping
+
+import pandas as pd
+
+from palpate.report.claims import Claim, not_testable, verdict
+
+TABLES = ("organ_springs", "organ_history", "mass_motion")
+
+HOLDS = 1.5
+"""Springs hold at other contacts if their error is less than so many times that at the fitted ones."""
+MATTERS = 0.01
+"""Masses from a CT matter if uniform ones of the same total change motion by more than this share of the peak."""
+
+
+def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+    """Yield the claims, each for every body."""
+    for body, rows in tables["organ_springs"].groupby("body", sort=False):
+        fitted, tested = (rows[rows["used_in_fit"].astype(bool) == used] for used in (True, False))
+        contacts = f"fitted at {fitted['contact'].nunique()} contacts, tested at {tested['contact'].nunique()} others"
+        searched = _searched(tables["organ_history"], str(body))
+        premise = f"{str(body).replace('_', ' ')}, {contacts}; springs alone; {searched}"
+        yield _holds(fitted, tested, premise)
+        yield _search(tested, premise)
+    for body, rows in tables["mass_motion"].groupby("body", sort=False):
+        if rows["from_ct"].astype(bool).any():
+            yield _masses(rows.set_index("masses"), str(body).replace("_", " "))
+
+
+def _searched(history: pd.DataFrame, body: str) -> str:
+    """Return how long the genetic algorithm went on, and how often."""
+    rows = history[(history["body"] == body) & (history["model"] == "genetic")]
+    seeds = rows["seed"].nunique()
+    return f"{rows['generation'].max()} generations, {f'medians of {seeds} seeds' if seeds > 1 else 'one seed'}"
+
+
+def _of_seeds(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the mean error over contacts without volume force, by seed and model; that of the model's best step."""
+    alone = rows[~rows["volume_force"].astype(bool)]
+    means = alone.groupby(["model", "step_s", "seed"])["rmse_of_peak"].mean()
+    return means.groupby(["model", "seed"]).min().unstack("model")
+
+
+def _told(means: pd.DataFrame, model: str) -> str:
+    """Write the median error of a model and, if it has several seeds, their range."""
+    found = 100 * means[model].dropna()
+    span = f" ({found.min():.2g} to {found.max():.2g} %)" if len(found) > 1 else ""
+    return f"{found.median():.2g} %{span}"
+
+
+def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
+    """Judge by medians over the seeds."""
+    first, second = _of_seeds(fitted), _of_seeds(tested)
+    ours = f"{_told(first, 'genetic')} of the peak where fitted, {_told(second, 'genetic')} elsewhere"
+    claim = "moduli of an organ found by the genetic algorithm hold for other presses"
+    held = second["genetic"].median() < HOLDS * first["genetic"].median()
+    return Claim(2, "2, figure 3", claim, premise, "they do, on its cube", ours, verdict(held))
+
+
+def _search(rows: pd.DataFrame, premise: str) -> Claim:
+    """Compare with what needs no search: Van Gelder's springs and one modulus for all nodes."""
+    means = _of_seeds(rows)
+    tested = means.median()
+    names = {"genetic": "genetic algorithm", "uniform": "one modulus", "van_gelder": "Van Gelder"}
+    ours = ", ".join(f"{words} {_told(means, name)}" for name, words in names.items())
+    claim = "the genetic algorithm is the way to an organ's springs"
+    rival, seeds = tested[["uniform", "van_gelder"]].min(), means["genetic"].dropna()
+    found = verdict(bool(tested["genetic"] < rival))
+    if seeds.min() < rival <= seeds.max():
+        found = not_testable("some seeds are better than what needs no search, others are not")
+    return Claim(2, "3", claim, f"{premise}; at the others", "it is proposed for them", ours, found)
+
+
+def _masses(rows: pd.DataFrame, body: str) -> Claim:
+    change, total = rows.loc["mean", "change_of_motion"], rows.loc["uniform", "change_of_motion"]
+    ours = (
+        f"masses of density_kg_m3 everywhere change motion by {100 * total:.2g} % of the peak, and spread evenly with "
+        f"the CT's total by {100 * change:.2g} %"
+    )
+    claim = "node by node, masses from the voxels move an organ otherwise than the same mass spread evenly"
+    premise = f"{body}, coarse finite elements; more than {100 * MATTERS:g} % of the peak counts"
+    published = "masses are taken from the voxels, and their effect is not measured"
+    return Claim(2, "1, equation 4", claim, premise, published, ours, verdict(change > MATTERS))

@@ -1,0 +1,163 @@
+"""An organ that is pressed at some contacts, and how it moves: in finite elements, and as springs that are fitted."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import kept_contacts
+from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.refinement import finer
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError
+from palpate.models.springs.calibration.closed_forms import volume_stiffness
+from palpate.models.springs.calibration.fem_motion import reference_motion
+from palpate.models.springs.calibration.fitness import Fitness, Range
+from palpate.models.springs.calibration.spring_model import KeyPoints, Press, SpringModel, spring_model
+from palpate.models.springs.calibration.spring_motion import Settings
+from palpate.models.springs.calibration.step_limit import step_limit
+from palpate.solvers.equilibrium import Equilibrium
+
+Motion = tuple[np.ndarray, np.ndarray]
+"""Positions [m] and velocities [m/s] of all key points at the end of each frame, both (frames, p, 3)."""
+
+
+class Reference(NamedTuple):
+    """The motion that models are compared with: the limit of ever smaller steps, extrapolated from two.
+
+    positions, velocities : as in Motion
+    error : the largest that the shorter of both steps has, over the peak; what is left of it is smaller
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    error: float
+
+
+OF_LIMIT = 0.8
+"""Share of the longest stable step that springs take."""
+
+
+@dataclass(frozen=True, eq=False)
+class Organ:
+    """A body, pressed at ``contacts`` one after the other, of which springs are fitted to the first ``fitted``.
+
+    body : of two levels: springs are on the coarse one, the reference is on the other
+    model : the springs; keys : the nodes of the coarse surface that are free; looked : (k,), which of them fits look at
+    forces : (contacts, 3) [N]; limits : of the moduli; settings : the config's block organ_springs
+    """
+
+    body: Body
+    model: SpringModel
+    contacts: np.ndarray
+    fitted: int
+    forces: np.ndarray
+    keys: KeyPoints
+    looked: np.ndarray
+    limits: Range
+    settings: dict
+
+    def particles(self, level: int) -> Particles:
+        """Return the masses of a level, which are those of the CT if the body has them."""
+        return particles_of(self.body, level, surface=False)
+
+    def press(self, number: int, level: int) -> Press:
+        """Return the press at a contact, a pressure over a disc, on the nodes of a level."""
+        contact, radius = int(self.contacts[number]), self.settings["radius_m"]
+        load = nodal_load(self.body, level, contact, self.forces[number], radius)
+        nodes = np.flatnonzero(load.any(axis=1))
+        return Press(f"at node {contact} of {self.body.name}", nodes, load[nodes], self.settings["rise_s"])
+
+    def in_steps(self, steps: int, volume_n_m: float = 0.0) -> Settings:
+        """Return the settings of a motion of so many steps in each frame."""
+        frames, keys = self.settings["frames"], self.keys
+        step = self.settings["duration_s"] / (frames * steps)
+        return Settings(step, frames * steps, self.settings["damping_ratio"], keys, volume_n_m, every=steps)
+
+    def spring_settings(self, volume_force: bool) -> Settings:
+        """Return the settings of springs, in steps that are stable for the stiffest; with or without volume force."""
+        volume = volume_stiffness(self.model, self.particles(0).material) if volume_force else 0.0
+        once = self.in_steps(1, volume)
+        limit = OF_LIMIT * step_limit(self.particles(0), self.model, once, self.limits.high_pa)
+        return self.in_steps(int(np.ceil(once.step_s / limit)), volume)
+
+    def fitnesses(self, settings: Settings, references: list[Reference]) -> list[Fitness]:
+        """Return the fitness functions of the fitted presses, which see the key points ``looked`` only."""
+        seen = replace(settings, keys=KeyPoints(self.keys.corners[self.looked], self.keys.shares[self.looked]))
+        return [
+            Fitness(self.model, self.press(i, 0), seen, x[:, self.looked], v[:, self.looked])
+            for i, (x, v, _) in enumerate(references[: self.fitted])
+        ]
+
+
+def organ(body: Body, settings: dict) -> Organ:
+    """Choose contacts, forces and key points; InputError if ``body`` cannot be pressed at so many, or has a bed.
+
+    A force is what moves the coarse body by ``peak_of_size`` of its size, linearly. The fitted contacts are the first
+    of those that lie farthest from each other, so that no tested one is beside all of them.
+    """
+    body = body.up_to(1) if len(body.levels) > 1 else finer(body)
+    if body.bed is not None or not len(body.anchors[0]):
+        raise InputError(f"organ_springs: {body.name} is not held by anchors, which springs need; give it anchors.")
+    fitted, wanted = settings["fitted"], settings["fitted"] + settings["tested"]
+    first, every = kept_contacts(body, fitted), kept_contacts(body, wanted)
+    if len(every) < wanted:
+        raise InputError(
+            f"organ_springs: {wanted} contacts are asked for and {len(every)} of {body.name} can be pressed; "
+            "lower fitted or tested."
+        )
+    contacts = np.concatenate([first, np.setdiff1d(every, first)])
+    particles = particles_of(body, 0, surface=False)
+    free = np.setdiff1d(body.coarse.surface, particles.held)
+    looked = np.unique(np.linspace(0, len(free) - 1, settings["key_points"]).round().astype(int))
+    low, high = settings["young_of_body"]
+    young = particles.material.young_pa
+    return Organ(
+        body,
+        spring_model(particles),
+        contacts,
+        fitted,
+        _forces(body, contacts, settings),
+        nodes_as_keys(free),
+        looked,
+        Range(low * young, high * young),
+        settings,
+    )
+
+
+def nodes_as_keys(nodes: np.ndarray) -> KeyPoints:
+    """Return key points that are ``nodes`` (p,), on every level on which these have the same numbers."""
+    return KeyPoints(np.repeat(nodes[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)))
+
+
+def _forces(body: Body, contacts: np.ndarray, settings: dict) -> np.ndarray:
+    respond, peak = Equilibrium(body, 0).linear_solver(), settings["peak_of_size"] * body.fine.size
+    forces = []
+    for contact in contacts:
+        inward = -body.fine.normals[contact]
+        moved = respond(nodal_load(body, 0, int(contact), inward, settings["radius_m"]))
+        forces.append(inward * peak / np.linalg.norm(moved, axis=1).max())
+    return np.array(forces)
+
+
+def references(found: Organ) -> list[Reference]:
+    """Simulate the motion of linear elements on the finer level under each press; NotConverged as the integrator.
+
+    Backward Euler's error is of first order, so twice the motion of the half step less that of the step is the limit's.
+    """
+    particles, settings = found.particles(1), found.in_steps(1)
+    rest, substeps = found.keys.of(found.body.coarse.nodes), found.settings["reference_steps"]
+    limits = []
+    for i in range(len(found.contacts)):
+        press = found.press(i, 1)
+        long, short = (reference_motion(particles, found.model, press, settings, n * substeps) for n in (1, 2))
+        x, v = (2.0 * fine - coarse for fine, coarse in zip(short, long, strict=True))
+        limits.append(Reference(x, v, deviation(short[0], x, rest)))
+    return limits
+
+
+def deviation(motion: np.ndarray, wanted: np.ndarray, rest: np.ndarray) -> float:
+    """Return the RMSE of a motion (f, p, 3) [m] over frames and points / the largest displacement of ``wanted``."""
+    rmse = np.sqrt(((motion - wanted) ** 2).sum(axis=2).mean())
+    return float(rmse / np.linalg.norm(wanted - rest, axis=2).max())

@@ -1,0 +1,115 @@
+"""Springs of an organ, fitted in every way to some presses and tested at other contacts."""
+
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+
+from palpate.models.springs.calibration import closed_forms, genetic_algorithm
+from palpate.models.springs.calibration.cma_es import cma_es
+from palpate.models.springs.calibration.fitness import Fit, Fitness
+from palpate.models.springs.calibration.gradient_descent import descend
+from palpate.models.springs.calibration.spring_model import SpringModel
+from palpate.models.springs.calibration.spring_motion import Settings, simulate
+from palpate.studies.organ_springs.organ import Organ, Reference
+
+METHODS = ("van_gelder", "lloyd", "uniform", "genetic", "cma_es", "gradient")
+"""Ways to find moduli, in the order of tables."""
+SEEDED = ("genetic", "cma_es")
+"""Those that draw random numbers, and are repeated."""
+Report = Callable[[int, float], None]
+
+
+def measure(
+    found: Organ, references: list[Reference], seed: int, report: Callable[[str], Report]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Compute the rows of organ_springs.csv and organ_history.csv of all methods, with and without volume force.
+
+    seed : the first of ``searches.seeds`` consecutive ones
+    report(what) : gives the function that is told how far a search is
+    """
+    errors, histories = [], []
+    for volume_force in found.settings["volume_force"]:
+        settings = found.spring_settings(volume_force)
+        fitnesses = found.fitnesses(settings, references)
+        soft = np.full(len(found.model.masses), found.limits.low_pa)
+        fitnesses[0](soft[None])  # so that compilation is not timed
+        simulate(found.model, soft, found.press(0, 0), settings)
+        seeds = range(seed, seed + found.settings["searches"]["seeds"])
+        runs = [(method, one) for method in METHODS for one in (seeds if method in SEEDED else seeds[:1])]
+        for method, one in runs:
+            model, fit = find(method, found, fitnesses, one, report(method))
+            labels = {"model": method, "volume_force": volume_force, "seed": one}
+            judged = judge(found, model, fit.young, settings, references)
+            judged["offline_s"], judged["evaluations"] = fit.history[-1, 1], int(fit.history[-1, 0])
+            errors.append(judged.assign(**labels))
+            rises = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
+            histories.append(rises.assign(**labels, generation=np.arange(len(rises))))
+    return pd.concat(errors, ignore_index=True), pd.concat(histories, ignore_index=True)
+
+
+def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report: Report) -> tuple[SpringModel, Fit]:
+    """Find moduli by one of METHODS; the searches maximise the sum of ``fitnesses``, of the fitted presses."""
+    material, searches, nodes = found.particles(0).material, found.settings["searches"], len(found.model.masses)
+
+    def fitness(young: np.ndarray) -> np.ndarray:
+        return np.sum([press(young) for press in fitnesses], axis=0)
+
+    def closed(way: Callable) -> tuple[SpringModel, Fit]:
+        begin = perf_counter()
+        model, young = way(found.model, material)
+        return model, Fit(young, np.nan, np.array([[0, perf_counter() - begin, float(fitness(young[None])[0])]]))
+
+    start = np.full(nodes, float(material.young_pa))
+    if method in ("van_gelder", "lloyd"):
+        return closed(getattr(closed_forms, method))
+    if method == "uniform":
+        return found.model, closed_forms.uniform(fitness, nodes, found.limits)
+    if method == "genetic":
+        rules = genetic_algorithm.Rules(searches["population"], found.limits, seed)
+        return found.model, genetic_algorithm.evolve(fitness, nodes, rules, searches["generations"], report=report)
+    if method == "cma_es":
+        return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
+    return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])
+
+
+def judge(
+    found: Organ, model: SpringModel, young: np.ndarray, settings: Settings, references: list[Reference]
+) -> pd.DataFrame:
+    """Measure errors and time of springs at every contact, one row each."""
+
+    def move(number: int) -> np.ndarray:
+        return simulate(model, young, found.press(number, 0), settings)[0]
+
+    return judge_motions(found, move, references).assign(step_s=settings.step_s)
+
+
+def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:
+    """Measure errors and time of a model at every contact; ``move(number)`` returns key points (f, p, 3) [m].
+
+    f divides the number of frames; errors are those at the ends of the frames that the model has; reference_error is
+    that of ``Reference``.
+    rmse_of_peak : over frames and key points / the largest displacement; ms_a_second : of computing, for one of motion
+    """
+    rest, rows = found.keys.of(found.body.coarse.nodes), []
+    for number, (wanted, _, own_error) in enumerate(references):
+        begin = perf_counter()
+        motion = move(number)
+        taken = perf_counter() - begin
+        every = len(wanted) // len(motion)
+        rmse = float(np.sqrt(((motion - wanted[every - 1 :: every]) ** 2).sum(axis=2).mean()))
+        peak = float(np.linalg.norm(wanted - rest, axis=2).max())
+        rows.append(
+            {
+                "body": found.body.name,
+                "contact": int(found.contacts[number]),
+                "used_in_fit": number < found.fitted,
+                "rmse_m": rmse,
+                "peak_m": peak,
+                "rmse_of_peak": rmse / peak,
+                "reference_error": own_error,
+                "ms_a_second": 1e3 * taken / found.settings["duration_s"],
+            }
+        )
+    return pd.DataFrame(rows)

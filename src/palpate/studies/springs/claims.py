@@ -1,0 +1,135 @@
+"""Judge paper 2's claims on its genetic algorithm: its fitness, its time, and whether one press is enough."""
+
+from collections.abc import Iterator, Mapping
+
+import pandas as pd
+
+from palpate.report.claims import Claim, not_testable, percent, verdict
+
+TABLES = ("spring_fit", "spring_history", "spring_floor")
+
+FITNESS_M, GENERATIONS, SECONDS = -0.05, 1000, 3600
+"""Where the search ends in figure 2, and after how long."""
+_HOLDS = 1.5
+"""Moduli hold for a load that they were not fitted to if its error is less than so many times the fitted one."""
+_LESS = 0.8
+"""An error is clearly smaller if it is less than this share of the other."""
+_FIXED = 0.25
+"""Poisson's ratio of springs."""
+_MAGNITUDE = 10.0
+"""A search is faster by an order of magnitude if it takes so many times less time to the same fitness."""
+_LATE, _GAIN = 0.1, 0.05
+"""A search has converged if its last tenth gains less than this share of what the whole gains."""
+
+
+def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+    """Yield the claims; springs alone, as in the fit, medians over the seeds."""
+    fits, history = (genetic(tables[name]) for name in TABLES[:2])
+    fitted, others = fits[fits["used_in_fit"]], fits[~fits["used_in_fit"]]
+    count = int(fitted["generations"].max())
+    premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {_seeds(fitted)}"
+    yield _fitness(fitted["fitness"].median(), count, premise)
+    yield _converged(history, premise)
+    yield _time(fitted["seconds"].median(), premise)
+    yield _holds(fitted["rmse_of_peak"].median(), others, premise)
+    yield _volume(tables["spring_floor"])
+    yield _fixed_ratio(tables["spring_floor"])
+    yield from _searches(tables["spring_history"], premise)
+    yield _damping()
+
+
+def genetic(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the paper's own search, without volume force."""
+    return table[(table["method"] == "genetic") & ~table["volume_force"].astype(bool)]
+
+
+def _seeds(rows: pd.DataFrame) -> str:
+    count = rows["seed"].nunique()
+    return f"median of {count} seeds" if count > 1 else "one seed"
+
+
+def _fitness(found: float, count: int, premise: str) -> Claim:
+    published = f"{FITNESS_M:g} after {GENERATIONS} generations"
+    why = "the paper gives neither its material nor its key points nor its steps, on which the sum depends"
+    claim = "the genetic algorithm ends at a fitness of"
+    return Claim(2, "2, figure 2", claim, premise, published, f"{found:.3g} after {count}", not_testable(why))
+
+
+def _converged(history: pd.DataFrame, premise: str) -> Claim:
+    """Judge whether the last tenth of the generations still gains."""
+    shares = []
+    for _, run in history.groupby("seed"):
+        best = run.sort_values("generation").set_index("generation")["fitness"].cummax()
+        late = best[best.index <= (1 - _LATE) * best.index.max()].iloc[-1]
+        whole = best.iloc[-1] - best.iloc[0]
+        shares.append((best.iloc[-1] - late) / whole if whole else 0.0)
+    share, count = float(pd.Series(shares).median()), int(history["generation"].max())
+    ours = f"the last tenth of {count} generations brings {percent(share)} of the gain"
+    claim = "the genetic algorithm has converged after"
+    return Claim(2, "2, figure 2", claim, premise, f"about {GENERATIONS} generations", ours, verdict(share < _GAIN))
+
+
+def _time(seconds: float, premise: str) -> Claim:
+    """Compare the hour, for what it is worth."""
+    published, ours = f"about {SECONDS / 3600:g} h", f"{seconds:.2g} s"
+    why = "the paper does not name its machine"
+    return Claim(2, "2", "the search takes", premise, published, ours, not_testable(why))
+
+
+def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
+    """Judge moduli at presses that they were not fitted to."""
+    worst = others.groupby("press")["rmse_of_peak"].median().max()
+    ours = f"{percent(error)} of the peak on the fitted press, up to {percent(worst)} on the others"
+    claim = "moduli fitted to the top press hold for the left and the front press too"
+    return Claim(2, "2, figure 3", claim, premise, "they do", ours, verdict(worst < _HOLDS * error))
+
+
+def _volume(floor: pd.DataFrame) -> Claim:
+    """Judge the volume force by the tissue that keeps its volume best: springs fitted to all presses at once."""
+    poisson = floor["poisson"].max()
+    worst = floor[floor["poisson"] == poisson].groupby("volume_force")["rmse_of_peak"].max()
+    ours = f"{percent(worst[True])} of the peak with the force, {percent(worst[False])} without"
+    premise = (
+        f"the same cube, Poisson's ratio {poisson:g}, moduli and stiffness of the force fitted to all three presses"
+    )
+    claim = "a volume force lets springs follow tissue that keeps its volume"
+    return Claim(
+        2, "1, equation 2", claim, premise, "it preserves volume", ours, verdict(worst[True] < _LESS * worst[False])
+    )
+
+
+def _fixed_ratio(floor: pd.DataFrame) -> Claim:
+    """Judge by which tissue springs alone follow best, fitted to all presses at once."""
+    errors = floor[~floor["volume_force"].astype(bool)].groupby("poisson")["rmse_of_peak"].mean()
+    best = float(errors.idxmin())
+    ours = "mean error " + ", ".join(f"{percent(error)} at {poisson:g}" for poisson, error in errors.items())
+    claim = "springs without a volume force have one Poisson's ratio, whatever their moduli"
+    premise = f"the same cube, tissues of {len(errors)} ratios, moduli fitted to all three presses"
+    near = errors.index[(errors.index - _FIXED).to_series().abs().to_numpy().argmin()]
+    return Claim(2, "beyond the paper", claim, premise, "1/4", f"{ours}; least at {best:g}", verdict(best == near))
+
+
+def _searches(history: pd.DataFrame, premise: str) -> Iterator[Claim]:
+    """Compare when other searches are as fit as the genetic algorithm at its end, medians over the seeds."""
+    alone = history[~history["volume_force"].astype(bool)]
+    paper = alone[alone["method"] == "genetic"].groupby("seed")
+    wanted, taken = paper["fitness"].max().median(), paper["seconds"].max().median()
+    for method, words in (("gradient", "the gradient by the adjoint"), ("cma_es", "CMA-ES")):
+        rows = alone[(alone["method"] == method) & (alone["fitness"] >= wanted)]
+        if method not in set(alone["method"]):
+            continue
+        first = rows.groupby("seed")["seconds"].min()
+        every = len(first) == alone.loc[alone["method"] == method, "seed"].nunique()
+        ours = "not as fit at its end"
+        if every:
+            ours = f"as fit after {first.median():.2g} s as the genetic algorithm after {taken:.2g} s"
+        claim = f"{words} beats the genetic algorithm by orders of magnitude in time"
+        holds = every and taken / first.median() >= _MAGNITUDE
+        yield Claim(2, "beyond the paper", claim, premise, "ten times or more", ours, verdict(bool(holds)))
+
+
+def _damping() -> Claim:
+    """Explain why equation 6 is not used."""
+    claim, ours = "springs are damped by", "2 ratio sqrt(k m₁m₂/(m₁ + m₂)) instead"
+    why = "its unit is not N s/m; in metres it is thousands of times what lets the cube move"
+    return Claim(2, "1, equation 6", claim, "any", "2 sqrt(k (m₁ + m₂))/l", ours, not_testable(why))

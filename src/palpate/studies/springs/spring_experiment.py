@@ -1,0 +1,101 @@
+"""Paper 2's experiment: its cube, pressed on three faces, and its motion by finite elements."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles, solid_particles
+from palpate.errors import InputError
+from palpate.files import write_whole
+from palpate.models.springs.calibration.closed_forms import volume_stiffness
+from palpate.models.springs.calibration.fem_motion import reference_motion
+from palpate.models.springs.calibration.fitness import Fitness, Range
+from palpate.models.springs.calibration.paper_cube import FACES, middle, paper_cube
+from palpate.models.springs.calibration.spring_model import Press, SpringModel, key_points, spring_model
+from palpate.models.springs.calibration.spring_motion import Settings
+from palpate.models.springs.calibration.step_limit import check_step
+
+Motion = tuple[np.ndarray, np.ndarray]
+"""Positions [m] and velocities [m/s] of the key points after each step, both (steps, p, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """The presses that springs are fitted to, and the settings of their motion; ``with_volume`` adds a volume force."""
+
+    particles: Particles
+    model: SpringModel
+    presses: dict[str, Press]
+    settings: Settings
+    limits: Range
+
+    def start(self) -> np.ndarray:
+        """Return the start of iterative searches: the geometric mean of the range's ends at each node, (n,) [Pa]."""
+        return np.full(len(self.model.masses), np.sqrt(self.limits.low_pa * self.limits.high_pa))
+
+    def with_volume(self, stiffness_n_m: float) -> "Experiment":
+        """Return the experiment with a volume force of this stiffness; raises InputError if the step is too long."""
+        settings = replace(self.settings, volume_n_m=stiffness_n_m)
+        check_step(self.particles, self.model, settings, self.limits)
+        return replace(self, settings=settings)
+
+    def volume_n_m(self) -> float:
+        """Return the stiffness [N/m] at which the springs have the bulk modulus of the material."""
+        return volume_stiffness(self.model, self.particles.material)
+
+    def fitness(self, press: str, references: dict[str, Motion]) -> Fitness:
+        """Return the fitness function of one press against its reference."""
+        return Fitness(self.model, self.presses[press], self.settings, *references[press])
+
+
+def experiment(block: dict, poisson: float) -> Experiment:
+    """Build the experiment that the config describes, with a reference of this Poisson ratio.
+
+    block : the config's block ``springs``
+    Raises InputError if the range is empty, a key point is outside the cube, or the step is too long.
+    """
+    mesh = paper_cube(block["side_m"])
+    material = Material(block["material"]["young_pa"], poisson, block["material"]["density_kg_m3"])
+    particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), material, "paper 2's cube")
+    presses = {}
+    for face in FACES:
+        node, inward = middle(mesh, face)
+        presses[face] = Press(face, node, block["force_n"] * inward, block["rise_s"])
+    keys = key_points(mesh.nodes, mesh.tetrahedra, block["key_points_m"], "springs.key_points_m")
+    steps = round(block["duration_s"] / block["step_s"])
+    if steps < 1:
+        raise InputError(
+            f"springs.duration_s is {block['duration_s']:g} s and a step {block['step_s']:g} s; "
+            "set it to at least one step."
+        )
+    settings = Settings(block["step_s"], steps, block["damping_ratio"], keys)
+    limits = Range(*block["young_pa"])
+    found = Experiment(particles, spring_model(particles), presses, settings, limits)
+    check_step(particles, found.model, settings, limits)
+    return found
+
+
+def simulate_references(found: Experiment, substeps: int) -> dict[str, Motion]:
+    """Simulate the motion of finite elements under each press."""
+    return {
+        name: reference_motion(found.particles, found.model, press, found.settings, substeps)
+        for name, press in found.presses.items()
+    }
+
+
+def save_references(references: dict[str, Motion], path: str | Path) -> None:
+    """Write all motions to one file."""
+    arrays: dict[str, Any] = {
+        f"{name}_{kind}": a for name, pair in references.items() for kind, a in zip("xv", pair, strict=True)
+    }
+    with write_whole(path) as part, open(part, "wb") as file:
+        np.savez(file, **arrays)
+
+
+def load_references(path: str | Path) -> dict[str, Motion]:
+    """Read the motions that ``save_references`` wrote."""
+    with np.load(path) as file:
+        return {name: (file[f"{name}_x"], file[f"{name}_v"]) for name in FACES}

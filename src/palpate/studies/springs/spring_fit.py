@@ -1,0 +1,173 @@
+"""Methods for spring parameters on paper 2's cube: fitted to one press and evaluated on all three."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+
+from palpate.models.springs.calibration import closed_forms, genetic_algorithm
+from palpate.models.springs.calibration.fitness import Fit, Fitness
+from palpate.models.springs.calibration.spring_model import SpringModel
+from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.studies.springs.spring_experiment import Experiment, Motion
+
+CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
+SEEDED = ["genetic", "cma_es"]
+METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
+"""All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
+presses and shows the accuracy that the model can reach when it sees them."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Limits of the searches: generations and population of the genetic algorithm, evaluations of the others."""
+
+    population: int
+    generations: int
+    cma_es_evaluations: int
+    gradient_evaluations: int
+
+
+def budget(searches: dict) -> Budget:
+    """Return the config's limits."""
+    return Budget(**{field.name: searches[field.name] for field in fields(Budget)})
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A ``fit`` and the ``model`` that its moduli belong to."""
+
+    model: SpringModel
+    fit: Fit
+
+
+def find(
+    method: str,
+    trial: Experiment,
+    fitnesses: list[Fitness],
+    budget: Budget,
+    seed: int,
+    checkpoint: Path | None = None,
+    report: Callable[[int, float], None] = lambda count, best: None,
+) -> Fitted:
+    """Find the parameters by one of METHODS; all but gradient_all use the first of ``fitnesses`` only."""
+    model, fitness, limits, nodes = trial.model, fitnesses[0], trial.limits, len(trial.model.masses)
+    if method in CLOSED:
+        begin = perf_counter()
+        model, young = CLOSED[method](model, trial.particles.material)
+        seconds = perf_counter() - begin
+        scored = Fitness(model, fitness.press, fitness.settings, fitness.positions, fitness.velocities)
+        value = float(scored(young[None])[0])
+        return Fitted(model, Fit(young, value, np.array([[0, seconds, value]])))
+    if method == "genetic":
+        rules = genetic_algorithm.Rules(budget.population, limits, seed)
+        return Fitted(model, genetic_algorithm.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
+    if method == "cma_es":
+        from palpate.models.springs.calibration.cma_es import cma_es
+
+        return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
+    if method == "uniform":
+        fit = closed_forms.uniform(fitness, nodes, limits)
+        return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
+    if method == "gradient_smooth":
+        from palpate.models.springs.calibration.regularized_fit import descend_smoothly
+
+        return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
+    from palpate.models.springs.calibration.gradient_descent import descend
+
+    chosen = fitnesses if method == "gradient_all" else [fitness]
+    return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations))
+
+
+def history(fit: Fit) -> pd.DataFrame:
+    """Tabulate the best fitness over generations or iterations; closed forms have a single row."""
+    table = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
+    table.insert(0, "generation", np.arange(len(table)))
+    return table.astype({"evaluations": int})
+
+
+def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
+    """Evaluate the error of the key points over all steps, one row for each press.
+
+    rmse_m : over steps and key points; rmse_of_peak : the same / the reference's largest displacement; max_x_m … : the
+    largest error along each axis; used : the presses that were fitted
+    """
+    rows = []
+    rest = trial.settings.keys.of(trial.model.nodes)
+    for press, (positions, velocities) in references.items():
+        error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        rmse = float(np.sqrt((error**2).sum(axis=2).mean()))
+        peak = float(np.linalg.norm(positions - rest, axis=2).max())
+        scored = Fitness(fitted.model, trial.presses[press], trial.settings, positions, velocities)
+        value = float(scored(fitted.fit.young[None])[0])
+        rows.append((press, press in used, rmse, rmse / peak, *np.abs(error).max(axis=(0, 1)), value))
+    names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
+    return pd.DataFrame(rows, columns=names.split())
+
+
+def errors(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
+    """Evaluate errors along each axis, for each press and step (paper 2's figure 3).
+
+    error_x_m … : simulated minus reference, with its sign, of the key point that the press moves farthest
+    most_m, zero_m : the largest error along an axis of any key point, and the same if nothing moved
+    """
+    tables = []
+    rest = trial.settings.keys.of(trial.model.nodes)
+    for press, (positions, _) in references.items():
+        error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        point = int(np.linalg.norm(positions - rest, axis=2).max(axis=0).argmax())
+        signed = pd.DataFrame(error[:, point], columns=["error_x_m", "error_y_m", "error_z_m"])
+        signed.insert(0, "step", np.arange(1, len(error) + 1))
+        largest, zero = (np.abs(each).max(axis=(1, 2)) for each in (error, positions - rest))
+        tables.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
+    return pd.concat(tables, ignore_index=True)
+
+
+def tables(
+    found: Experiment,
+    method: str,
+    volume_force: bool,
+    references: dict[str, Motion],
+    budget: Budget,
+    runs: dict[int, Path],
+    report: Callable[[int, int, float], None],
+) -> dict[str, pd.DataFrame]:
+    """Compute the method's part of spring_fit, spring_history and spring_errors, with one run for each seed.
+
+    references : that of the fitted press first; runs : path of the genetic algorithm's checkpoint by seed
+    report : called with seed, generation and best fitness
+    """
+    trial = found.with_volume(found.volume_n_m()) if volume_force else found
+    fitnesses = [trial.fitness(press, references) for press in references]
+    used = list(references) if method == "gradient_all" else [fitnesses[0].press.name]
+    parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
+    _warm_up(fitnesses[0], trial.start())
+    for seed, checkpoint in runs.items():
+        fitted = find(method, trial, fitnesses, budget, seed, checkpoint, partial(report, seed))
+        rises = history(fitted.fit)
+        last = rises.iloc[-1]
+        labels = {"method": method, "volume_force": volume_force, "seed": seed}
+        judged = judge(trial, fitted, references, used).assign(
+            generations=int(last["generation"]),
+            evaluations=int(last["evaluations"]),
+            seconds=last["seconds"],
+            volume_n_m=trial.settings.volume_n_m,
+        )
+        grown = errors(trial, fitted, references, used)
+        if checkpoint:
+            checkpoint.unlink(missing_ok=True)
+        for name, table in zip(parts, (judged, rises, grown), strict=True):
+            parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
+    return {name: pd.concat(found, ignore_index=True) for name, found in parts.items()}
+
+
+def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
+    """Run the functions that a search calls once, so that compilation is not timed."""
+    from palpate.models.springs.calibration.gradient_descent import value_and_gradient
+
+    fitness(young[None])
+    value_and_gradient(fitness, young, fitness.settings.volume_n_m)

@@ -1,0 +1,52 @@
+"""Judge the idea that paper 3 reports of Bao and others (2006): a fine model only where force acts."""
+
+from collections.abc import Iterator, Mapping
+
+import pandas as pd
+
+from palpate.report.claims import Claim, percent, two_digits, verdict
+
+TABLES = ("accuracy_vs_time",)
+
+
+def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+    """Yield a claim for each order of elements, of the first split; none without whole meshes as fine as local ones."""
+    table = tables["accuracy_vs_time"]
+    table = table[table["split"] == table["split"].min()]
+    names = ["fem_local", "fem_p1", "fem_p2"]
+    known = table[table["model"].isin(names)].reset_index(drop=True)
+    found = known.join(pd.DataFrame([_read(setting) for setting in known["setting"]], index=known.index))
+    if "depth" not in found:
+        return
+    # all stop in the same way: one iteration from the frame before
+    found = found[(found["start"] == "frame") & (found["iterations"] == "1")]
+    for order, rows in found[found["model"] == "fem_local"].groupby("order"):
+        whole = found[found["model"] == f"fem_p{order}"].set_index(["scene", "level"])
+        both = rows[rows["depth"].isin(whole.index.get_level_values("level"))]
+        if len(both):
+            deepest = both[both["depth"] == both["depth"].max()]
+            yield _claim(order, deepest, whole[["patch_rms_of_peak", "online_median_s"]])
+
+
+def _claim(order: str, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
+    """Compare local meshes (a row for each scene) with the coarse one, and with the whole one of the same depth."""
+    names = ["patch_rms_of_peak", "online_median_s"]
+    mine = rows.drop_duplicates("scene", keep="last").set_index("scene")
+    coarse, fine = whole.xs("0", level="level"), whole.xs(mine["depth"].iloc[0], level="level")
+    scenes = mine.index.intersection(coarse.index).intersection(fine.index)
+    each = [table.loc[scenes, names] for table in (coarse, mine, fine)]
+    holds = bool((each[1].iloc[:, 0] < each[0].iloc[:, 0]).all() and (each[1].iloc[:, 1] < each[2].iloc[:, 1]).all())
+    ours = "; ".join(
+        f"{scene.replace('_', ' ')}: "
+        + ", ".join(f"{percent(t.loc[scene, names[0]])} in {two_digits(1e3 * t.loc[scene, names[1]])} ms" for t in each)
+        for scene in scenes
+    )
+    claim = "a fine model only where force acts is more precise there than a coarse one, and faster than a fine one"
+    depth = mine["depth"].iloc[0]
+    premise = f"elements of order {order}, level {depth} near the contact; errors at the patch: coarse, local, fine"
+    return Claim(3, "1, of Bao and others", claim, premise, "no figure", ours or "not measured", verdict(holds))
+
+
+def _read(setting: str) -> dict[str, str]:
+    """Return the values of a setting such as "level=0, start=rest"."""
+    return dict(part.split("=") for part in setting.split(", ") if "=" in part)

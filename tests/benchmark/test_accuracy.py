@@ -1,0 +1,112 @@
+"""Errors by hand, and the table's columns and means."""
+
+import numpy as np
+import pytest
+
+from palpate.benchmark.accuracy import accuracy_rows, errors, patch_nodes, predict, sample_errors, truth_errors
+from palpate.errors import InputError
+from palpate.models.enrichment.interpolation import Interpolation
+
+
+class Nothing:
+    """Predicts that nothing moves."""
+
+    sigma_m = 0.25
+
+    def predict(self, coarse, contact, force):
+        return np.zeros((50, 3))
+
+
+def test_errors_by_hand():
+    reference = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    predicted = reference + np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, -2.0, 0.0]])
+    found = errors(predicted, reference)
+    assert found.rmse_m == pytest.approx(np.sqrt((1 + 4 + 4) / 3))
+    assert found.rmse_of_peak == pytest.approx(found.rmse_m / 5)
+    assert found.max_of_peak == pytest.approx(2 / 5)
+    assert found.p95_of_peak == pytest.approx(2 / 5)
+    assert errors(reference, reference) == (0, 0, 0, 0)
+
+
+def test_errors_against_the_truth_by_hand():
+    truth = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+    predicted = truth + np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, -2.0, 0.0], [0.0, 0.0, 0.0]])
+    found = truth_errors(predicted, truth, np.array([True, True, False, False]))
+    assert found.rmse_of_peak == pytest.approx(np.sqrt((1 + 4 + 4) / 4) / 5)
+    assert found.relative_l2 == pytest.approx(np.sqrt((1 + 4 + 4) / (25 + 1 + 4)))
+    assert found.patch_rms_of_peak == pytest.approx(np.sqrt((1 + 4) / 2) / 5)  # of the whole peak, not of the patch's
+    assert found.patch_max_of_peak == pytest.approx(2 / 5) == found.max_of_peak
+    last = truth_errors(predicted, truth, np.array([False, False, False, True]))
+    assert last.patch_rms_of_peak == last.patch_max_of_peak == 0
+    nothing = truth_errors(np.zeros((4, 3)), truth, np.array([True, False, False, False]))
+    assert nothing.relative_l2 == nothing.patch_max_of_peak == nothing.patch_rms_of_peak == 1
+
+
+def test_the_patch_is_on_the_side_that_is_pressed(box):
+    """A plate of 2 mm: a disc of 12 mm reaches its other side, whose nodes are not pressed."""
+    mesh = box([10, 10, 1], [0.1, 0.1, 0.002])
+    contact = int(np.argmin(np.linalg.norm(mesh.nodes - [0.05, 0.05, 0.002], axis=1)))
+    nodes = mesh.nodes[mesh.surface[patch_nodes(mesh, contact, 0.012)]]
+    assert len(nodes) == 5 and np.allclose(nodes[:, 2], 0.002)
+    assert np.linalg.norm(nodes - mesh.nodes[contact], axis=1).max() <= 0.012
+    assert mesh.surface[patch_nodes(mesh, contact, 0.0)].tolist() == [contact]
+
+
+def test_a_reference_that_moves_nowhere_is_refused():
+    with pytest.raises(InputError, match="the reference moves nowhere"):
+        errors(np.ones((4, 3)), np.zeros((4, 3)))
+
+
+def test_errors_do_not_depend_on_axes_or_units():
+    random = np.random.default_rng(0)
+    reference, predicted = random.normal(size=(2, 30, 3))
+    turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    here, there = errors(predicted, reference), errors(1e3 * predicted @ turn, 1e3 * reference @ turn)
+    assert there.rmse_m == pytest.approx(1e3 * here.rmse_m)
+    assert there[1:] == pytest.approx(here[1:])
+
+
+def test_rows(db):
+    test = np.array([3, 8, 14])
+    labels = {"body": "cylinder", "regime": "small", "split": "contacts"}
+    methods = {"nothing": Nothing(), "interpolation": Interpolation(db)}
+    table = accuracy_rows(db, methods, "live", test, labels)
+    assert table.columns.tolist() == (
+        [
+            "body",
+            "regime",
+            "protocol",
+            "split",
+            "method",
+            "sigma_m",
+            "samples",
+            "rmse_m",
+            "rmse_of_peak",
+            "p95_of_peak",
+            "max_of_peak",
+        ]
+    )
+    assert table["method"].tolist() == ["nothing", "interpolation"]
+    assert table[["body", "regime", "protocol", "split", "samples"]].iloc[0].tolist() == [
+        "cylinder", "small", "live", "contacts", 3,
+    ]  # fmt: skip
+    nothing = table.iloc[0]
+    assert nothing["sigma_m"] == 0.25 and np.isnan(table["sigma_m"].iloc[1])
+    rmse = [np.sqrt((db.fine[i] ** 2).sum(axis=1).mean()) for i in test]
+    assert nothing["rmse_m"] == pytest.approx(np.mean(rmse))
+    assert nothing["rmse_of_peak"] == pytest.approx(np.mean(rmse / db.peaks[test]))
+    assert nothing["max_of_peak"] == pytest.approx(1)
+
+
+def test_rows_are_made_of_sample_errors(db):
+    test = np.array([3, 8, 14])
+    samples = sample_errors(db, Interpolation(db), "paper", test)
+    assert samples["sample"].tolist() == [3, 8, 14]
+    row = accuracy_rows(db, {"i": Interpolation(db)}, "paper", test, dict(body="b", regime="r", split="s")).iloc[0]
+    assert row["p95_of_peak"] == pytest.approx(samples["p95_of_peak"].mean())
+    assert row["max_of_peak"] == pytest.approx(samples["max_of_peak"].max())
+
+
+def test_predictions_are_those_of_the_method(db):
+    found = predict(db, Interpolation(db), "live", np.array([4, 2]))
+    assert np.array_equal(found, [db.prolongation @ db.coarse_live[i] for i in (4, 2)])

@@ -1,0 +1,48 @@
+"""Bounds are tried on whole contacts that were held out."""
+
+import numpy as np
+import pytest
+
+from palpate.benchmark.coverage import DRAWS, Draws
+from palpate.models.conformal import FEWEST
+
+
+def drawn(random, contacts, presses=3, spread=1.0):
+    """Errors of ``presses`` at each contact, which differ less from one another than contacts do."""
+    own = np.exp(spread * random.standard_normal(contacts))
+    errors = own[:, None] * np.exp(0.1 * random.standard_normal((contacts, presses)))
+    return errors.ravel(), np.repeat(np.arange(contacts), presses)
+
+
+def test_coverage_is_that_of_contacts_that_were_held_out():
+    """Of ten contacts the one of the largest scores is missed when it is held out, whatever else happens."""
+    random = np.random.default_rng(1)
+    errors, contact = drawn(random, 10)
+    found = Draws(contact).coverage(errors, np.ones(30))
+    assert found.coverage_of_contacts == pytest.approx(0.9, abs=3 * np.sqrt(0.09 / DRAWS))
+    assert 0.9 - 0.06 <= found.coverage <= 0.97 + 0.02
+    assert Draws(contact).coverage(errors, np.ones(30)) == found  # seeded
+
+
+def test_an_estimate_that_knows_the_error_is_sharper():
+    random = np.random.default_rng(2)
+    errors, contact = drawn(random, 24)
+    draws = Draws(contact)
+    flat, knowing = (draws.coverage(errors, estimate) for estimate in (np.ones(72), 7.0 * errors))
+    assert knowing.sharpness == pytest.approx(1.0) and knowing.coverage == 1.0
+    assert flat.sharpness > 2.0 and 0.8 < flat.coverage < 1.0
+
+
+def test_too_few_contacts_are_not_tried():
+    found = Draws(np.repeat(np.arange(FEWEST), 3)).coverage(np.ones(27), np.ones(27))
+    assert np.isnan(found).all()
+
+
+@pytest.mark.parametrize(("contacts", "known"), [(10, 9), (19, 9), (20, 19), (24, 19), (29, 19), (48, 39)])
+def test_so_many_contacts_calibrate_that_no_more_than_a_tenth_is_left_over(contacts, known):
+    """One sample a contact, all different: of 9 the largest of 9 is the bound, of 19 the second largest."""
+    scores = np.random.default_rng(3).permutation(np.arange(1.0, contacts + 1))
+    found = Draws(np.arange(contacts)).coverage(scores, np.ones(contacts))
+    assert found.coverage == pytest.approx(0.9, abs=0.03) == found.coverage_of_contacts
+    draws = Draws(np.arange(contacts))
+    assert (~draws._held).sum(axis=1).tolist() == [known] * DRAWS

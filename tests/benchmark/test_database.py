@@ -1,0 +1,127 @@
+"""A database survives the file, and a damaged file is named."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from palpate.benchmark.database import read, write
+from palpate.benchmark.database_fields import FIELDS
+from palpate.errors import InputError
+
+ARRAYS = [name for name in FIELDS if name != "prolongation"]
+
+
+@pytest.fixture
+def path(db, tmp_path):
+    write(db, tmp_path / "database.h5")
+    return tmp_path / "database.h5"
+
+
+def test_round_trip(db, path):
+    again = read(path)
+    for name in ARRAYS:
+        assert np.array_equal(getattr(again, name), getattr(db, name)), name
+    assert (again.prolongation != db.prolongation).nnz == 0
+    assert again.material == db.material and again.config_digest == db.config_digest
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_peaks_are_the_largest_displacements(db):
+    assert db.peaks == pytest.approx([max(np.sqrt((u**2).sum(axis=1))) for u in db.fine], rel=1e-14)
+    assert db.size == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("name", list(FIELDS))
+def test_a_missing_field_is_named(path, name):
+    with h5py.File(path, "a") as file:
+        del file[f"{FIELDS[name].group}/{name}"]
+    with pytest.raises(InputError, match=f"database.h5: field {name} is missing; delete the file"):
+        read(path)
+
+
+@pytest.mark.parametrize("name", list(FIELDS))
+def test_a_wrong_unit_is_named(path, name):
+    with h5py.File(path, "a") as file:
+        file[f"{FIELDS[name].group}/{name}"].attrs["unit"] = "mm"
+    with pytest.raises(InputError, match=f"field {name} has unit mm instead of {FIELDS[name].unit}"):
+        read(path)
+
+
+@pytest.mark.parametrize("name", ["nodes_fine_surface", "contact_normals", "force", "fine", "residual"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_nan_is_named(db, path, name, value):
+    with h5py.File(path, "a") as file:
+        file[f"{FIELDS[name].group}/{name}"][-1] = value
+    with pytest.raises(InputError, match=f"field {name} has a NaN or infinite value"):
+        read(path)
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_a_wrong_shape_is_named(db, tmp_path, name):
+    array = getattr(db, name)
+    wider = np.concatenate([array, array[..., :1]], axis=-1) if array.ndim > 1 else array[:, None]
+    with pytest.raises(InputError, match=f"field {name} has "):
+        write(replace(db, **{name: wider}), tmp_path / "x.h5")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("triangles", 10**6, "names a node that nodes_fine_surface does not have"),
+        ("contact", -1, "names a node that coarse_nodes does not have"),
+        ("coarse_surface", 0, "is not increasing"),
+    ],
+)
+def test_a_wrong_node_is_named(db, tmp_path, name, value, says):
+    array = getattr(db, name).copy()
+    array[-1] = value
+    with pytest.raises(InputError, match=f"field {name} {says}"):
+        write(replace(db, **{name: array}), tmp_path / "x.h5")
+
+
+def test_a_contact_inside_the_body_is_named(db, tmp_path):
+    inner = np.setdiff1d(np.arange(len(db.coarse_nodes)), db.coarse_surface)[0]
+    with pytest.raises(InputError, match="field contact names a node that is not on the coarse surface"):
+        write(replace(db, contact=np.full_like(db.contact, inner)), tmp_path / "x.h5")
+
+
+def test_a_sample_without_motion_is_named(db, tmp_path):
+    still = db.fine.copy()
+    still[3] = 0
+    with pytest.raises(InputError, match="field fine has a sample in which nothing moves"):
+        write(replace(db, fine=still), tmp_path / "x.h5")
+
+
+def test_another_version_is_refused(path):
+    with h5py.File(path, "a") as file:
+        file.attrs["format"] = 99
+    with pytest.raises(InputError, match="field format is 99"):
+        read(path)
+
+
+def test_a_missing_attribute_is_named(path):
+    with h5py.File(path, "a") as file:
+        del file.attrs["young_pa"]
+    with pytest.raises(InputError, match="field young_pa is missing"):
+        read(path)
+
+
+def test_flipped_bytes_are_noticed(path):
+    with h5py.File(path) as file:
+        chunk = file["samples/fine"].id.get_chunk_info(0)
+    with open(path, "r+b") as file:
+        file.seek(chunk.byte_offset + chunk.size // 2)
+        byte = file.read(1)
+        file.seek(-1, 1)
+        file.write(bytes([byte[0] ^ 0xFF]))
+    with pytest.raises(InputError, match="field fine is damaged"):
+        read(path)
+
+
+def test_a_cut_off_file_is_refused(path):
+    path.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(InputError, match=r"database\.h5 is damaged \(.*truncated.*\); delete it and type make\.$"):
+        read(path)

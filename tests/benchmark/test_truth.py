@@ -1,0 +1,213 @@
+"""The truth of a small body: its levels, its limit, its own error, and when it is not believed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.benchmark import truth as module
+from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.loads import force_of
+from palpate.benchmark.nested_levels import truth_levels
+from palpate.benchmark.truth import OWN, truth_of
+from palpate.benchmark.truth_file import load_truth, save_truth
+from palpate.bodies.body import nest
+from palpate.bodies.refinement import finer
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.tradeoff.other_element import other_element
+from palpate.studies.tradeoff.truth_table import COLUMNS, truth_table
+
+RADIUS_M = 0.03
+
+
+@pytest.fixture(scope="module")
+def loads(slab):
+    """A press and an oblique one, at nodes of the upper face away from the clamp."""
+    top = slab.coarse.surface[np.argsort(slab.coarse.nodes[slab.coarse.surface] @ [0.3, 0.0, 1.0])[-2:]]
+    rows = [(3, top[0], 0.0, 0.0, -0.3, RADIUS_M), (7, top[1], 0.1, 0.05, -0.2, RADIUS_M)]
+    return pd.DataFrame(rows, columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+
+
+@pytest.fixture(scope="module")
+def truth(slab, loads):
+    return truth_of(slab, loads, {3, 7})
+
+
+@pytest.fixture(scope="module")
+def block(box, soft):
+    """A box of 12 coarse elements, refined once, held at one end."""
+    mesh = box([2, 1, 1], [0.2, 0.1, 0.1])
+    return nest("block", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), soft)
+
+
+@pytest.fixture(scope="module")
+def corner(block):
+    """A press on the block's far corner."""
+    contact = block.coarse.surface[np.argmax(block.coarse.nodes[block.coarse.surface].sum(axis=1))]
+    row = (0, contact, 0.0, 0.0, -0.4, 0.06)
+    return pd.DataFrame([row], columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+
+
+def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, truth):
+    """Started from the level before, or from rest to a far smaller residual, answers agree to 0.002 % of the peak."""
+    whole = finer(slab, 2)
+    assert truth.levels.shape == (2, 3, len(slab.fine.surface), 3) and truth.level == 2
+    assert truth.elements == 64 * 96 and truth.nodes == len(whole.fine.nodes)
+    for row, (_, load) in enumerate(loads.iterrows()):
+        for level in (1, 2):
+            solver = Equilibrium(whole, level, order=2)
+            forces = nodal_load(whole, level, int(load["contact"]), force_of(load), RADIUS_M, order=2)
+            cold = (solver.solve(forces, 1e-10).x - solver.mesh.nodes)[slab.fine.surface]
+            peak = np.linalg.norm(cold, axis=1).max()
+            assert np.abs(truth.levels[row, level] - cold).max() < 2e-5 * peak
+
+
+def test_its_own_error_is_that_which_finer_levels_find(block, corner):
+    """In the models' denominators and on their nodes: all of it, or down to a fifth, as a change of limits is."""
+    found, once = truth_of(block, corner, {0}), finer(block)
+    again = truth_of(once, corner, {0}).displacement[0][np.searchsorted(once.fine.surface, block.fine.surface)]
+    patch = patch_nodes(block.fine, int(corner["contact"][0]), 0.06)
+    error = truth_errors(found.displacement[0], again, patch)
+    for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak"):
+        said = found.own[0, OWN.index(name)]
+        assert 0.2 * said < getattr(error, name) < said < 0.01, name
+
+
+def test_its_own_error_has_the_models_denominators_and_nodes(slab, loads, truth):
+    """By hand from the levels: the change of the two limits, on all fine surface nodes, over the limit's largest."""
+    for row in range(2):
+        coarse, middle, fine = truth.levels[row]
+        rate = np.linalg.norm(middle - coarse) / np.linalg.norm(fine - middle)
+        limits = middle + (middle - coarse) / (rate - 1), fine + (fine - middle) / (rate - 1)
+        assert truth.ratio[row] == pytest.approx(rate) and truth.order[row] == pytest.approx(np.log2(rate))
+        assert np.allclose(truth.displacement[row], limits[1])
+        change, length = (np.linalg.norm(u, axis=1) for u in (limits[1] - limits[0], limits[1]))
+        own = dict(zip(OWN, truth.own[row], strict=True))
+        assert own["rmse_of_peak"] == pytest.approx(np.sqrt(np.mean(change**2)) / length.max())
+        assert own["relative_l2"] == pytest.approx(np.sqrt(np.mean(change**2) / np.mean(length**2)))
+        near = np.linalg.norm(slab.fine.nodes - slab.fine.nodes[loads["contact"][row]], axis=1)[slab.fine.surface]
+        assert length.argmax() in np.flatnonzero(near < RADIUS_M)  # the peak is under the finger
+        facing = slab.fine.normals[slab.fine.surface] @ slab.fine.normals[loads["contact"][row]] > 0
+        pressed = change[(near <= RADIUS_M) & facing]
+        assert own["patch_rms_of_peak"] == pytest.approx(np.sqrt(np.mean(pressed**2)) / length.max())
+
+
+def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, truth):
+    """By linear elements with the same nodes, instead of the surface around quadratic ones: to what facets leave."""
+    solver = Equilibrium(finer(slab, 2), 2, order=2)
+    mesh = solver.mesh
+    forces = nodal_load(finer(slab, 2), 2, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M, order=2)
+    x = solver.solve(forces, 1e-10).x
+    corners = x[mesh.tetrahedra]
+    filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
+    lost = filled / mesh.volumes.sum() - 1.0
+    assert lost < -1e-5 and truth.volume_change[0] == pytest.approx(lost, rel=0.05)
+    assert (truth.iterations >= 3).all() and (truth.products > truth.iterations).all()
+
+
+def test_linear_elements_are_far_from_it(slab, loads, truth):
+    solver = Equilibrium(slab, 1)
+    forces = nodal_load(slab, 1, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M)
+    linear = (solver.solve(forces, 1e-8).x - solver.mesh.nodes)[slab.fine.surface]
+    patch = patch_nodes(slab.fine, int(loads["contact"][0]), RADIUS_M)
+    error = truth_errors(linear, truth.displacement[0], patch).rmse_of_peak
+    assert error > 20 * truth.own[0, OWN.index("rmse_of_peak")]
+
+
+def test_another_element_has_the_same_limit(slab, loads, truth):
+    """Linear elements, many times as wrong on the same nodes, are half as wrong in their limit."""
+    [row] = other_element(slab, loads, truth, [7]).itertuples()
+    own = truth.own[1, OWN.index("rmse_of_peak")]
+    assert row.sample == 7 and row.rmse_of_peak < 0.6 * row.finest_rmse_of_peak < 4 * own
+    assert 2.0 < row.ratio < 4.5
+
+
+def test_four_levels_where_a_body_has_them_and_three_for_who_does_without(slab, block, corner, soft, loads):
+    twice = nest("twice", slab.coarse, 2, slab.anchors[0], soft)
+    assert truth_levels(twice) == range(0, 4) and truth_levels(slab) == range(0, 3)
+    small = nest("small", block.coarse, 2, block.anchors[0], soft)
+    there = int(corner["contact"][0])
+    found = truth_of(small, loads.assign(contact=there, radius_m=0.06), {3})
+    assert np.isfinite(found.levels[0]).all() and np.isnan(found.levels[1, 3]).all() and found.level == 3
+    first, second = (module.limit(found.levels[0][part]) for part in (slice(0, 3), slice(1, 4)))
+    assert np.allclose(found.displacement[0], second)
+    patch = patch_nodes(small.fine, there, 0.06)
+    assert np.allclose(found.own[0], truth_errors(2 * second - first, second, patch))
+    assert np.allclose(found.displacement[1], module.limit(found.levels[1][:3]))
+
+
+def test_levels_of_another_shape_are_left_out(slab):
+    """A body whose finest level was moved to a smooth surface has no coarser level of that shape."""
+    nodes = slab.fine.nodes.copy()
+    nodes[len(slab.coarse.nodes) :, 2] += 1e-3
+    moved = replace(slab, levels=[slab.coarse, replace(slab.fine, nodes=nodes)])
+    assert truth_levels(moved) == range(1, 4)
+
+
+def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner, truth):
+    assert truth.rejected.tolist() == ["", ""] and truth.rows([7, 3]).tolist() == [1, 0]
+    with pytest.raises(InputError, match="sample 5 has no truth"):
+        truth.rows([3, 5])
+    both = pd.concat([corner, corner.assign(sample=1, force_z_n=-40.0)])
+    with pytest.warns(UserWarning, match=r"bodies\.block: 1 of 2 presses have no truth .* they are left out"):
+        found = truth_of(block, both, {0, 1})
+    assert found.rejected[1] and not found.rejected[0] and found.rows([1, 0]).tolist() == [0]
+    [row] = truth_table({"block_deep": found}).itertuples()
+    assert (row.samples, row.rejected) == (1, 1) and row.why_rejected.startswith("1: ")
+    assert row.inverted == (found.least_det[1] <= 0.0)
+    table = truth_table({"block_deep": replace(found, least_det=np.array([-0.1, -0.2]))})
+    assert table["inverted"].item() == table["squeezed"].item() == 2  # whether they are believed or not
+    assert row.rmse_of_peak == pytest.approx(found.own[0, OWN.index("rmse_of_peak")])
+
+
+def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(truth):
+    levels = truth.levels.copy()
+    levels[1, -1] = np.nan
+    [both], [one] = (truth_table({"slab": each}).itertuples() for each in (truth, replace(truth, levels=levels)))
+    assert (both.samples, one.samples, one.rejected) == (2, 1, 0)
+    assert one.patch_rms_of_peak == truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
+    assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
+    assert one.validation_rmse_of_peak == truth.own[1, OWN.index("rmse_of_peak")]
+    assert one.validation_patch_rms_of_peak == truth.own[1, OWN.index("patch_rms_of_peak")]
+
+
+def test_every_objection_has_its_words(slab, loads, truth, monkeypatch):
+    levels = list(truth.levels[0])
+    each = module.Ascent(loads.iloc[0], range(3), levels, 0.01)
+    assert module._judge(slab, each)[3] == ""
+    each.least_det = -0.01
+    assert module._judge(slab, each)[3] == "an element is inverted (det F -0.01)"
+    each.clamped = True
+    assert module._judge(slab, each)[3].endswith("; the Hessian had to be clamped")
+    slow = module.Ascent(loads.iloc[0], range(3), [levels[0], levels[1], 1.5 * levels[1] - 0.5 * levels[0]], 0.9)
+    assert module._judge(slab, slow)[3] == "the ratio 2 is not within 2.2 to 8"
+
+
+def test_it_is_the_same_when_read_again(truth, tmp_path):
+    save_truth(truth, tmp_path / "truth.h5")
+    again = load_truth(tmp_path / "truth.h5")
+    for name, value in vars(truth).items():
+        assert np.array_equal(getattr(again, name), value), name
+    (tmp_path / "truth.h5").write_bytes(b"")
+    with pytest.raises(InputError, match=r"truth\.h5 is damaged"):
+        load_truth(tmp_path / "truth.h5")
+
+
+def test_the_table_says_how_well_it_is_known(truth):
+    other = pd.DataFrame({"sample": truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02})
+    table = truth_table({"slab_small": truth}, {"slab_small": other})
+    assert table.columns.tolist() == COLUMNS
+    [row] = table.itertuples()
+    assert row.samples == 2 and row.rejected == row.inverted == 0 and row.why_rejected == ""
+    assert row.relative_l2 == pytest.approx(truth.own[:, OWN.index("relative_l2")].mean())
+    assert row.patch_rms_of_peak_max == pytest.approx(truth.own[:, OWN.index("patch_rms_of_peak")].max())
+    assert row.ratio_min == truth.ratio.min() and row.least_det == truth.least_det.min()
+    assert row.volume_change == pytest.approx(truth.volume_change.mean())
+    assert (row.iterations, row.cycles) == (truth.iterations.mean(), truth.products.mean())
+    assert row.other_element == pytest.approx(0.002) and row.other_element_samples == 2
+    assert row.other_element_patch == pytest.approx(0.02)
+    assert row.other_element_own == truth.own[1, OWN.index("rmse_of_peak")] != row.rmse_of_peak
+    assert row.other_element_own_patch == truth.own[1, OWN.index("patch_rms_of_peak")]

@@ -1,5 +1,0 @@
-"""Result tables and folders like those of a finished run."""
-
-from fixtures.results import *  # noqa: F403
-from fixtures.studies import *  # noqa: F403
-from fixtures.trade_off import *  # noqa: F403

@@ -1,0 +1,196 @@
+"""Reduced models of contacts: what they reduce, small loads, places never prepared, the limit, and the guard."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.benchmark.load import Load, Press, Refused
+from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.errors import InputError, NotConverged
+from palpate.models import fem
+from palpate.models.contact_modes import contact_modes
+from palpate.solvers.compliance import compute_compliance
+
+OPERATOR = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
+
+
+@pytest.fixture(scope="module")
+def pressed(slab_case):
+    """The slab under a disc, a contact, and a force that moves it by about 8 % of its size."""
+    case, test, _ = slab_case
+    return replace(case, radius_m=0.03), int(test.contact[0]), 0.75 * test.force[0]
+
+
+@pytest.fixture(scope="module")
+def solver(pressed):
+    return contact_modes.prepare(pressed[0], OPERATOR)
+
+
+@pytest.fixture(scope="module")
+def converged(pressed):
+    return fem.prepare(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
+
+
+def nodes_of(case):
+    return case.grid["contact_modes"]["nodes"]
+
+
+def distance(found, expected):
+    peak = np.linalg.norm(expected, axis=1).max()
+    return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / peak)
+
+
+def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, solver, converged):
+    case, contact, force = pressed
+    columns = contact_modes.prepare(case, OPERATOR | {"modes": "columns"})
+    for share in (1.0, 0.4):
+        load = Load.at(contact, share * force)
+        expected = converged.respond(load)
+        assert distance(solver.respond(load).displacement, expected) < 0.002
+        assert distance(columns.respond(load).displacement, expected) < 0.01
+
+
+def test_columns_alone_take_no_press_of_the_elements(pressed):
+    case = replace(pressed[0], body=replace(pressed[0].body, name="other"))
+    solver = contact_modes.prepare(case, OPERATOR | {"modes": "columns"})
+    solver.prepare_contact(pressed[1])
+    made = {name for name, *_ in contact_modes._kept[case.body][case.radius_m, nodes_of(case)].seconds}
+    assert "columns" in made and not made & {"snapshots", "to finer"}
+
+
+def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, converged):
+    """Of two levels the coarse one is reduced."""
+    case, contact, force = pressed
+    body = replace(case.body, name="of two levels")
+    grid = case.grid | {"contact_modes": case.grid["contact_modes"] | {"nodes": 1}}
+    columns = compute_compliance(body, case.radius_m, contacts=np.array([contact]), order=2)
+    case = replace(case, body=body, grid=grid, response=columns)
+    nodes, _ = patch_shares(body.fine, patch_at(body, contact, case.radius_m))
+    rows = np.searchsorted(body.fine.surface, nodes)
+    solvers = [contact_modes.prepare(case, OPERATOR | {"modes": modes}) for modes in ("snapshots", "finer")]
+    for share in (1.0, 0.5):
+        load = Load.at(contact, share * force)
+        expected = converged.respond(load)
+        peak = np.linalg.norm(expected, axis=1).max()
+        found = [np.linalg.norm(each.respond(load).displacement - expected, axis=1)[rows].max() for each in solvers]
+        assert found[1] < 0.6 * found[0] and found[1] < 0.005 * peak
+
+
+def test_a_small_force_gets_the_linear_answer(pressed, solver):
+    _, contact, force = pressed
+    linear = (solver.prepare_contact(contact).columns @ force).reshape(-1, 3)
+    found = 1e9 * solver.respond(Load.at(contact, 1e-9 * force)).displacement
+    assert np.abs(found - linear).max() < 1e-8 * np.abs(linear).max()
+
+
+def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(pressed, solver, converged):
+    case, _, force = pressed
+    body = case.body
+    inner = np.setdiff1d(body.fine.surface, np.arange(len(body.coarse.nodes)))
+    node = int(inner[np.argmax(body.fine.nodes[inner, 0])])
+    load = Load.at(node, -0.5 * np.linalg.norm(force) * body.fine.normals[node])
+    found = solver.respond(load).displacement
+    assert (node,) in solver.prepared
+    again = contact_modes.prepare(case, OPERATOR).respond(load).displacement
+    assert np.array_equal(found, again)
+
+
+def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, solver):
+    case, contact, force = pressed
+    expected = solver.respond(Load.at(contact, force)).displacement
+    nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
+    rows = np.searchsorted(case.body.fine.surface, nodes)
+    found = solver.respond(Load((Press(contact, moved=shares @ expected[rows]),)))
+    assert np.linalg.norm(found.forces[0] - force) < 0.05 * np.linalg.norm(force)
+    assert distance(found.displacement, expected) < 0.03
+
+
+def test_two_presses_are_answered_with_the_modes_of_both(pressed, solver, converged):
+    case, contact, force = pressed
+    other = int(np.setdiff1d(case.prepared_contacts, contact)[-1])
+    load = Load(
+        (Press(contact, 0.7 * force), Press(other, -0.4 * np.linalg.norm(force) * case.body.fine.normals[other]))
+    )
+    expected = converged.respond(load)
+    apart = sum(converged.respond(Load((press,))) for press in load.presses)
+    found = solver.respond(load).displacement
+    assert distance(found, expected) < min(0.004, 0.5 * distance(apart, expected))
+
+
+def test_the_limit_is_extrapolated_over_levels(pressed, solver):
+    """The linear part of the limit is that of Richardson's ratio, and what is beyond it lies further on, too."""
+    case, contact, force = pressed
+    limit = contact_modes.prepare(case, OPERATOR | {"target": "limit"})
+    fine, far = (each.prepare_contact(contact).columns @ (1e-6 * force) for each in (solver, limit))
+    elements = [fem.prepare(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 2) for level in (0, 1)]
+    small = 1e-6 * force
+    coarse, middle = (each.respond(Load.at(contact, small)) for each in elements)
+    ratio = 1.0 + (middle - coarse).ravel() @ (middle - coarse).ravel() / ((far - fine) @ (middle - coarse).ravel())
+    assert 1.5 <= ratio < 10.0
+    assert far.reshape(-1, 3) == pytest.approx(
+        middle + (middle - coarse) / (ratio - 1.0), abs=1e-4 * np.abs(middle).max()
+    )
+    coarse, middle = (each.respond(Load.at(contact, force)) for each in elements)
+    expected = middle + (middle - coarse) / (ratio - 1.0)
+    found = limit.respond(Load.at(contact, force)).displacement
+    assert distance(found, expected) < min(0.004, 0.5 * distance(middle, expected))
+
+
+def test_what_it_does_not_know_is_refused_or_told(pressed, solver, refuses):
+    _, contact, force = pressed
+    with pytest.raises(NotConverged, match=r"as far as|squeezed|residual"):
+        solver.respond(Load.at(contact, 30.0 * force))
+    with pytest.raises(NotConverged, match="residual"):
+        solver.respond(Load.at(contact, np.array([1e200, 0.0, 0.0])))
+    with pytest.raises(InputError, match="not a free surface node"):
+        solver.respond(Load.at(int(pressed[0].body.anchors[0][0]), force))
+    with pytest.raises(NotConverged, match="no force was found"):
+        solver.respond(Load((Press(contact, moved=np.ones(3)),)))
+
+
+def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
+    case = replace(pressed[0], used={})
+    settings = contact_modes.settings(case)
+    assert len(settings) >= 5 and OPERATOR in settings
+    solver = contact_modes.prepare(case, settings[0])
+    solver.precede(Load.at(pressed[1], pressed[2]))
+    assert case.used["contacts"] > 0.0 and 0.0 < solver.memory_mb < 2.0
+
+
+def test_the_same_disc_cannot_be_pushed_to_two_depths(pressed, solver):
+    _, contact, _ = pressed
+    way = np.array([0.0, 0.0, -1e-3])
+    with pytest.raises(Refused, match="same place"):
+        solver.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
+
+
+@pytest.mark.parametrize("wrong", [{"modes": "colums"}, {"target": "limits"}])
+def test_words_that_no_setting_has_are_refused(pressed, wrong):
+    with pytest.raises(InputError, match=f"contact_modes: {next(iter(wrong))} is"):
+        contact_modes.prepare(pressed[0], OPERATOR | wrong)
+
+
+def test_discs_that_overlap_press_together(pressed, solver):
+    """Two presses that one disc alone would bear are doubted where their sum is not borne, and answered far apart."""
+    case, contact, _ = pressed
+    nodes, free = case.body.fine.nodes, sorted(set(case.prepared_contacts.tolist()) - {contact})
+    away = np.linalg.norm(nodes[free] - nodes[contact], axis=1)
+    far = free[int(away.argmax())]
+    assert away.max() > 2 * case.radius_m
+
+    def borne(node, share):
+        row = solver.prepare_contact(node).bearing[0]
+        return Press(node, share * row / (row @ row))
+
+    assert np.isfinite(solver.respond(Load((borne(contact, 0.3), borne(far, 0.3)))).displacement).all()
+    with pytest.raises(NotConverged, match=r"1\.20 times as hard"):
+        solver.respond(Load((borne(contact, 0.6), borne(contact, 0.6))))
+
+
+def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, solver):
+    _, contact, force = pressed
+    columns = solver.prepare_contact(contact).columns
+    for share in (1e-11, 1e-16, 1e-200):
+        found = solver.respond(Load.at(contact, share * force)).displacement
+        np.testing.assert_allclose(found.ravel(), columns @ (share * force), rtol=1e-9)

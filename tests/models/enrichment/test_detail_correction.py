@@ -1,0 +1,184 @@
+"""The corotated two-level correction: exact where it must be, on a body that is really simulated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.benchmark.assemble import assemble
+from palpate.benchmark.loads import COLUMNS
+from palpate.benchmark.static_responses import press
+from palpate.benchmark.subsampling import subsample
+from palpate.bodies.mesh import TetMesh
+from palpate.models.enrichment.detail_correction import DetailCorrection
+from palpate.models.enrichment.detail_scale import Scale
+from palpate.models.enrichment.interpolation import Interpolation
+from palpate.models.enrichment.node_rotations import NodalRotations
+from palpate.models.enrichment.training_samples import FitOptions, gather
+
+PROTOCOLS = ("paper", "live")
+FORCE = np.array([0.1, 0.2, -0.4])
+OPTIONS = FitOptions(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0)
+
+
+def simulate(body, contacts, forces):
+    """A database of these presses."""
+    rows = [[i, c, *f, 0.0] for i, (c, f) in enumerate(zip(contacts, forces, strict=True))]
+    loads = pd.DataFrame(rows, columns=COLUMNS)
+    fine = press(body, len(body.levels) - 1, loads, 1e-8)
+    paper = fine.sample, subsample(body, fine.displacement)
+    return assemble(body, loads, fine, paper, press(body, 0, loads, 1e-8), "abc")
+
+
+@pytest.fixture(scope="module")
+def tiny(slab):
+    """One press, ten times weaker from sample to sample."""
+    return simulate(slab, [44] * 3, [f * FORCE for f in (1e-1, 1e-2, 1e-3)])
+
+
+@pytest.fixture(scope="module")
+def db(slab, slab_compliance):
+    """Presses along the inward normal that move the body by about 6 and 12 % of its size."""
+    moved = np.linalg.norm(slab.coarse.nodes[slab_compliance.contacts, 0, None], axis=1)
+    contacts = np.repeat(slab_compliance.contacts[moved > 0.09], 2)
+    forces = []
+    for i, contact in enumerate(contacts):
+        normal = slab.coarse.normals[contact]
+        own = np.tensordot(normal, slab_compliance.fine[slab_compliance.row(contact)], 1)
+        forces.append(-(0.012, 0.024)[i % 2] * normal / np.linalg.norm(own, axis=1).max())
+    return simulate(slab, contacts, forces)
+
+
+def error(method, db, protocol, i):
+    found = method.predict(db.coarse(protocol)[i], int(db.contact[i]), db.force[i])
+    return np.sqrt(np.mean(np.sum((found - db.fine[i]) ** 2, axis=1))) / db.peaks[i]
+
+
+def ratios(method, db, coarse, contact, force):
+    """What each coefficient of the scale alone makes of the detail, relative to the scale 1."""
+    scales = []
+    interpolated = db.prolongation @ coarse
+    for beta in np.vstack([np.zeros(2), np.eye(2)]):
+        method.scale = Scale(beta)
+        scales.append(method.predict(coarse, contact, force) - interpolated)
+    method.scale = Scale(np.zeros(2))
+    return np.array([np.vdot(scales[0], scale) / np.vdot(scales[0], scales[0]) for scale in scales[1:]])
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_tiny_loads_are_exact_to_first_order(slab_compliance, tiny, protocol):
+    method = DetailCorrection(tiny, slab_compliance, protocol)
+    errors = [error(method, tiny, protocol, i) for i in range(3)]
+    assert errors[2] < 1e-4
+    assert errors[1] / errors[2] == pytest.approx(10, rel=0.15)
+    assert error(Interpolation(tiny), tiny, protocol, 2) > 100 * errors[2]
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_a_linear_world_is_exact(slab, slab_compliance, tiny, protocol):
+    """Coarse and fine linear responses of any size, as long as no rotation is seen in them."""
+    method = DetailCorrection(tiny, slab_compliance, protocol)
+    seen = {"paper": slab_compliance.restricted, "live": slab_compliance.coarse}[protocol]
+    row = slab_compliance.row(44)
+    for factor in (1e-9, 1e-7):
+        coarse, fine = (np.tensordot(factor * FORCE, u[row], 1) for u in (seen, slab_compliance.fine))
+        found = method.predict(coarse, 44, factor * FORCE)
+        assert np.abs(found - fine).max() < 1e3 * factor * np.abs(fine).max()
+        assert ratios(method, tiny, coarse, 44, factor * FORCE) == pytest.approx(1.0, abs=1e3 * factor)
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_turns_with_body_and_force(slab, slab_compliance, db, rotation, protocol):
+    """Turning and moving a deformed body and its force turns and moves the answer."""
+    method, coarse, fine = DetailCorrection(db, slab_compliance, protocol), db.coarse_nodes, db.nodes_fine_surface
+    for i in (0, 5):
+        contact, force, u = int(db.contact[i]), db.force[i], db.coarse(protocol)[i]
+        here = fine + method.predict(u, contact, force)
+        for angle in (0.3, 2.0, np.pi):
+            turn, shift = rotation(angle), np.array([0.3, -0.1, 0.2])
+            turned = (coarse + u) @ turn.T + shift - coarse
+            there = fine + method.predict(turned, contact, turn @ force)
+            assert np.abs(there - here @ turn.T - shift).max() < 1e-11
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_without_force_it_interpolates(slab_compliance, db, protocol):
+    method, coarse = DetailCorrection(db, slab_compliance, protocol), db.coarse(protocol)[3]
+    found = method.predict(coarse, int(db.contact[3]), np.zeros(3))
+    assert np.array_equal(found, db.prolongation @ coarse)
+
+
+def test_kept_nodes_stay_where_the_subsample_has_them(slab, slab_compliance, db):
+    """With the paper's protocol the coarse nodes' displacements are given: the detail must vanish there."""
+    method = DetailCorrection(db, slab_compliance, "paper")
+    kept = np.searchsorted(slab.fine.surface, slab.coarse.surface)
+    found = method.predict(db.coarse_paper[3], int(db.contact[3]), db.force[3])
+    assert np.abs(found[kept] - db.coarse_paper[3][slab.coarse.surface]).max() < 1e-14
+    assert np.abs(found[kept] - db.fine[3][kept]).max() < 1e-14
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_a_scale_is_learnt_that_helps_on_other_contacts(slab_compliance, db, protocol):
+    contacts = np.unique(db.contact)
+    train = np.flatnonzero(np.isin(db.contact, contacts[::2]))
+    test = np.setdiff1d(np.arange(len(db.contact)), train)
+    plain, learnt = DetailCorrection(db, slab_compliance, protocol), DetailCorrection(db, slab_compliance, protocol)
+    assert not plain.scale.beta.any()
+    learnt.learn(gather(db, train, protocol, OPTIONS), OPTIONS)
+    rivals = [np.mean([error(m, db, protocol, i) for i in test]) for m in (learnt, plain, Interpolation(db))]
+    assert rivals[0] <= rivals[1] < 0.5 * rivals[2]
+
+
+def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
+    """Something systematic that neither interpolation nor detail knows, fixed to the turning body, is found again."""
+    mesh, k = TetMesh(db.coarse_nodes, db.coarse_tetrahedra), len(db.contact)
+    mode = np.random.default_rng(0).normal(size=db.fine.shape[1:])
+    plain, learnt = (DetailCorrection(db, slab_compliance, "live") for _ in range(2))
+    fine = []
+    for i in range(k):
+        turned = NodalRotations(mesh).at(3 * db.coarse_live[i]).reshape(-1, 9)
+        turned = (db.prolongation @ turned).reshape(-1, 3, 3)
+        known = plain.predict(3 * db.coarse_live[i], int(db.contact[i]), db.force[i])
+        amount = 0.01 * np.linalg.norm(db.coarse_live[i])
+        fine.append(known + amount * np.einsum("nij,nj->ni", turned, mode))
+    world = replace(db, fine=np.array(fine), coarse_live=3 * db.coarse_live)
+    test = np.arange(0, k, 5)
+    train = np.setdiff1d(np.arange(k), test)
+    settings = replace(OPTIONS, split="samples", sigma_relative={"min": 0.1, "max": 100, "count": 7})
+    learnt.learn(gather(world, train, "live", settings), settings)
+    assert np.isnan(plain.sigma_m) and learnt.sigma_m > 0
+    errors = [np.mean([error(m, world, "live", i) for i in test]) for m in (learnt, plain)]
+    assert errors[0] < 0.1 * errors[1]
+
+
+def test_without_turning_the_force_acts_on_the_rest_shape(slab, slab_compliance, db, tiny, rotation):
+    flat, method = (DetailCorrection(db, slab_compliance, "live", turned=t) for t in (False, True))
+    contact, force, coarse = int(tiny.contact[2]), tiny.force[2], tiny.coarse_live[2]
+    small = [m.predict(coarse, contact, force) for m in (flat, method)]
+    assert np.abs(small[0] - small[1]).max() < 1e-3 * np.abs(small[1]).max()
+    large = [np.mean([error(m, db, "live", i) for i in range(len(db.contact))]) for m in (flat, method)]
+    assert large[0] > 1.1 * large[1]
+
+
+def test_the_scale_is_linear_in_the_ratios(slab_compliance, db):
+    method = DetailCorrection(db, slab_compliance, "live")
+    contact, force, coarse = int(db.contact[3]), db.force[3], db.coarse_live[3]
+    first, second = ratios(method, db, coarse, contact, force)
+    assert abs(first - 1.0) > 0.01 and abs(second - 1.0) > 0.01
+    interpolated = db.prolongation @ coarse
+    detail = method.predict(coarse, contact, force) - interpolated
+    method.scale = Scale(np.array([0.5, -2.0]))
+    expected = interpolated + (1.0 + 0.5 * (first - 1.0) - 2.0 * (second - 1.0)) * detail
+    assert np.abs(method.predict(coarse, contact, force) - expected).max() < 1e-12
+
+
+def test_ratios_compare_motion_and_dent_with_the_linear_ones(slab_compliance, db):
+    """Twice the linear motion: both ratios are two. Moved as a whole besides: the dent is the same."""
+    method, row, force = DetailCorrection(db, slab_compliance, "live"), slab_compliance.row(44), 1e-8 * FORCE
+    linear = np.tensordot(force, slab_compliance.coarse[row], 1)
+    assert ratios(method, db, 2 * linear, 44, force) == pytest.approx(2.0, rel=1e-4)
+    shift = 100 * linear[44]
+    moved, dent = ratios(method, db, linear + shift, 44, force)
+    assert moved == pytest.approx(101.0, rel=1e-4)
+    assert dent == pytest.approx(1.0, rel=1e-4)

@@ -1,0 +1,80 @@
+"""Cross-validation holds out what the split holds out, and measures the error on the body."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.errors import InputError
+from palpate.models.enrichment.training_samples import blend_errors, convinces, divide, gather
+
+
+def test_folds_are_even(settings):
+    fold = divide(np.arange(18), settings)
+    assert np.bincount(fold).tolist() == [4, 4, 4, 3, 3]
+    assert np.array_equal(fold, divide(np.arange(18), settings))
+
+
+def test_folds_hold_out_whole_contacts(db, settings):
+    fold = gather(db, np.arange(24), "paper", replace(settings, split="contacts")).fold
+    for contact in np.unique(db.contact):
+        assert len(set(fold[db.contact == contact])) == 1
+    assert len(set(fold)) == 5
+
+
+def test_few_contacts_make_few_folds(settings):
+    assert set(divide(np.array([4, 4, 4, 8, 8]), settings)) == {0, 1}
+
+
+def test_one_contact_cannot_be_divided(settings):
+    with pytest.raises(InputError, match="cross-validation needs two training contacts"):
+        divide(np.array([4, 4, 4]), settings)
+
+
+def test_inner_products_measure_the_error():
+    random = np.random.default_rng(0)
+    known, asked, weights = (
+        random.normal(size=(6, 90)),
+        random.normal(size=(4, 90)),
+        random.normal(size=(3, 6, 4)),
+    )
+    found = blend_errors(weights, known @ known.T, known @ asked.T, (asked**2).sum(axis=1))
+    direct = [((known.T @ blend - asked.T) ** 2).sum(axis=0) for blend in weights]
+    assert found == pytest.approx(np.array(direct), rel=1e-12)
+
+
+def test_scores_are_relative_errors_of_held_out_samples(db, settings):
+    """A candidate that always answers with the first known sample, scored by hand."""
+    training = gather(db, np.arange(24), "paper", settings)
+
+    def first(known, asked):
+        weights = np.zeros((1, len(known), len(asked)))
+        weights[:, 0] = 1
+        return weights
+
+    fine = training.fine.reshape(24, -1)
+    by_hand = []
+    for i in range(24):
+        guess = training.fine[np.flatnonzero(training.fold != training.fold[i])[0]]
+        rmse = np.sqrt(np.mean(np.sum((guess - training.fine[i]) ** 2, axis=1)))
+        by_hand.append(rmse / db.peaks[i])
+    assert training.score(fine @ fine.T, first) == pytest.approx([np.mean(by_hand)], rel=1e-9)
+
+
+def test_a_gain_convinces_if_the_folds_agree_on_it():
+    fold, plain = np.repeat(np.arange(5), 8), np.full(40, 0.05)
+    assert convinces(plain - 1e-3, plain, fold)
+    assert not convinces(plain, plain, fold) and not convinces(plain + 1e-3, plain, fold)
+    one = plain - np.where(fold == 2, 0.02, 0.0)  # all of it at one place
+    assert not convinces(one + 1e-9, plain, fold)
+    unsure = np.random.default_rng(0).normal(size=40)
+    unsure = np.array([unsure[fold == part].mean() for part in range(5)])[fold]
+    assert not convinces(plain - 1e-3 * (unsure - unsure.mean() + 0.3 * unsure.std()), plain, fold)
+    assert convinces(plain - 1e-3 * (unsure - unsure.mean() + unsure.std()), plain, fold)
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e300])
+def test_displacements_whose_squares_are_no_numbers_are_refused(db, settings, factor):
+    with pytest.raises(InputError, match=r"displacements fine are up to .* check their unit"):
+        gather(replace(db, fine=factor * db.fine), np.arange(24), "paper", settings)
+    gather(replace(db, fine=0.0 * db.fine), np.arange(24), "paper", settings)

@@ -1,0 +1,131 @@
+"""The genetic algorithm: its rules, monotonic fitness, repeatability, and continuation where it stopped."""
+
+import numpy as np
+import pytest
+
+from palpate.errors import InputError
+from palpate.models.springs.calibration.fitness import Range
+from palpate.models.springs.calibration.genetic_algorithm import Genetic, Rules, evolve
+
+LIMITS = Range(300.0, 5000.0)
+
+
+def hill(young):
+    """Return a fitness that is highest at 1000 Pa."""
+    return -np.abs(young - 1000.0).sum(axis=1)
+
+
+def test_the_best_never_falls_and_half_is_new(cube):
+    population = Genetic(cube.fitness, 120, Rules(20, LIMITS, 1))
+    for _ in range(30):
+        before = population.individuals.copy()
+        population.advance()
+        kept = (population.individuals[:, None] == before[None, :10]).all(axis=2).any(axis=0)
+        assert kept.all()
+    history = np.array(population.history)
+    assert (np.diff(history[:, 2]) >= 0.0).all()
+    assert history[-1, 2] > 0.5 * history[0, 2]
+    assert history[:, 0].tolist() == list(range(20, 321, 10))
+    assert cube.fitness(population.individuals[:1])[0] == history[-1, 2]
+    assert population.individuals.min() >= 300.0
+    assert population.individuals.max() <= 5000.0
+
+
+@pytest.mark.parametrize("generation", [0, 3, 40])
+def test_mutation_is_that_of_equations_seven_and_eight(generation):
+    """Among equals recombination changes nothing: what differs has mutated."""
+    population = Genetic(hill, 60, Rules(4, LIMITS, 1))
+    population.individuals[:] = 2650.0
+    population.generation = generation
+    children = np.array([population._child() for _ in range(4000)])
+    changed = children != 2650.0
+    mutants = changed.any(axis=1)
+    chance = 1.0 / (generation + 2) + 0.002
+    assert mutants.mean() == pytest.approx(chance, abs=4.0 * np.sqrt(chance * (1 - chance) / 4000))
+    assert changed[mutants].mean() == pytest.approx(0.5, abs=0.03)
+    spread = 4700.0 * (1.0 / (generation + 1) + 0.002)
+    # the quartiles of a normal distribution are 0.6745 standard deviations away, and not clipped
+    quartile = np.median(np.abs(children[changed] - 2650.0))
+    assert quartile == pytest.approx(min(0.6745 * spread, 2350.0), rel=0.1)
+
+
+def test_recombination_is_between_and_a_little_beyond():
+    population = Genetic(hill, 50, Rules(4, LIMITS, 1))
+    population.individuals[:2], population.individuals[2:] = 1000.0, 2000.0
+    population.generation = 10**9
+    children = np.array([population._child() for _ in range(4000)])
+    assert children.min() == pytest.approx(500.0, abs=5.0)
+    assert children.max() == pytest.approx(2500.0, abs=5.0)
+    whole = ((children == 1000.0) | (children == 2000.0)).all(axis=1)
+    assert whole.mean() == pytest.approx(1.0 - 0.9 / 2, abs=0.03)  # half of the pairs are alike
+
+
+def test_same_seed_same_result_another_seed_another():
+    def run(seed):
+        return evolve(hill, 20, Rules(10, LIMITS, seed), 40).young
+
+    assert np.array_equal(run(1), run(1))
+    assert not np.array_equal(run(1), run(2))
+
+
+def test_it_goes_on_where_it_stopped(tmp_path):
+    rules, path = Rules(10, LIMITS, 5), tmp_path / "genetic.npz"
+    whole = evolve(hill, 20, rules, 100)
+    reported = []
+
+    def stop(generation, best):
+        reported.append((generation, best))
+        if generation == 70:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        evolve(hill, 20, rules, 100, path, stop)
+    reported.clear()
+    again = evolve(hill, 20, rules, 100, path, lambda *what: reported.append(what))
+    assert reported[0][0] == 51
+    assert reported[-1] == (100, whole.fitness)
+    assert np.array_equal(again.young, whole.young)
+    assert np.array_equal(again.history[:, [0, 2]], whole.history[:, [0, 2]])
+    assert (np.diff(again.history[:, 1]) > 0.0).all()
+
+
+def test_a_checkpoint_of_something_else_is_not_used(tmp_path):
+    path = tmp_path / "genetic.npz"
+    evolve(hill, 20, Rules(10, LIMITS, 5), 50, path)
+    other = evolve(hill, 20, Rules(10, LIMITS, 6), 50)
+    assert np.array_equal(evolve(hill, 20, Rules(10, LIMITS, 6), 50, path).young, other.young)
+    path.write_bytes(path.read_bytes()[:200])
+    assert np.array_equal(evolve(hill, 20, Rules(10, LIMITS, 6), 50, path).young, other.young)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"individuals": np.ones((3, 3))},
+        {"individuals": np.full((10, 20), np.nan)},
+        {"fitness": np.full(10, "a")},
+        {"generation": np.array(-5)},
+        {"generation": np.array(20)},
+        {"history": np.ones((51, 2))},
+        {"random": "null"},
+        {"random": '{"a": 1}'},
+        {"more": np.ones(3)},
+    ]
+    + [{name: None} for name in ("individuals", "fitness", "generation", "history", "random", "key")],
+    ids=lambda change: f"{next(iter(change))}",
+)
+def test_a_checkpoint_without_a_whole_state_is_not_used(tmp_path, change):
+    rules, path = Rules(10, LIMITS, 5), tmp_path / "genetic.npz"
+    fresh = evolve(hill, 20, rules, 50, path)
+    with np.load(path) as file:
+        found = dict(file) | change
+    np.savez(path, **{name: value for name, value in found.items() if value is not None})
+    reported = []
+    again = evolve(hill, 20, rules, 50, path, lambda *what: reported.append(what))
+    assert len(reported) == 50
+    assert np.array_equal(again.young, fresh.young)
+
+
+def test_too_few_get_one_sentence():
+    with pytest.raises(InputError, match="population is 2; give 4 or more"):
+        Rules(2, LIMITS, 1)

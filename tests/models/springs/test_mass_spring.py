@@ -1,0 +1,110 @@
+"""Spring networks at rest: the adjoint's slopes, what a fit finds again, and answers that were checked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import Database
+from palpate.benchmark.load import Load
+from palpate.bodies.bed import Bed
+from palpate.errors import InputError, NotConverged
+from palpate.models.model_registry import model
+from palpate.models.springs import mass_spring
+from palpate.models.springs.fit_spring_moduli import _Search, fit
+from palpate.models.springs.spring_statics import Network
+
+KINDS = ("springs", "springs_volume", "springs_nodal", "springs_nodal_volume")
+
+
+@pytest.fixture(scope="module")
+def network(slab_case) -> Network:
+    return Network(slab_case[0], 0)
+
+
+@pytest.fixture(scope="module")
+def own_samples(slab_case, network) -> tuple[Database, np.ndarray]:
+    """Samples that a known network answers, half as hard as those of finite elements; its moduli."""
+    case = slab_case[0]
+    young = 2000.0 * np.exp(0.5 * np.sin(30.0 * network.rest[:, 0]))
+    network.stiffen(young, 3.0)
+    fine, force = [], 0.5 * case.database.force
+    for contact, newtons in zip(case.database.contact, force, strict=True):
+        network.press(int(contact), newtons)
+        fine.append(network.up @ (network.settle(network.rest) - network.rest))
+    return replace(case.database, fine=np.array(fine), force=force), young
+
+
+def test_slopes_are_those_of_the_misfit(slab_case, network):
+    """Against central differences, along a random direction of all moduli and along κ."""
+    search = _Search(network, slab_case[0].database, volume=True)
+    count = len(network.rest)
+    start = np.append(0.1 * np.random.default_rng(0).normal(size=count), 0.05)
+    slopes = search._evaluate(start, count)[1]
+    for direction in (np.append(np.random.default_rng(1).normal(size=count), 0.0), np.eye(count + 1)[-1]):
+        step = 1e-3 / np.linalg.norm(direction) * direction
+        ahead, behind = (search._evaluate(start + sign * step, count)[0] for sign in (1.0, -1.0))
+        assert slopes @ step == pytest.approx(0.5 * (ahead - behind), rel=0.02)
+
+
+def test_a_fit_finds_what_made_the_samples(network, own_samples):
+    samples, young = own_samples
+    one = fit(network, samples, False, True, (8, 40))
+    each = fit(network, samples, True, True, (8, 40))
+    assert one.misfit < 0.06 and each.misfit < 0.5 * one.misfit
+    assert 0.8 * young.mean() < one.young_pa[0] < 1.2 * young.mean()
+    assert np.corrcoef(np.log(each.young_pa), np.log(young))[0, 1] > 0.5
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
+    """In most samples better than its coarse elements, which are wrong by 19 % on this crude mesh: they are not fitted.
+
+    Under single samples springs turn inside out at the contact; there they are far off, as they should be seen to be.
+    """
+    case, test, _ = slab_case
+    settings = model(name, {}).settings(case)
+    assert len(settings) >= 5
+    solver = model(name, {}).prepare(case, settings[-1])
+    asked = zip(test.contact, test.force, test.fine, strict=True)
+    assert np.median([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]) < 0.18
+    assert 0.0 < solver.memory_mb < 10.0
+
+
+def test_small_loads_need_one_iteration(slab_case, network):
+    case = slab_case[0]
+    network.stiffen(np.full(len(network.rest), 3000.0), 1.0)
+    network.press(int(case.database.contact[0]), 1e-5 * case.database.force[0])
+    one, all_of_them = network.approach(1) - network.rest, network.settle(network.rest) - network.rest
+    assert np.linalg.norm(one - all_of_them) < 1e-3 * np.linalg.norm(all_of_them)
+
+
+def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
+    case = replace(slab_case[0], database=replace(slab_case[0].database), used={})
+    first, later = mass_spring.settings(case, nodal=False, volume=False)[:2]
+    mass_spring.prepare(case, first, nodal=False, volume=False)
+    assert "moduli" not in case.used
+    mass_spring.prepare(case, later, nodal=False, volume=False)
+    assert case.used["moduli"] > 0.0
+
+
+def test_nothing_is_answered_unchecked(slab_case, network, refuses):
+    case = slab_case[0]
+    made = model("springs", {})
+    solver = made.prepare(case, made.settings(case)[0])
+    contact = int(case.database.contact[0])
+    assert not solver.respond(Load.at(contact, np.zeros(3))).any()
+    refuses(solver, contact, "find no way")
+
+
+def test_without_anchors_there_is_no_equilibrium(loose):
+    with pytest.raises(InputError, match="nothing is held"):
+        Network(loose, 0)
+
+
+def test_springs_refuse_a_bed_that_they_do_not_have(slab_case):
+    case = slab_case[0]
+    bedded = replace(case, body=replace(case.body, bed=Bed(np.zeros(3), 0.05, 1e5)))
+    with pytest.raises(NotConverged, match="springs have no elastic bed, which holds slab"):
+        Network(bedded, 0)

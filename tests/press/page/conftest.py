@@ -1,0 +1,93 @@
+"""A small liver that is pressed in a browser by the coarse mesh's answer, and by the same answer over http."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.make_body import make_body
+from palpate.press.page.page import PressModel, PressTruth, press_document
+from palpate.studies.press import coarse_answer
+from palpate.studies.press.known_presses import place_of
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "report"))
+import browser as chromium
+from press_stage import READY
+
+RADIUS_M, PEAK_M = 0.03, 0.02
+LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
+LIVER |= {"anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
+INFO = {"peak_m": PEAK_M, "hardest_n": 1.0}
+
+
+@pytest.fixture(scope="session")
+def liver():
+    """The liver of the smoke run, 554 surface nodes."""
+    return make_body("liver", LIVER)
+
+
+@pytest.fixture(scope="session")
+def smooth_liver():
+    """The same with refined nodes on the smooth shape."""
+    return make_body("liver", LIVER | {"smooth": True})
+
+
+@pytest.fixture(scope="session")
+def answer(liver, tmp_path_factory):
+    """The coarse mesh's answer, as it comes back from its file."""
+    path = tmp_path_factory.mktemp("press") / "coarse.bin"
+    coarse_answer.save(coarse_answer.coarse_answer(liver, RADIUS_M), path)
+    return coarse_answer.load(path), path.read_bytes()
+
+
+@pytest.fixture(scope="session")
+def smooth_answer(smooth_liver, tmp_path_factory):
+    """The coarse mesh's answer for the smooth liver, and its model of a page."""
+    path = tmp_path_factory.mktemp("press") / "coarse.bin"
+    coarse_answer.save(coarse_answer.coarse_answer(smooth_liver, RADIUS_M), path)
+    return coarse_answer.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
+
+
+@pytest.fixture(scope="session")
+def model(liver, answer):
+    """The model of a page, with one press whose truth is a tenth larger than the answer."""
+    place = place_of(liver, 30)
+    force = (-0.5 * liver.fine.normals[30]).tolist()
+    moved = answer[0].respond([place | {"force": force}]).displacement
+    truth = PressTruth("place 30", place["triangle"], place["weights"], force, 1.1 * moved, "Made up.")
+    return PressModel("coarse", "coarse mesh", answer[1], advice="Fast.", truths=[truth], info=INFO, kind="coarse")
+
+
+@pytest.fixture(scope="session")
+def doubtful(answer):
+    """The same answer from a server of the address /answer, in the words of a page."""
+    arrays = answer[0].arrays
+    info = INFO | {"radius_m": RADIUS_M, "body": "liver"}
+    return PressModel(
+        "server",
+        "from a server",
+        url="answer",
+        nodes=arrays["nodes"],
+        triangles=np.asarray(arrays["triangles"]),
+        info=info,
+    )
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A browser that opens pages."""
+    with chromium.started() as opened:
+        yield opened
+
+
+@pytest.fixture
+def page(browser, model, tmp_path):
+    """The page as it is when it has been opened; it must not complain, nor fetch anything."""
+    file = tmp_path / "press.html"
+    file.write_text(press_document([model]), encoding="utf-8")
+    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
+        chromium.until(visited.page, READY)
+        yield visited.page
+        assert visited.complaints == []
+        assert [url for url in visited.asked if not url.startswith(("file:", "data:"))] == []

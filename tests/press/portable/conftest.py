@@ -1,0 +1,183 @@
+"""A portable model of a block, made up of cells that nothing was solved for, and the C runtime compiled."""
+
+import json
+import shutil
+import struct
+import subprocess
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import palpate.press.portable.runtimes
+from palpate.bodies.make_body import make_body
+from palpate.effects.law import PLAIN
+from palpate.models.contact_modes.prepared_contacts import Prepared
+from palpate.models.reduction.cells import Cells
+from palpate.models.reduction.reduced_contact import ReducedContact
+from palpate.press.portable.export import export_model
+from palpate.press.portable.file import read
+from palpate.press.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
+from palpate.press.portable.surface_basis import surface_basis
+from palpate.press.portable.write import PackedContact, model_bytes
+
+SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
+RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent
+HERE = Path(__file__).parent
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+CHECKS = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+class MadeUp(NamedTuple):
+    """The bytes of a file, and the reduced contacts that are in it."""
+
+    data: bytes
+    contacts: list[ReducedContact]
+
+
+@pytest.fixture(scope="session")
+def made_up():
+    """A block of 10 cm whose contacts have six coordinates and five cells each."""
+    entry = {"kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [2, 2, 2], "refinements": 1, "young_pa": 3000}
+    entry |= {
+        "poisson": 0.3,
+        "density_kg_m3": 1000,
+        "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+    }
+    body, rng = make_body("block", entry), np.random.default_rng(3)
+    n = len(body.fine.surface)
+    waves = np.stack(
+        [
+            np.sin(body.fine.nodes[body.fine.surface] @ rng.normal(0, 20, 3) + k)[:, None] * rng.normal(size=3)
+            for k in range(12)
+        ],
+        axis=2,
+    )
+    linear = [0.02 * waves[:, :, 3 * k : 3 * k + 3].reshape(3 * n, 3) for k in range(3)]
+    packed, contacts = [], []
+    top = np.flatnonzero(body.fine.nodes[body.fine.surface][:, 2] > 0.099)[::4]
+    nodes, normals = body.fine.nodes[body.fine.surface], body.fine.normals[body.fine.surface]
+    for k, at in enumerate(top[:6]):
+        cells = Cells(
+            0.6 * rng.normal(size=(9, 5, 6)), rng.uniform(1e-5, 1e-4, 5), np.full(5, 1154.0), np.full(5, 1731.0)
+        )
+        reduced = ReducedContact(cells, 0.3 * rng.normal(size=(6, 3)), PLAIN)
+        rest = (0.05 * waves.reshape(3 * n, 12)[:, rng.permutation(12)[:6]]).astype(np.float32)
+        bearing = -normals[at][None] / 0.8
+        model = Prepared(reduced, 0.4, linear[k % 3], rest, (np.eye(3), np.eye(3, 6)), bearing, np.eye(1))
+        packed.append(PackedContact(nodes[at], normals[at], model))
+        contacts.append(reduced)
+    basis = surface_basis(body, 0.03, linear, [each.prepared.rest for each in packed], 10)
+    scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": 0.03, "guard": 0.68, "far": 2.0, "hard": 1.05}
+    scalars |= {"farthest_m": 0.1, "floor": 0.01, "share": 0.05, "spread": 0.5, "several": 0.2, "hardest_n": 0.8}
+    compliance = 0.01 * np.cov(rng.normal(size=(10, 40)))
+    info = {"format": "palpate portable model", "version": 1, "body": "block", "regime": "large", "model": "made up"}
+    info |= {"radius_m": 0.03, "peak_m": 0.0, "hardest_n": 0.8, "error": "not measured"}
+    return MadeUp(model_bytes(info, scalars, basis, compliance, packed), contacts)
+
+
+def repaired(data):
+    return data[:12] + struct.pack("<2I", len(data), zlib.crc32(data[20:])) + data[20:]
+
+
+def headed(data, info):
+    """The bytes of a file with another header."""
+    size, text = struct.unpack_from("<I", data, 20)[0], json.dumps(info).encode()
+    text += b" " * (-len(text) % 4)
+    return repaired(data[:20] + struct.pack("<I", len(text)) + data[24:HEAD] + text + data[HEAD + size :])
+
+
+@pytest.fixture(scope="session")
+def model(made_up):
+    return PortableModel(made_up.data)
+
+
+@pytest.fixture(scope="session")
+def pressed(slab_case):
+    """The slab under a disc, and a force that moves it by about 5 % of its size."""
+    case, test, _ = slab_case
+    return replace(case, radius_m=0.03), 0.4 * float(np.linalg.norm(test.force[0]))
+
+
+@pytest.fixture(scope="session")
+def exported(pressed, tmp_path_factory):
+    """The slab's contact modes, read from a file in folders that had to be made."""
+    path = tmp_path_factory.mktemp("exported") / "to/here/slab.palpate"
+    export_model(pressed[0], SETTING, 4, path)
+    return read(path)
+
+
+@pytest.fixture(scope="session")
+def loads(model):
+    """230 loads, a list of presses each: one or two presses, by force or to a depth, gentle and too hard."""
+    rng, found = np.random.default_rng(5), []
+    for k in range(230):
+        presses = []
+        for _ in range(1 + (k % 5 == 0)):
+            press = {"triangle": int(rng.integers(len(model.triangles))), "weights": rng.dirichlet([1, 1, 1]).tolist()}
+            given = 10.0 ** rng.uniform(-4, -0.2) * rng.normal(size=3)
+            press |= {"moved": (0.01 * given).tolist()} if k % 3 == 2 else {"force": given.tolist()}
+            presses.append(press)
+        found.append(presses)
+    return found
+
+
+@pytest.fixture(scope="session")
+def pairs(model):
+    """24 pairs of discs on the top, pushed in alike or one twice as deep as the other, from 0 to 2 radii apart."""
+    rng, found = np.random.default_rng(6), []
+    for k in range(24):
+        first, turn = np.array([*rng.uniform(0.03, 0.07, 2), 0.1]), rng.uniform(0.0, 2.0 * np.pi)
+        apart = model.radius_m * (0.0, 0.25, 0.5, 1.0, 2.0, 0.05)[k % 6]
+        second = np.clip(first + apart * np.array([np.cos(turn), np.sin(turn), 0.0]), 0.0, 0.1)
+        depth = 10.0 ** rng.uniform(-5, -3)
+        deeper = depth * (1 + k // 12)
+        found.append([press_near(model, first, depth), press_near(model, second, deeper)])
+    return found
+
+
+@pytest.fixture(scope="session")
+def drags(loads):
+    """Each load after one that begins its way: at a place beside it, with nine tenths of the force or the depth."""
+
+    def before(press):
+        given = "moved" if "moved" in press else "force"
+        weights = (0.9 * np.array(press["weights"]) + 0.1 / 3.0).tolist()
+        return press | {"weights": weights, given: [0.9 * each for each in press[given]]}
+
+    return [([before(press) for press in presses], presses) for presses in loads]
+
+
+def press_near(model, point, depth):
+    """Return a press straight into the flat face that ``point`` lies on."""
+    corners = model.nodes[model.triangles]
+    first, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
+    shares = np.einsum("tij,ti->tj", np.linalg.pinv(edges), point - first)
+    weights = np.clip(np.column_stack([1.0 - shares.sum(axis=1), shares]), 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    at = int(np.argmin(np.linalg.norm(np.einsum("ti,tij->tj", weights, corners) - point, axis=1)))
+    moved = (-depth * model._facing[at]).tolist()
+    return {"triangle": at, "weights": weights[at].tolist(), "moved": moved}
+
+
+@pytest.fixture(scope="session")
+def compiled(tmp_path_factory):
+    """A function that compiles a program, by its name in this folder or its path, with sanitizers or for speed."""
+    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("there is no C compiler")
+    folder = tmp_path_factory.mktemp("c")
+
+    def build(name, checks=True):
+        source = HERE / f"{name}.c" if isinstance(name, str) else name
+        program = folder / f"{source.stem}{checks}"
+        flags = [*FLAGS, *(CHECKS if checks else ["-O2"]), f"-I{RUNTIMES}"]
+        sources = [str(source), str(RUNTIMES / "palpate.c")]
+        done = subprocess.run([compiler, *flags, *sources, "-o", str(program), "-lm"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return program
+
+    return build

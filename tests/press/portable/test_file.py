@@ -1,0 +1,111 @@
+"""Portable model files: what is refused, and in which words."""
+
+import os
+import re
+import struct
+
+import numpy as np
+import pytest
+from press.portable.conftest import headed, repaired
+
+from palpate.cli import main
+from palpate.errors import InputError
+from palpate.press.portable.command import told
+from palpate.press.portable.file import describe, read
+from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.run.job import kernel_cache
+
+
+@pytest.fixture
+def written(made_up, tmp_path):
+    def write(data):
+        (tmp_path / "block.palpate").write_bytes(data)
+        return tmp_path / "block.palpate"
+
+    return write
+
+
+def test_a_whole_file_is_read_and_told(made_up, written, capsys):
+    path = written(made_up.data)
+    assert read(path).info["body"] == "block"
+    assert main(["load", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "whole and sound" in said and said.endswith("\n".join(FOUR_ERRORS) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda data: data[:-7], "cut off"),
+        (lambda data: data[:40], "no portable model"),
+        (lambda data: b"PK\3\4" + data[4:], "no portable model"),
+        (lambda data: data[:8] + b"\2" + data[9:], "of version 2"),
+        (lambda data: data[:900] + bytes([data[900] ^ 4]) + data[901:], "checksum"),
+        (lambda data: repaired(data + b"more"), "something follows"),
+        (lambda data: headed(data, {}), "its header lacks body, which is a text"),
+        (lambda data: headed(data, {"body": "a", "regime": "b", "model": "c", "error": 2}), "lacks error"),
+        (lambda data: headed(data, []), "not JSON"),
+        (lambda data: repaired(data[:-400]), "longer than the file"),
+        (lambda data: repaired(data[:36] + struct.pack("<I", 10**6) + data[40:]), "sizes"),
+        (lambda data: repaired(data[:48] + struct.pack("<d", float("nan")) + data[56:]), "not finite"),
+    ],
+)
+def test_what_is_no_model_is_refused_in_one_sentence(change, said, made_up, written, capsys):
+    path = written(change(made_up.data))
+    with pytest.raises(InputError, match=said):
+        read(path)
+    assert main(["load", str(path)]) == 1
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"error: {path}: ") and len(printed.splitlines()) == 1
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nothing\.palpate cannot be read"):
+        describe(tmp_path / "nothing.palpate")
+
+
+@pytest.mark.parametrize(("given", "said"), [("fem_p2", "has no form"), ("unheard", "is not known")])
+def test_models_that_no_file_can_hold_are_refused(given, said, tmp_path, capsys):
+    out = tmp_path / "out.palpate"
+    assert main(["export", "--scene", "liver_large", "--model", given, "--out", str(out)]) == 1
+    assert said in capsys.readouterr().err and not out.exists()
+
+
+def test_presses_that_are_none_are_refused(model):
+    right = {"triangle": 0, "weights": [1, 0, 0], "force": [0, 0, -0.1]}
+    for wrong in ({"triangle": 10**6}, {"weights": [2, 0, 0]}, {"weights": [1, 0]}, {"force": [0, 0, np.nan]}):
+        with pytest.raises(ValueError, match="press"):
+            model.respond([right | wrong])
+
+
+def test_no_press_moves_nothing(model):
+    assert not model.respond([]).displacement.any()
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tmp_path, capsys):
+    (tmp_path / "file").write_text("kept")
+    for out in (tmp_path, tmp_path / "file/in.palpate"):
+        assert main(["export", "--scene", "liver_large", "--out", str(out)]) == 1
+        printed = capsys.readouterr().err
+        assert printed.startswith(f"error: {out} cannot be written") and len(printed.splitlines()) == 1
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_an_export_takes_the_functions_that_make_has_compiled(monkeypatch, capsys):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "unset")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr("palpate.press.portable.command.export", lambda *_: os.environ["NUMBA_CACHE_DIR"])
+    assert main(["export", "--scene", "liver_large", "--out", "none.palpate"]) == 0
+    assert capsys.readouterr().out == f"{kernel_cache()}\n"
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_progress_is_one_line_on_a_terminal_and_eleven_in_a_log(live, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: live)
+    assert list(told("contact")(range(150))) == list(range(150))
+    said = capsys.readouterr().err
+    numbers = [int(one) for one in re.findall(r"contact (\d+) of 150", said)]
+    assert numbers == (list(range(1, 151)) if live else [1, *range(15, 151, 15)])
+    assert said.count("\n") == (1 if live else 11) and said.count("\r") == (150 if live else 0)
+    assert list(told("contact")([7])) == [7] and capsys.readouterr().err.endswith("contact 1 of 1\n")
+    assert list(told("contact")([])) == []

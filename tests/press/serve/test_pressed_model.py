@@ -1,0 +1,139 @@
+"""Fingers that slide: a press between nodes is answered there, and no answer jumps on the way."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.benchmark.load import Answer, Doubted, Load
+from palpate.errors import InputError, NotConverged
+from palpate.models import fem
+from palpate.press.serve.pressed_model import PressedModel
+from palpate.press.serve.presses import Asked
+
+FORCE = np.array([0.0, 0.0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def case(slab_case):
+    """The slab under a disc."""
+    return replace(slab_case[0], radius_m=0.03)
+
+
+@pytest.fixture(scope="module")
+def way(case) -> list[Asked]:
+    """Places on a straight way over the free top of the slab, through several triangles, 0.5 mm apart."""
+    corners = case.database.nodes_fine_surface[case.database.triangles]
+    middle = corners.reshape(-1, 3).mean(axis=0)[:2]
+    return [_under(corners, middle + np.array([1.0, 0.4]) * shift) for shift in np.arange(0.0, 0.03, 0.0005)]
+
+
+def _under(corners: np.ndarray, point: np.ndarray) -> Asked:
+    """The place on the upper side that lies straight above a point of the plane."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for triangle in np.flatnonzero(normals[:, 2] > 0.3 * np.linalg.norm(normals, axis=1)):
+        flat = np.vstack([corners[triangle, :, :2].T, np.ones(3)])
+        weights = np.linalg.solve(flat, [*point, 1.0])
+        if weights.min() > -1e-9:
+            weights = weights.clip(0)
+            return Asked(int(triangle), weights / weights.sum(), FORCE, None)
+    raise AssertionError("the way leaves the upper side")
+
+
+class Nodes:
+    """A model that moves every node by the force times a smooth function of where it is pressed, at nodes only."""
+
+    memory_mb = 0.0
+
+    def __init__(self, case, doubts=False):
+        self.asked, self.nodes, self.n, self.doubts = [], case.body.fine.nodes, case.n_surface, doubts
+
+    def share(self, place):
+        return 1.0 + place @ [3.0, 2.0, 1.0]
+
+    def respond(self, load: Load) -> Answer:
+        self.asked.append([press.node for press in load.presses])
+        moved = sum(self.share(self.nodes[p.node]) * (p.force if p.moved is None else p.moved) for p in load.presses)
+        forces = np.array([self.share(self.nodes[p.node]) * FORCE for p in load.presses])
+        answer = Answer(np.tile(moved, (self.n, 1)), forces, 0.01)
+        if self.doubts:
+            raise Doubted("too far", [1.0], answer)
+        return answer
+
+
+def test_elements_under_a_disc_at_a_node_answer_as_at_the_node(case):
+    solver = fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1)
+    contact = int(case.database.contact[0])
+    row = int(np.searchsorted(case.body.fine.surface, contact))
+    triangle, corner = (int(each[0]) for each in np.nonzero(case.database.triangles == row))
+    found = PressedModel(case, solver).respond([Asked(triangle, np.eye(3)[corner], FORCE, None)])
+    expected = solver.respond(Load.at(contact, FORCE))
+    assert np.abs(found.displacement - expected).max() < 1e-7 * np.abs(expected).max()
+    assert found.forces.tolist() == [FORCE.tolist()] and found.error is None and found.doubt == ""
+
+
+def test_elements_follow_a_finger_without_a_jump_and_find_the_force_of_a_depth(case, way):
+    """Of 60 steps none changes the answer by much more than the middle one, and the work of the disc moves on."""
+    pressed = PressedModel(case, fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1))
+    answers = np.array([pressed.respond([asked]).displacement for asked in way])
+    steps = np.abs(np.diff(answers, axis=0)).max(axis=(1, 2))
+    assert len({asked.triangle for asked in way}) > 1
+    assert 0 < steps.max() < 3 * np.median(steps) and steps.max() < 0.1 * np.abs(answers).max()
+    by_depth = pressed.respond([way[7]._replace(force=None, moved=np.array([0.0, 0.0, -0.002]))])
+    again = pressed.respond([way[7]._replace(force=by_depth.forces[0])])
+    assert np.abs(by_depth.displacement - again.displacement).max() < 1e-5 * np.abs(again.displacement).max()
+
+
+def test_other_models_are_asked_for_the_corners_and_blended(case, way):
+    model = Nodes(case)
+    pressed, corners = PressedModel(case, model), case.database.nodes_fine_surface[case.database.triangles]
+    for asked in way:
+        found = pressed.respond([asked])
+        share = model.share(asked.weights @ corners[asked.triangle])
+        assert found.displacement == pytest.approx(np.tile(share * FORCE, (case.n_surface, 1)))
+        assert found.forces[0] == pytest.approx(share * FORCE) and found.error == 0.01
+    assert max(map(len, model.asked)) == 1 and len(model.asked) <= 3 * len(way)
+
+
+def test_two_fingers_are_answered_together(case, way):
+    model = Nodes(case)
+    pressed, corners = PressedModel(case, model), case.database.nodes_fine_surface[case.database.triangles]
+    two = [way[0], way[-1]._replace(force=2 * FORCE)]
+    shares = [model.share(asked.weights @ corners[asked.triangle]) for asked in two]
+    found = pressed.respond(two)
+    assert found.displacement[0] == pytest.approx(shares[0] * FORCE + 2 * shares[1] * FORCE)
+    assert found.forces.shape == (2, 3) and {len(nodes) for nodes in model.asked} == {2}
+
+
+def test_doubts_are_handed_on_with_the_answer(case, way):
+    found = PressedModel(case, Nodes(case, doubts=True)).respond([way[3]])
+    assert found.doubt == "too far" and np.isfinite(found.displacement).all()
+
+
+def test_a_place_that_is_held_is_refused_and_one_beside_it_is_not(case):
+    held = np.isin(case.body.fine.surface[case.database.triangles], case.body.anchors[-1]).sum(axis=1)
+    inside, beside = (int(np.flatnonzero(held == count)[0]) for count in (3, 1))
+    model = Nodes(case)
+    third = np.full(3, 1 / 3)
+    with pytest.raises(InputError, match=r"the body is held there; press another place\."):
+        PressedModel(case, model).respond([Asked(inside, third, FORCE, None)])
+    PressedModel(case, model).respond([Asked(beside, third, FORCE, None)])
+    assert len(model.asked) == 2
+
+
+def test_an_answer_that_is_not_finite_is_none(case, way):
+    class Broken(Nodes):
+        def respond(self, load):
+            return np.full((self.n, 3), np.nan)
+
+    with pytest.raises(NotConverged):
+        PressedModel(case, Broken(case)).respond([way[0]])
+
+
+def test_a_model_that_finds_no_force_says_so_for_a_depth(case, way):
+    class Forceless(Nodes):
+        def respond(self, load):
+            return np.zeros((self.n, 3))
+
+    with pytest.raises(InputError, match="finds no force for a depth"):
+        PressedModel(case, Forceless(case)).respond([way[0]._replace(force=None, moved=1e-3 * FORCE)])

@@ -1,0 +1,76 @@
+"""Warnings are kept with the body's name, each once, for the end of a run and for the report."""
+
+import warnings
+
+import pytest
+from fixtures.small_scene import BAR
+
+from palpate.bodies.make_body import make_body
+from palpate.bodies.particles import particles_of
+from palpate.effects import linear_elements
+from palpate.errors import InputError
+from palpate.run.job import job
+from palpate.run.kept_warnings import about, in_logs, load, save
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.hard_cases import locking
+
+
+@pytest.fixture(autouse=True)
+def outside_a_run(monkeypatch):
+    monkeypatch.delenv("PALPATE_RUN", raising=False)
+
+
+@pytest.mark.parametrize(
+    "asked", [Equilibrium, lambda body, level: linear_elements.make(particles_of(body, level, False), {})]
+)
+def test_linear_elements_near_incompressibility_warn_and_quadratic_ones_do_not(asked):
+    with pytest.warns(UserWarning, match=r"^organ: linear elements lock at Poisson's ratio 0\.49; .* missed about 12%"):
+        asked(make_body("organ", BAR | {"poisson": 0.49}), 0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        asked(make_body("organ", BAR | {"poisson": 0.45}), 0)
+        Equilibrium(make_body("organ", BAR | {"poisson": 0.49, "refinements": 1}), 0, order=2)
+
+
+@pytest.mark.parametrize(("poisson", "per_cent"), [(0.3, 6), (0.45, 11), (0.49, 22)])
+def test_a_bar_of_linear_elements_bends_less_the_nearer_it_is_to_incompressible(poisson, per_cent, monkeypatch):
+    monkeypatch.setattr(locking, "POISSON", poisson)
+    monkeypatch.setattr(locking, "reference", locking.reference.__wrapped__)
+    monkeypatch.setitem(locking.CASES, "level_2", (2, poisson, 1))
+    answer = locking.deflection("level_2")
+    assert round(100 * answer.error(answer.found)) == per_cent
+
+
+def test_warnings_below_a_body_get_its_name_also_if_it_fails(recwarn):
+    with pytest.raises(InputError), about("bodies.spleen"):
+        warnings.warn("scan.nii: the organ is cut.", stacklevel=1)
+        warnings.warn("old", DeprecationWarning, stacklevel=1)
+        raise InputError("no")
+    assert [str(one.message) for one in recwarn] == ["bodies.spleen: scan.nii: the organ is cut.", "old"]
+
+
+def test_a_job_keeps_what_it_warns_of_and_forgets_it_when_it_no_longer_does(tmp_path):
+    log, warned = tmp_path / "a.log", tmp_path / "warned.txt"
+    with job(str(log), str(warned)) as say:
+        say("one of two")
+        for text in ("the organ\nis cut", "a piece is dropped", "a piece is dropped"):
+            warnings.warn(text, stacklevel=1)
+    assert load([warned]) == ["the organ is cut", "a piece is dropped"]
+    assert in_logs([log, log, tmp_path / "none.log"]) == load([warned])
+    with job(str(log), str(warned)):
+        pass
+    assert load([warned]) == in_logs([log]) == [] and warned.read_text() == ""
+
+
+def test_a_failed_job_leaves_no_file_of_warnings(tmp_path):
+    with pytest.raises(SystemExit), job(str(tmp_path / "a.log"), str(tmp_path / "warned.txt")):
+        warnings.warn("careful", stacklevel=1)
+        raise InputError("no")
+    assert not (tmp_path / "warned.txt").exists()
+    assert in_logs([tmp_path / "a.log"]) == ["careful"]
+
+
+def test_each_is_kept_once_over_all_jobs(tmp_path):
+    save(["a", "b"], tmp_path / "1")
+    save(["b", "c"], tmp_path / "2")
+    assert load([tmp_path / "1", tmp_path / "2"]) == ["a", "b", "c"]

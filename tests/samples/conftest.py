@@ -1,3 +1,0 @@
-"""A small database of known deformations."""
-
-from fixtures.known_deformations import *  # noqa: F403

@@ -1,0 +1,90 @@
+"""What paper 3 says of bounding volumes and of its composite tree is judged by the table's numbers."""
+
+import pandas as pd
+import pytest
+
+from palpate.report.claims import CONFIRMED, NOT_TESTABLE, REFUTED
+from palpate.studies.collision.claims import claims
+
+COLUMNS = ["scene", "structure", "depths", "rival", "triangles", "build_ms", "refit_ms", "query_ms"]
+COLUMNS += ["triangle_tests", "pairs"]
+
+
+@pytest.fixture
+def table():
+    """On two scenes: the sphere tree takes 4 ms, the AABB tree 1 ms, and pass 400 and 100 false pairs."""
+    rows = [
+        (scene, structure, depths, False, 1000, build, build / 10, query, false + 50, 50)
+        for scene in ("one", "two")
+        for structure, depths, build, query, false in (
+            ("sphere", "", 1.2, 4.0, 399),
+            ("aabb", "", 1.0, 1.0, 99),
+            ("obb", "", 9.0, 1.0, 49),
+            ("composite", "4/2", 1.1, 2.0, 119),
+            ("composite", "8/4", 1.1, 8.0, 299),
+        )
+    ]
+    rows.append(("one", "obb_coal", "", True, 1000, 9.0, float("nan"), 0.1, float("nan"), 50))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def found(table, claim, depths=""):
+    """Return the one row of this claim, of the composite tree of these depths."""
+    rows = [row for row in claims({"collision": table}) if row.claim == claim and row.premise.startswith(depths)]
+    assert len(rows) == 1
+    return rows[0]
+
+
+TIME, PAIRS = "the composite tree's query takes a time", "the composite tree's false pairs are"
+
+
+def test_each_depth_is_judged(table):
+    assert found(table, TIME, "4/2").verdict == found(table, PAIRS, "4/2").verdict == CONFIRMED
+    assert found(table, TIME, "8/4").verdict == found(table, PAIRS, "8/4").verdict == REFUTED
+    assert found(table, TIME, "4/2").ours == "sphere 4 ms, composite 2 ms, AABB 1 ms"
+    assert found(table, PAIRS, "4/2").ours == "sphere 400, composite 120, AABB 100"
+
+
+def test_scenes_count_alike_however_long_they_take(table):
+    table.loc[(table["scene"] == "two") & (table["depths"] == "4/2"), "query_ms"] = 200.0
+    assert "composite 20 ms" in found(table, TIME, "4/2").ours
+
+
+@pytest.mark.parametrize(
+    ("query_ms", "verdict"),
+    [
+        (1.04, NOT_TESTABLE),
+        (0.96, NOT_TESTABLE),
+        (0.94, REFUTED),
+        (1.06, CONFIRMED),
+        (3.85, NOT_TESTABLE),
+        (4.15, NOT_TESTABLE),
+        (4.3, REFUTED),
+    ],
+)
+def test_what_is_as_fast_as_one_of_the_two_is_not_judged(table, query_ms, verdict):
+    table.loc[table["depths"] == "4/2", "query_ms"] = query_ms
+    assert found(table, TIME, "4/2").verdict.split(":")[0] == verdict
+
+
+@pytest.mark.parametrize(
+    ("claim", "structure", "column", "wrong"),
+    [
+        ("AABBs are cheap to build", "aabb", "build_ms", 1.3),
+        ("bounding volumes discard far pairs before the narrow phase", "aabb", "triangle_tests", 1e4),
+    ],
+)
+def test_trees_of_boxes(table, claim, structure, column, wrong):
+    assert found(table, claim).verdict == CONFIRMED
+    table.loc[table["structure"] == structure, column] = wrong
+    assert found(table, claim).verdict == REFUTED
+
+
+def test_a_scene_in_which_nothing_is_tested_counts_too(table):
+    separated = table[table["scene"] == "one"].assign(scene="apart", triangle_tests=0.0, pairs=0)
+    assert found(pd.concat([table, separated]), PAIRS, "4/2").verdict == CONFIRMED
+
+
+def test_a_table_read_from_its_file_gives_the_same(table, tmp_path):
+    table.to_csv(tmp_path / "collision.csv", index=False)
+    assert list(claims({"collision": pd.read_csv(tmp_path / "collision.csv")})) == list(claims({"collision": table}))

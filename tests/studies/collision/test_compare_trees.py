@@ -1,0 +1,101 @@
+"""The table has what was measured, and counts the missed and extra pairs of a structure."""
+
+import numpy as np
+import pytest
+
+from palpate.collision.triangles.brute_force import crossing
+from palpate.studies.collision import compare_trees
+from palpate.studies.collision.deforming_surfaces import folding_sheet, random_soup, two_livers
+
+FRAMES = 4
+
+
+@pytest.fixture(scope="module")
+def table():
+    done = []
+    found = compare_trees.measure(FRAMES, 0, [[1, 1]], seed=1, report=done.append)
+    assert done == list(dict.fromkeys(found["scene"]))
+    return found
+
+
+def test_every_scene_has_every_structure(table):
+    tested = table[~table["rival"]]
+    for _, rows in tested.groupby("scene"):
+        assert list(rows["structure"]) == [*compare_trees.PURE, "composite"]
+    assert set(tested["depths"]) == {"", "1/1"}
+    assert (tested["frames"] == FRAMES).all()
+
+
+def test_a_body_that_meets_itself_has_no_rival(table):
+    assert not table.loc[table["scene"] == "folding_sheet", "rival"].any()
+
+
+def test_no_structure_of_palpate_misses_a_pair_or_makes_one_up(table):
+    tested = table[~table["rival"]]
+    assert len(tested) == 4 * 6
+    assert (tested[["missed_pairs", "extra_pairs"]] == 0).all(axis=None)
+
+
+def test_times_and_counts_fit_together(table):
+    tested = table[~table["rival"]]
+    assert (tested[["build_ms", "refit_ms", "query_ms", "frame_ms", "node_tests"]] > 0).all(axis=None)
+    assert (tested["triangle_tests"] >= tested["pairs"]).all()
+    assert (tested["frame_ms"] >= tested[["refit_ms", "query_ms"]].max(axis=1)).all()
+    for _, rows in tested.groupby("scene"):
+        assert rows["pairs"].nunique() == rows["triangles"].nunique() == 1
+
+
+def test_a_rival_that_builds_anew_has_no_refit(table):
+    rivals = table[table["rival"]]
+    refitted = rivals["structure"].str.endswith("_refit")
+    assert rivals.loc[~refitted, "refit_ms"].isna().all()
+    assert rivals.loc[refitted, "refit_ms"].notna().all()
+    assert rivals["node_tests"].isna().all()
+
+
+class Careless:
+    """Leaves out the first true pair and reports one that does not cross."""
+
+    refits = True
+
+    def __init__(self, triangles, points):
+        self.triangles, self.points = triangles, points
+
+    def update(self, points):
+        self.points = points
+
+    def query(self):
+        true = crossing(self.points, self.triangles)
+        return np.vstack([true[1:], [[0, 0]]])
+
+
+def test_missed_and_made_up_pairs_are_counted():
+    scene = two_livers(0)
+    (row,) = compare_trees._scene_rows(scene, FRAMES, {("careless", "", False): Careless})
+    assert [0, 0] not in crossing(scene.at(0.0), scene.triangles).tolist()
+    assert (row["missed_pairs"], row["extra_pairs"]) == (FRAMES, FRAMES)
+
+
+def test_a_worn_tree_is_rebuilt_and_still_finds_every_pair():
+    scene = random_soup(60, seed=1)
+    tested = compare_trees.RefittedTrees("composite", (2, 2), scene.triangles, scene.at(0.0))
+    random = np.random.default_rng(0)
+    for _ in range(3):
+        # every triangle goes somewhere else
+        points = [
+            at[np.argsort(random.random(len(at) // 3))[:, None] * 3 + np.arange(3)].reshape(-1, 3)
+            for at in scene.at(0.5)
+        ]
+        tested.update(points)
+        assert np.array_equal(tested.query(), crossing(points, scene.triangles))
+    assert tested.rebuilds
+
+
+def test_one_body_is_searched_against_itself():
+    scene = folding_sheet(10)
+    tested = compare_trees.RefittedTrees("aabb", None, scene.triangles, scene.at(0.0))
+    points = scene.at(0.9)
+    tested.update(points)
+    found = tested.query()
+    assert len(found) and (found[:, 0] < found[:, 1]).all()
+    assert np.array_equal(found, crossing(points, scene.triangles))

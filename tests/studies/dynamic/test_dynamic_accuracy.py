@@ -1,0 +1,124 @@
+"""Motions against a reference whose step suffices: what is compared, what is fitted, and what counts as failure."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
+from palpate.errors import InputError, NotConverged
+from palpate.files import read_yaml
+from palpate.schema import checked
+from palpate.studies.dynamic import dynamic_accuracy
+from palpate.studies.dynamic.dynamic_reference import Reference, load, reference, resolved_frames, save
+from palpate.studies.dynamic.dynamic_trial import Trial, training_of, trial
+
+PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -0.2], "radius_m": 0.03}
+PUSH |= {"start_s": 0.0, "press_s": 0.1, "hold_s": 1.0, "release_s": 0.1}
+ENTRY = {"effects": ["corotational", "held", "push", "rayleigh"], "push": {"loads": [PUSH]}}
+ENTRY |= {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02}}
+SHARE = 0.5
+"""Of the loads, under which the motion is that models are fitted to."""
+
+
+@pytest.fixture(scope="module")
+def pressed(box) -> Trial:
+    mesh = box([4, 2, 2], [0.1, 0.04, 0.04])
+    body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(20000.0, 0.3, 1000.0))
+    return trial("poke", ENTRY, body, {"duration_s": 0.2, "frames": 5})
+
+
+@pytest.fixture(scope="module")
+def truth(pressed) -> Reference:
+    return reference(pressed, training_of(pressed, {}, SHARE), 0.02, 6)
+
+
+def test_a_body_of_one_level_is_refined_once(pressed):
+    assert [len(level.tetrahedra) for level in pressed.body.levels] == [96, 768]
+
+
+def test_halving_ends_when_it_changes_little(pressed, truth):
+    assert truth.change <= 0.02
+    assert truth.tried_s == pytest.approx(0.04 / 2.0 ** np.arange(len(truth.tried)))
+    assert truth.truth.shape == (5, len(pressed.body.fine.surface), 3)
+    off = [np.linalg.norm(tried - truth.truth) for tried in truth.tried]
+    assert (np.diff(off) < 0.0).all()
+    finer = pressed.move(pressed.fem(5 * 2 ** (len(truth.tried) + 1)), 1)[0]
+    better = (4.0 * finer - pressed.move(pressed.fem(5 * 2 ** len(truth.tried)), 1)[0]) / 3.0
+    assert np.linalg.norm(better - truth.truth, axis=2).max() < 2 * truth.change * truth.peak
+
+
+def test_half_the_load_moves_about_half_as_far(pressed, truth):
+    ratio = np.linalg.norm(truth.training[-1]) / np.linalg.norm(truth.truth[-1])
+    assert 0.9 * SHARE < ratio < 1.2 * SHARE
+    assert pressed.scale_loads(2.0).loads["push"]["loads"][0]["force_n"] == [0.0, 0.0, -0.4]
+
+
+def test_what_cannot_be_converged_is_told(pressed):
+    with pytest.raises(NotConverged, match="poke"):
+        reference(pressed, pressed, 1e-12, 2)
+
+
+def test_frames_count_until_halving_changes_one_of_them_too_much():
+    peaks = np.array([1.0, 2.0, 4.0, 4.0])
+    assert resolved_frames(np.array([0.1, 0.1, 0.1, 0.1]), peaks, 0.03) == 4
+    assert resolved_frames(np.array([0.01, 0.03, 0.2, 0.1]), peaks, 0.03) == 2
+    assert resolved_frames(np.array([0.2, 0.0, 0.0, 0.0]), peaks, 0.03) == 0
+
+
+def test_a_reference_is_kept(truth, tmp_path):
+    save(truth, tmp_path / "r.npz")
+    again = load(tmp_path / "r.npz")
+    assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
+    assert (again.of_frames, again.training_s) == (5, truth.training_s)
+
+
+def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
+    schema = Path(__file__).parents[3] / "workflow/schemas/studies/dynamic.yaml"
+    grid = checked({}, read_yaml(schema), schema)["settings"]
+    grid["shape_matching"] |= {"steps_per_frame": [8]}
+    grid["fem_fine"] |= {"steps_per_frame": [2]}
+    grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}
+    table = dynamic_accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
+    assert table.groupby("model").size().drop("fem_fine").to_dict() == {
+        "fem_coarse": 5, "detail_correction": 3, "moving_modes": 3, "shape_matching": 1, "springs": 2,
+        "springs_volume": 2,
+    }  # fmt: skip
+    wrong = table.groupby("model")["rmse_of_peak"].min()
+    assert list(wrong.sort_index().index) == [
+        "detail_correction",
+        "fem_coarse",
+        "fem_fine",
+        "moving_modes",
+        "shape_matching",
+        "springs",
+        "springs_volume",
+    ]
+    assert not table["failures"].any() and np.isfinite(table["rmse_of_peak"]).all()
+    assert wrong["fem_fine"] < 0.02 < wrong["fem_coarse"]
+    assert wrong["detail_correction"] < 0.5 * wrong["fem_coarse"] and wrong["moving_modes"] < 0.015
+    alike = table[table["step_s"] == 0.02].set_index(["model", "varied"])["rmse_of_peak"]
+    assert alike["fem_fine", "order"] > 2.0 * alike["fem_fine", "tolerance"] > 0.0
+    assert table.loc[table["model"] == "moving_modes", "offline_s"].min() > 0.0
+    assert table.loc[table["model"] == "moving_modes", "level"].eq(1).all()
+    assert wrong["springs"] < 0.1 and wrong["springs_volume"] < 0.1 and wrong["shape_matching"] < 0.2
+    assert (table["ms_per_step"] > 0.0).all()
+
+
+def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
+    def unstable(trial, steps):
+        return replace(trial.springs(steps, {}, 0.1), allow_unstable=True)
+
+    fitted = dynamic_accuracy.Fitted(unstable, 1e12, 0.0)
+    row = dynamic_accuracy._row(pressed, truth, pressed.frames * 20, fitted, "")
+    assert row["failures"] == 1 and "rmse_m" not in row
+
+
+def test_only_loads_that_are_known_are_taken_over(pressed):
+    for entry, what in (({"effects": []}, "none of gravity and push"), (ENTRY | {"effects": ["contact"]}, "contact")):
+        with pytest.raises(InputError, match=what):
+            trial("poke", entry, pressed.body, {"duration_s": 0.2, "frames": 5})
+    with pytest.raises(InputError, match="no multiple"):
+        pressed.fem(7)

@@ -1,0 +1,131 @@
+"""Scenes that need a motion of their own to fit models to: bodies that fall and meet something, sheets, plasticity."""
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Body, nest
+from palpate.bodies.material import Material
+from palpate.errors import InputError
+from palpate.studies.dynamic import dynamic_accuracy
+from palpate.studies.dynamic.check import _check_training
+from palpate.studies.dynamic.dynamic_reference import reference
+from palpate.studies.dynamic.dynamic_trial import Trial, training_of, trial, trial_and_training
+from palpate.studies.dynamic.resolution import tabulate
+
+FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
+ENTRY = {"body": "block", "effects": ["corotational", "gravity", "contact", "rayleigh"], "held": False}
+ENTRY |= {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "contact": FLOOR}
+ENTRY |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
+LOWER = {"contact": {"instruments": [{"kind": "floor", "height_m": -0.003}]}}
+FALL_S = np.sqrt(2 * 0.005 / 9.81)
+
+
+@pytest.fixture(scope="module")
+def block(box) -> Body:
+    mesh = box([2, 2, 2], [0.04, 0.04, 0.04])
+    return nest("block", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(20000.0, 0.3, 1000.0))
+
+
+@pytest.fixture(scope="module")
+def falling(block) -> tuple[Trial, Trial]:
+    own = {"duration_s": 0.06, "frames": 6, "level": 0, "training": {"duration_s": 0.04} | LOWER}
+    return trial_and_training("drop", ENTRY, block, own, 0.5)
+
+
+def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floor(falling):
+    found = reference(*falling, 0.05, 6)
+    times = found.duration_s * np.arange(1, found.frames + 1) / found.frames
+    heights = found.truth[..., 2]
+    free = times < FALL_S
+    assert free.sum() == 3
+    # the mass-proportional damping of 1/s takes off g t³/6
+    fallen = 0.5 * 9.81 * times[free] ** 2 - 9.81 * times[free] ** 3 / 6
+    assert heights[free] == pytest.approx(np.broadcast_to(-fallen[:, None], heights[free].shape), rel=0.01)
+    rest = falling[0].body.coarse.nodes[falling[0].body.coarse.surface, 2]
+    assert (rest + heights > -0.005 - 0.02 * found.peak).all() and heights.min() < -0.0045
+    table = tabulate(falling[0], found)
+    assert table["resolved"].sum() == found.frames * len(found.changes)
+    assert table.loc[table["resolved"] & (table["step_s"] == found.step_s), "change_of_peak"].max() <= 0.05
+
+
+def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
+    with pytest.warns(UserWarning, match=r"scenes\.drop: models are compared in its first 0\.0\d s of 0\.06 s, as"):
+        found = reference(*falling, 0.002, 3)
+    assert 1 <= found.frames < 6 and found.tried.shape[1] == found.frames and found.changes.shape == (2, 6)
+    grid = {"fem_coarse": {"steps_per_frame": [1, 2], "tolerances": [0.1], "gaps": [4.0]}}
+    grid |= {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
+    grid |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
+    table = dynamic_accuracy.measure(*falling, found, grid)
+    assert set(table["resolved_s"]) == {found.duration_s} and set(table["duration_s"]) == {0.06}
+    assert set(table["model"]) == {
+        "fem_fine",
+        "springs",
+        "springs_volume",
+        "shape_matching",
+    }  # there is no coarser level
+    assert table["varied"].value_counts().to_dict() == {"step": 7, "tolerance": 1, "gap": 1}
+    assert not table["failures"].any() and (table["rmse_of_peak"] < 0.4).all()
+
+
+def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
+    monkeypatch.setattr("palpate.studies.dynamic.dynamic_fit.error_of", lambda *_: 1.0)
+    found = reference(*falling, 0.05, 6)
+    grid = {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
+    grid |= {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
+    grid |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
+    assert set(dynamic_accuracy.measure(*falling, found, grid, ["fem_coarse"])["model"]) == {"fem_fine"}
+    table = dynamic_accuracy.measure(*falling, found, grid)
+    failed = table[table["failures"] == 1]
+    assert list(failed["model"]) == ["springs", "springs_volume", "shape_matching"] and failed["rmse_m"].isna().all()
+
+
+def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
+    own = {"duration_s": 0.2, "frames": 10, "level": 0, "training": {"duration_s": 0.07} | LOWER}
+    others = {"others": [{"body": "block", "shift_m": [0, 0, 0.05]}] * 2}
+    made = trial("pile", ENTRY | others, block, own)
+    lesson = training_of(made, own["training"] | {"others": others["others"][:1]}, 0.5)
+    assert (lesson.frames, lesson.duration_s) == (4, pytest.approx(0.08))
+    assert lesson.loads["contact"] == FLOOR | LOWER["contact"] and lesson.loads["gravity"] == made.loads["gravity"]
+    assert (made.nodes(0), lesson.nodes(0)) == (81, 54)
+    gap = made.widen(4.0).loads["contact"]["gap_m"]
+    assert gap == pytest.approx(4.0 * 1e-3 * 0.04)
+
+
+def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
+    own = {"duration_s": 0.04, "frames": 4, "level": 0, "models": ["fem_coarse"]}
+    made, lesson = trial_and_training("drop", ENTRY, block, own, 0.5)
+    assert lesson is None
+    found = reference(made, lesson, 0.05, 6)
+    assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
+    assert list(dynamic_accuracy._models(made, lesson, found, {"fem_coarse": {}})) == ["fem_coarse"]
+
+
+def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
+    entry = ENTRY | {"effects": [*ENTRY["effects"], "plasticity"]}
+    entry |= {"plasticity": {"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8}}
+    own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
+    made = trial("dent", entry, block, own)
+    grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
+    assert list(dynamic_accuracy._models(made, made, replace_truth(), grid)) == ["fem_coarse", "shape_matching"]
+    assert "plasticity" in made.shapes(5, {}, 1.0).effects
+
+
+def replace_truth():
+    """A reference of which only the motion to fit to is asked for."""
+    return type("Taught", (), {"training": np.zeros((5, 1, 3))})()
+
+
+@pytest.mark.parametrize(
+    ("training", "said"),
+    [
+        ({"push": {"loads": []}}, "here describes push, which the scene has not; leave it out"),
+        (
+            {"others": [{"body": "bar", "shift_m": [0, 0, 1]}]},
+            "here.others names another body than block; name that one",
+        ),
+        ({"contact": {"instruments": [{"kind": "floor", "times_s": [0.0], "shifts_m": []}]}}, "give one shift"),
+    ],
+)
+def test_a_wrong_motion_to_fit_to_is_told(training, said):
+    with pytest.raises(InputError, match=said):
+        _check_training("here", ENTRY, training)

@@ -1,0 +1,83 @@
+"""What a model says of its own motion is about as much as it is wrong by, without a reference."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from fixtures.poked_bar import poked
+
+from palpate.studies.dynamic import dynamic_accuracy
+from palpate.studies.dynamic.dynamic_fit import Fitted
+from palpate.studies.dynamic.dynamic_reference import reference
+from palpate.studies.dynamic.dynamic_trial import Trial
+from palpate.studies.dynamic.elsewhere import measure_elsewhere, moved_pushes
+from palpate.studies.dynamic.motion_estimates import estimated, mesh_residual
+
+MODES = {"vibrations": 10, "bent": 3, "coarsened": 1}
+FINE = {"steps_per_frame": [1], "tolerances": []}
+
+
+@pytest.fixture(scope="module")
+def pressed(box):
+    return poked(box)
+
+
+@pytest.fixture(scope="module")
+def truth(pressed):
+    return reference(pressed, None, 0.01, 5)
+
+
+def test_estimates_of_elements_and_modes_are_near_their_errors(pressed, truth):
+    grid = {"fem_coarse": {"steps_per_frame": [2], "tolerances": [], "gaps": []}}
+    grid |= {"moving_modes": MODES | {"steps_per_frame": [2]}, "fem_fine": FINE}
+    names = ("fem_coarse", "moving_modes", "detail_correction")
+    table = dynamic_accuracy.measure(pressed, None, truth, grid, names)
+    told = table[table["varied"] == "step"].set_index("model")
+    ratio = (told["estimate_of_peak"] / told["rmse_of_peak"]).groupby(level=0).last()
+    assert 0.4 < ratio["fem_coarse"] < 2.5 and 0.2 < ratio["fem_fine"] < 5.0
+    assert told["estimate_of_peak"]["moving_modes"] < 0.2 * told["estimate_of_peak"]["fem_coarse"]
+    assert np.isnan(ratio["detail_correction"]), "its answer is known on the surface alone"
+
+
+def test_the_residual_of_a_slow_press_is_what_the_finer_mesh_adds(pressed):
+    """Pressed slowly, a body is in equilibrium: what two meshes differ by is what one Newton step of the finer adds."""
+    push = pressed.scale_loads(0.2).loads["push"]["loads"][0] | {"press_s": 4.0, "hold_s": 4.0}
+    slow = Trial(**vars(pressed) | {"loads": {"push": {"loads": [push]}}, "duration_s": 6.0, "frames": 6})
+    (coarse, run), (fine, _) = (slow.move(slow.fem(24), level) for level in (0, 1))
+    middle = int(np.linalg.norm(coarse[:-1], axis=2).max(axis=1).argmax())
+    off = np.sqrt(np.mean(np.sum((coarse[middle] - fine[middle]) ** 2, axis=1)))
+    assert mesh_residual(slow, 0, run.motion) == pytest.approx(off, rel=0.05)
+
+
+def test_steps_of_half_the_length_are_said_to_be_better(pressed):
+    fitted = Fitted(Trial.fem, pressed.body.material.young_pa, 0.0, level=-1)
+    said = []
+    for count in (2, 4, 8):
+        moved, run = pressed.move(pressed.fem(count * pressed.frames), 1)
+        said.append(estimated(pressed, fitted, count * pressed.frames, run.motion, moved).estimate_of_peak)
+    assert said[0] > 2.0 * said[1] > 4.0 * said[2] > 0.0
+
+
+def test_pushes_elsewhere_are_as_hard_and_inward(pressed):
+    found = moved_pushes(pressed, 5, [0, 45], 1)
+    again = moved_pushes(pressed, 5, [0, 45], 1)
+    fine, own = pressed.body.fine, pressed.loads["push"]["loads"][0]
+    assert len(found) == 5 and not set(found) & set(pressed.body.anchors[0])
+    for number, (contact, there) in enumerate(found.items()):
+        push = there.loads["push"]["loads"][0]
+        force = np.array(push["force_n"])
+        assert np.linalg.norm(force) == pytest.approx(np.linalg.norm(own["force_n"]))
+        inward = -force @ fine.normals[contact] / np.linalg.norm(force)
+        assert inward == pytest.approx(np.cos(np.radians([0, 45][number % 2])))
+        assert push["at_m"] == fine.nodes[contact].tolist() and push["press_s"] == own["press_s"]
+        assert push == again[contact].loads["push"]["loads"][0]
+
+
+def test_models_are_measured_at_each_place_and_places_that_are_not_resolved_have_no_model(pressed):
+    own = {"places": 3, "tilts_degrees": [0], "change_of_peak": 0.05, "max_halvings": 4, "steps_per_frame": [1]}
+    grid = {"fem_coarse": {"tolerances": [0.1], "gaps": []}, "moving_modes": MODES, "fem_fine": FINE}
+    table = measure_elsewhere(pressed, own, grid, 1)
+    assert table["contact"].nunique() == 3 and not table["failures"].any()
+    assert set(table["model"]) == {"fem_fine", "fem_coarse", "detail_correction", "moving_modes"}
+    assert (table["rmse_of_peak"] > 0.0).all()
+    never = measure_elsewhere(pressed, own | {"change_of_peak": 1e-9, "max_halvings": 2}, grid, 1)
+    assert len(never) == 3 and pd.isna(never["model"]).all()

@@ -1,0 +1,73 @@
+"""Sentences about models in motion follow from their table."""
+
+import pandas as pd
+from fixtures.material import material, numbers
+
+from palpate.report import page as report
+from palpate.studies.dynamic import report as dynamic
+from palpate.studies.dynamic.motion_bounds import COLUMNS
+from palpate.studies.tradeoff.advice_motion import advise_motion
+
+
+def test_the_headline_is_about_models_in_real_time(dynamic_table):
+    headline = numbers("dynamic", {"dynamic_accuracy": dynamic_table})["headline"]
+    assert headline.count("springs (error 4 %)") == 2
+    slow = dynamic_table.assign(real_time_factor=2.0)
+    assert numbers("dynamic", {"dynamic_accuracy": slow})["headline"].endswith("liver press: none; bar sag: none.")
+
+
+def test_the_error_of_the_standards_mesh_is_said_where_presses_show_it(dynamic_table):
+    table = dynamic_table.assign(body="liver")
+    assert numbers("dynamic", {"dynamic_accuracy": table})["mesh_errors"] == "not known of liver press, bar sag"
+    rows = [
+        ("liver_small", "level=0, start=rest, tolerance=1e-08", 0.16, 0.33),
+        ("liver_small", "level=1, start=rest, iterations=1", 0.30, 0.40),
+        ("liver_small", "level=1, start=rest, tolerance=0.001", 0.20, 0.30),
+        ("liver_small", "level=1, start=rest, tolerance=1e-08", 0.08, 0.17),
+        ("liver_large", "level=1, start=rest, tolerance=1e-08", 0.10, 0.14),
+    ]
+    pressed = pd.DataFrame(rows, columns=["scene", "setting", "rmse_of_peak", "patch_rms_of_peak"])
+    table.loc[table["scene"] == "bar_sag", "body"] = "bar"
+    tables = {"dynamic_accuracy": table, "accuracy_vs_time": pressed.assign(model="fem_p1", body="liver")}
+    assert numbers("dynamic", tables)["mesh_errors"] == (
+        "of liver press (liver, level 1) 8 % to 10 % of the peak, at the patch 14 % to 17 %, in presses whose truth is "
+        "known; not known of bar sag"
+    )
+
+
+def test_scenes_that_are_not_resolved_are_named(dynamic_table):
+    said = numbers("dynamic", {"dynamic_accuracy": dynamic_table})
+    assert said["unresolved"] == "Every scene is resolved to its end."
+    assert said["reference_levels"] == "liver press 1, bar sag 1"
+    cut = dynamic_table.assign(resolved_s=0.25)
+    said = numbers("dynamic", {"dynamic_accuracy": cut})["unresolved"]
+    assert said.startswith(
+        "Not resolved to the end, and compared in a part only: liver press in its first 0.25 s of 1 s;"
+    )
+
+
+def test_a_motion_that_stopped_has_failed(dynamic_table):
+    failed = list(dynamic.failures(material("dynamic", {"dynamic_accuracy": dynamic_table})))
+    assert failed[0] == ("springs (step_s=0.0005)", "liver press", "did not reach the end") and len(failed) == 2
+
+
+def test_the_report_shows_it(dynamic_table, tmp_path):
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "figures").mkdir()
+    dynamic_table.to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
+    advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
+    pd.concat(advice).to_csv(tmp_path / "tables/advice.csv", index=False)
+    row = dict.fromkeys(COLUMNS, 1.0) | {"scene": "liver_press", "model": "springs", "setting": "step_s=0.001"}
+    row |= {"estimate": "constant", "places": 12, "bound_of_peak": 0.07}
+    pd.DataFrame([row]).to_csv(tmp_path / "tables/motion_bounds.csv", index=False)
+    columns = {"step_s": 0.01, "time_s": 0.1, "change_of_peak": 0.005, "bound": 0.01, "resolved": True}
+    pd.DataFrame([{"scene": "liver_press"} | columns]).to_csv(tmp_path / "tables/dynamic_reference.csv", index=False)
+    for name in ("dynamic_accuracy", "dynamic_reference"):
+        for suffix in ("svg", "png"):
+            (tmp_path / f"figures/{name}.{suffix}").write_text("<svg></svg>")
+    report.write(tmp_path, tmp_path / "report.html", ["dynamic"], more=["motion_bounds"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'id="dynamic_advice"' in page and "Error of at most 10\u00a0%: " in page
+    assert 'id="dynamic_bounds"' in page and "is moved to 12 other places" in page
+    assert "the own motion alone was measured of bar sag." in page
+    assert '<figure id="figure_dynamic_accuracy">' in page and 'class="finding">The most accurate models' in page

@@ -1,0 +1,169 @@
+"""Premises: where a body looks the same from every contact, ordered features win; intervals cover what they should."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.errors import InputError
+from palpate.models.enrichment.training_samples import FitOptions
+from palpate.studies.enrichment.database_memory import memory_rows
+from palpate.studies.enrichment.premise_samples import changed, prepare
+from palpate.studies.enrichment.premise_tables import Settings, compare
+from palpate.studies.enrichment.premises import growing_errors, moved_share, split_errors, summarise
+from palpate.studies.enrichment.pressed_alike import choose_alike, feature_rows
+from palpate.studies.enrichment.sample_counts import sample_counts
+
+OPTIONS = FitOptions(10, {"min": 0.1, "max": 10, "count": 5}, 3, "contacts", 1)
+PAD = {
+    "kind": "box", "sizes_m": [0.12, 0.12, 0.03], "divisions": [6, 6, 2], "refinements": 1, "young_pa": 3000.0,
+    "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+}  # fmt: skip
+CASE = {
+    "body": "pad", "made_of": "solid", "thickness_m": 0.002, "direction": [0, 0, -2], "magnitudes": [1.0, 0.5],
+    "train": 12, "test": 6,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def pad():
+    return prepare("pad", CASE, PAD)
+
+
+@pytest.fixture(scope="module")
+def tables(db, pad):
+    settings = Settings(2, [0.5], 0.02, OPTIONS)
+    bodies = {"pad": PAD, "own": {"train": 14, "test": 6, "magnitudes": [0.7, 1.3]}}
+    return compare({"soft": CASE}, bodies, {"own": db}, settings)
+
+
+def test_presses_have_the_direction_and_the_peaks_that_are_asked_for(pad):
+    top = pad.body.coarse.nodes[pad.contacts, 2]
+    assert (top == 0.03).all() and len(top) == 49
+    db = pad.database(9, [1.0, 0.5], 0.004, 3)
+    assert db.peaks == pytest.approx(np.tile([0.004, 0.002], 9), rel=1e-9)
+    assert (db.force[:, :2] == 0).all() and (db.force[:, 2] < 0).all()
+    assert len(np.unique(db.contact)) == 9
+    # the coarse response is that of the fine mesh at the coarse nodes
+    surface = np.searchsorted(pad.body.fine.surface, db.coarse_surface)
+    assert np.array_equal(db.coarse_paper[:, db.coarse_surface], db.fine[:, surface])
+    other = pad.database(9, [1.0, 0.5], 0.004, 4)
+    assert not np.array_equal(np.unique(db.contact), np.unique(other.contact))
+    with pytest.raises(InputError, match=r"premises\.pad: 50 contacts are asked for and 49 can be pressed"):
+        pad.database(50, [1.0], 0.004, 1)
+
+
+def test_a_direction_that_nothing_faces_is_refused():
+    beside = CASE | {"direction": [0, 0, 1]}
+    with pytest.raises(InputError, match="no contact faces direction"):
+        prepare("pad", beside, PAD)
+
+
+def test_a_bed_alone_takes_the_place_of_anchors():
+    bed = {"sphere": {}, "stiffness_n_m3": 1.0}
+    assert "anchors" not in changed({"bed": bed}, PAD) and changed({"bed": bed}, PAD)["bed"] is bed
+    assert changed({"bed": bed, "anchors": {"nodes": [1]}}, PAD)["anchors"] == {"nodes": [1]}
+    assert changed({"refinements": 2, "direction": None}, PAD) == PAD | {"refinements": 2}
+
+
+def test_counts_come_from_the_premise_or_from_its_body():
+    assert sample_counts("here", {}, {"magnitudes": [1, 2], "train": 8, "test": 4}) == ([1, 2], 8, 4)
+    assert sample_counts("here", CASE, {"train": 99}) == ([1.0, 0.5], 12, 6)
+    with pytest.raises(InputError, match=r"^here lacks train, which its body does not have"):
+        sample_counts("here", {"magnitudes": [1]}, PAD)
+    with pytest.raises(InputError, match=r"^here\.test is 5; make it a multiple of the 2 magnitudes"):
+        sample_counts("here", CASE | {"test": 5}, PAD)
+
+
+def test_ordered_features_win_where_every_contact_sees_the_same(pad):
+    """A pad without edges: only contacts in its middle are pressed, two cells and more away from the rim."""
+    points = pad.body.coarse.nodes[pad.contacts, :2]
+    middle = (abs(points - 0.06) < 0.021).all(axis=1)
+    inner = replace(pad, **{name: getattr(pad, name)[middle] for name in ("contacts", "directions", "fine", "coarse")})
+    assert len(inner.contacts) == 9
+    db = inner.database(9, [1.0, 0.5], 0.004, 1)
+    errors = pd.concat(split_errors(db, (12, 6), 0, OPTIONS))
+    mean = errors[errors["held_out"] == "contacts"].groupby(["features", "weights"])["rmse_of_peak"].mean()
+    assert mean["ordered", "linear"] < 0.5 * mean["unordered", "linear"]
+    assert mean["ordered", "nonnegative_a"] < 0.7 * mean["unordered", "nonnegative_a"]
+    assert mean["zero", "none"] > mean["ordered", "nonnegative_a"]
+
+
+def test_every_method_is_asked(db):
+    errors = pd.concat(split_errors(db, (14, 6), 0, OPTIONS))
+    per = errors.groupby(["held_out", "features", "weights"]).size()
+    assert len(per["contacts"]) == 2 + 3 * 4 and len(per["samples"]) == 2 + 3 and (per == 6).all()
+    zero = errors[errors["features"] == "zero"]
+    rms = np.sqrt(np.mean(np.sum(db.fine**2, axis=2), axis=1)) / db.peaks
+    assert zero["rmse_of_peak"].to_numpy() == pytest.approx(rms[zero["sample"]])
+
+
+def test_fewer_samples_are_whole_contacts(db):
+    few, most = growing_errors(db, (14, 6), 0, OPTIONS, [0.34, 0.9])
+    assert set(few["train"]) == {4} and set(most["train"]) == {12}
+    assert few["sample"].nunique() == 6
+    alike = list(growing_errors(db, (14, 6), 0, OPTIONS, [0.01, 0.29, 0.3, 0.99]))
+    assert [set(table["train"]) for table in alike] == [{4}]  # one is too few, and all are asked elsewhere
+
+
+def test_intervals_follow_the_scatter():
+    """Ordered errors are half of the unordered ones, contact by contact: the ratio is certain, the errors are not."""
+    random = np.random.default_rng(0)
+    rows = []
+    for split in range(3):
+        for contact in range(10):
+            level = random.uniform(0.1, 0.3)
+            for features, times in (("unordered", 1.0), ("ordered", 0.5), ("zero", 2.0)):
+                weights = "none" if features == "zero" else "linear"
+                rows.append(["contacts", 8, split, features, weights, contact, contact, times * level])
+    names = ["held_out", "train", "split", "features", "weights", "sample", "contact", "rmse_of_peak"]
+    found = summarise(pd.DataFrame(rows, columns=names)).set_index("features")
+    ordered = found.loc["ordered"]
+    assert ordered[["ratio", "ratio_low", "ratio_high"]].to_numpy(float) == pytest.approx(0.5)
+    assert (
+        ordered["error_low"] < 0.97 * ordered["rmse_of_peak"] and ordered["error_high"] > 1.03 * ordered["rmse_of_peak"]
+    )
+    assert np.isnan(found.loc["zero", "ratio"]) and (found["splits"] == 3).all()
+
+
+def test_tables_have_every_premise(tables):
+    assert set(tables["premises"]["premise"]) == {"own", "soft"}
+    about = tables["premise_bodies"].set_index("premise")
+    assert about.loc["own", "responses"] == "nonlinear" and about.loc["soft", "contacts"] == 49
+    whole = tables["premises"][tables["premises"]["train"].isin([14, 12])]
+    assert np.isfinite(whole[["rmse_of_peak", "error_low", "error_high"]].to_numpy()).all()
+    assert set(tables["premises"]["train"]) == {14, 12, 8, 6}
+
+
+def test_moved_share_counts_nodes():
+    moved = np.zeros((2, 10, 3))
+    moved[0, 0] = moved[1, :4, 2] = 1.0
+    moved[1, 5] = 0.05
+    assert moved_share(moved) == pytest.approx((0.1 + 0.4) / 2)
+
+
+def test_the_same_press_looks_the_same_in_order_only(pad):
+    db = pad.database(49, [1.0], 0.004, 1)
+    first, second = choose_alike(db)
+    assert db.contact[first] != db.contact[second]
+    rows = feature_rows(db, 10)
+    apart = {}
+    for features, table in rows.groupby("features"):
+        one, other = (press["share_of_peak"].to_numpy() for _, press in table.groupby("press"))
+        apart[features] = np.linalg.norm(one - other) / np.linalg.norm(one)
+    assert apart["ordered"] < 0.5 * apart["unordered"]
+    assert abs(rows["share_of_peak"]).max() == pytest.approx(1.0, abs=0.05)
+
+
+def test_memory_is_that_of_the_arrays(db):
+    rows = memory_rows(db, np.arange(18), OPTIONS).set_index("features")
+    numbers = {"unordered": 3 * len(db.coarse_surface), "ordered": 30, "framed": 30}
+    for features, length in numbers.items():
+        assert rows.loc[features, "features_kb"] == pytest.approx(18 * length * 8 / 1024)
+        assert rows.loc[features, "fine_kb"] == pytest.approx(18 * db.fine[0].size * 8 / 1024)
+    n, m = len(db.nodes_fine_surface), len(db.coarse_surface)
+    assert rows.loc["unordered", "orders_kb"] == pytest.approx(m * 8 / 1024)
+    assert rows.loc["ordered", "orders_kb"] == pytest.approx(m * (10 + 2 * n) * 8 / 1024)
+    parts = rows[["features_kb", "fine_kb", "matrix_kb", "orders_kb"]].sum(axis=1)
+    assert rows["total_kb"].to_numpy() == pytest.approx(parts.to_numpy())

@@ -1,0 +1,114 @@
+"""Every declared hard case ends as it was declared to, and its bound fails wrong answers."""
+
+import numpy as np
+import pytest
+
+from palpate.errors import InputError, NotConverged
+from palpate.studies.hard_cases import enrichment_cases, hard_case, locking
+from palpate.studies.hard_cases.declared import FAMILIES, declared, measure
+from palpate.studies.hard_cases.hard_case import OUTCOMES, Answer, Case, finite, judge
+
+CASES = declared(list(FAMILIES))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_hard_case(case):
+    """``passed`` asks for the declared outcome, and for a bound that tells wrong answers apart."""
+    rows = [judge(case, model) for model in case.models]
+    assert [row for row in rows if not row["passed"]] == []
+    answered = [row for row in rows if row["sharp"] is not None]
+    assert all(row[wrong] > row["bound"] for row in answered for wrong in hard_case.WRONG)
+
+
+def test_wrong_is_declared_for_known_faults_alone():
+    known = {(case.name, model) for case in CASES for model in case.models if "wrong" in case.acceptable(model)}
+    locked = {("locking", model) for model in locking.LOCKED}
+    assert known == locked | {("near_singular", model) for model in enrichment_cases.AMBIGUOUS}
+    assert "nan" not in {outcome for case in CASES for model in case.models for outcome in case.acceptable(model)}
+
+
+def test_the_list_is_long_and_says_all_of_each_case():
+    names = [case.name for case in CASES]
+    assert len(names) >= 40 and len(set(names)) == len(names)
+    for case in CASES:
+        assert case.family in FAMILIES and case.models
+        assert all((case.source, case.scene, case.expected, case.measure)) and np.isfinite(case.bound)
+        assert set(case.declared) <= set(case.models)
+        assert {outcome for model in case.models for outcome in case.acceptable(model)} <= set(OUTCOMES)
+
+
+def test_a_refusal_that_models_share_is_tried_once():
+    for case in CASES:
+        always = [model for model in case.models if case.acceptable(model) == ("refused",)]
+        assert len(always) <= 1
+
+
+def said(error):
+    def run(model):
+        raise error
+
+    return run
+
+
+def number(value):
+    """Return an answer of one number, whose error is the number itself."""
+    return Answer(np.array([value]), np.array([9.0]), lambda a: float(a[0]), origin=np.array([-99.0]))
+
+
+@pytest.mark.parametrize(
+    ("run", "outcome"),
+    [
+        (lambda model: number(1.0), "stable"),
+        (lambda model: number(1.1), "wrong"),
+        (lambda model: number(np.nan), "nan"),
+        (lambda model: number(np.inf), "nan"),
+        (lambda model: Answer(np.ones(1), np.ones(1), lambda a: np.nan), "nan"),
+        (lambda model: finite(np.array([1.0, np.nan])), "nan"),
+        (said(InputError("no such thing")), "refused"),
+        (said(NotConverged("too many steps", [1.0])), "not_converged"),
+        (said(ValueError("array of a wrong shape")), "wrong"),
+        (said(ZeroDivisionError()), "wrong"),
+    ],
+)
+def test_what_comes_out_is_judged(run, outcome):
+    words = ("name", "fem", "source", "scene", "expected", "measure", 1.0)
+    strict = judge(Case.of(*words, run=run, models=["model"]), "model")
+    assert strict["outcome"] == outcome
+    assert np.isfinite(strict["value"]) == (outcome == "stable" or strict["value"] == 1.1)
+    assert bool(strict["message"]) >= (outcome in ("refused", "not_converged"))
+    refused = Case.of(*words, run=run, models=["model"], declared={"model": ("refused",)})
+    assert judge(refused, "model")["passed"] == (outcome == "refused")
+
+
+@pytest.mark.parametrize(
+    ("found", "bound", "sharp"),
+    [([2.0, 3.0], 0.05, True), ([2.0, 3.0], 0.25, False), ([0.0, 0.0], 0.05, False), ([1.0, 1.0], 0.05, False)],
+)
+def test_a_bound_that_a_wrong_answer_meets_does_not_pass(found, bound, sharp):
+    """The body starts at (1, 1), and its rest is at (0, 0): an answer there, or one that is loose, tests nothing."""
+    expected = np.array(found)
+    answer = Answer(expected, np.ones(2), lambda a: float(np.abs(a - expected).max()), zero=np.zeros(2))
+    words = ("name", "fem", "source", "scene", "expected", "measure", bound)
+    row = judge(Case.of(*words, run=lambda model: answer, models=["model"]), "model")
+    assert row["outcome"] == "stable" and row["sharp"] == row["passed"] == sharp
+    assert row["frozen"] == np.abs(expected - 1.0).max() and row["zero"] == np.abs(expected).max()
+    assert row["tenth"] == pytest.approx(0.1 * np.abs(expected - 1.0).max())
+
+
+def test_a_wrong_answer_that_cannot_be_measured_is_as_wrong_as_can_be():
+    broken = Answer(np.ones(1), np.zeros(1), lambda a: 0.0 if a[0] == 1.0 else np.nan)
+    assert broken.wrong() == dict.fromkeys(hard_case.WRONG, hard_case.MOST)
+
+
+def test_the_table_has_a_row_for_each_model_of_each_case(monkeypatch):
+    words = ("enrichment", "source", "scene", "expected", "measure", 1.0)
+    few = [
+        Case.of(name, *words, run=lambda model: number(float(len(model))), models=["a", "bc"])
+        for name in ("one", "two")
+    ]
+    monkeypatch.setitem(FAMILIES, "enrichment", [lambda: few[:1], lambda: few[1:]])
+    table = measure("enrichment")
+    assert list(zip(table["case"], table["model"], strict=True)) == [
+        ("one", "a"), ("one", "bc"), ("two", "a"), ("two", "bc"),
+    ]  # fmt: skip
+    assert table["outcome"].tolist() == ["stable", "wrong"] * 2

@@ -1,0 +1,146 @@
+"""An entry that cannot be measured is refused before anything runs, in one sentence."""
+
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.bodies.make_body import make_body
+from palpate.config import complete
+from palpate.errors import InputError
+from palpate.schema import read_schema
+from palpate.settings_file import read_settings
+from palpate.studies.measured.experiment import experiment_of
+from palpate.studies.measured.placed import check_places, off_box
+from palpate.studies.measured.surface_points import off_surface
+
+ROOT = Path(__file__).parents[3]
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
+
+
+@pytest.fixture(scope="module")
+def shipped() -> dict:
+    """The shipped beam and its experiment, alone."""
+    settings = read_settings(ROOT / "config.yaml")
+    return {"bodies": {"beam": settings["bodies"]["beam"]}, "measured": settings["measured"]}
+
+
+@pytest.fixture
+def settings(shipped) -> dict:
+    return deepcopy(shipped)
+
+
+def refusal(settings: dict) -> str:
+    with pytest.raises(InputError) as refused:
+        complete(settings, SCHEMA, ROOT / "config.yaml")
+    return str(refused.value).removeprefix(f"{ROOT}/config.yaml: ").replace(f"{ROOT}/", "")
+
+
+def test_the_shipped_experiment_is_accepted_and_a_case_is_one_line(settings):
+    cases = settings["measured"]["experiments"]["beam"]["cases"]
+    cases["heavier"] = {"loads": [{"weight_n": 0.8, "line_m": [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]}]}
+    found = complete(settings, SCHEMA, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
+    assert found["cases"]["heavier"]["files"] == [] and found["cases"]["heavier"]["loads"][0]["radius_m"] == 0
+
+
+def test_what_does_not_exist_is_named(settings):
+    entry = settings["measured"]["experiments"]["beam"]
+    entry["cases"]["gravity"]["files"][0] = "examples/beam/none.csv"
+    assert refusal(settings).startswith(
+        "measured.experiments.beam.cases.gravity.files is examples/beam/none.csv, where"
+    )
+    entry["body"] = "bam"
+    assert refusal(settings) == "measured.experiments.beam.body is bam, which is not in bodies; did you mean beam?"
+
+
+def test_levels_that_the_body_lacks_are_named(settings):
+    settings["measured"]["models"] = {"fem_p2": {"levels": [2]}}
+    assert "measured.models.fem_p2.levels names level 2, and the body beam has levels 0 to 2" in refusal(settings)
+
+
+def test_millimetres_are_noticed(settings, tmp_path):
+    entry = settings["measured"]["experiments"]["beam"]
+    table = pd.read_csv(ROOT / "examples/beam/gravity_a.csv")
+    table.iloc[:, 1:] *= 1000
+    table.to_csv(tmp_path / "mm.csv", index=False)
+    entry["cases"]["gravity"]["files"] = [str(tmp_path / "mm.csv")]
+    said = refusal(settings)
+    assert "see whether both are in metres" in said and "mm.csv" in said
+
+
+def test_a_marker_that_a_file_lacks_is_named(settings):
+    settings["measured"]["experiments"]["beam"]["markers"]["m7"] = {"at_m": [0.05, 0.015, 0.036]}
+    assert "gravity_a.csv lacks the column m7_x_m" in refusal(settings)
+
+
+EDGE = [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]
+BOX = "beam, which reaches from [0, 0, 0] to [0.1, 0.03, 0.03] m"
+LOADS = {
+    "the tip of the data's page is the clamp": (
+        {"line_m": [[0, 0, 0.03], [0, 0.03, 0.03]]},
+        f"line_m is where {BOX}, is held, and moves nothing",
+    ),
+    "the middle of the data's page is behind the clamp": (
+        {"line_m": [[-0.05, 0, 0.03], [-0.05, 0.03, 0.03]]},
+        f"line_m is 0.05 m off the surface of {BOX}",
+    ),
+    "millimetres": ({"line_m": [[100, 0, 30], [100, 30, 30]]}, f"m off the surface of {BOX}"),
+    "above the edge": ({"line_m": [[0.1, 0, 0.032], [0.1, 0.03, 0.032]]}, "line_m is 0.002 m off the surface"),
+    "through the body": ({"line_m": [[0.05, 0.015, 0], [0.05, 0.015, 0.03]]}, "line_m is 0.015 m off the surface"),
+    "a line of no length": ({"line_m": [EDGE[0], EDGE[0]]}, "line_m is as short as a point"),
+    "a wide disc": ({"at_m": EDGE[0], "radius_m": 10}, "radius_m is 10 m, more than half of beam, which reaches"),
+    "a radius of a line": ({"line_m": EDGE, "radius_m": 0.01}, "has radius_m, which belongs to at_m"),
+}
+
+
+@pytest.mark.parametrize(("load", "said"), LOADS.values(), ids=LOADS)
+def test_a_load_that_is_not_on_the_body_is_refused(settings, load, said):
+    settings["measured"]["experiments"]["beam"]["cases"]["heavier"] = {"loads": [{"weight_n": 0.99} | load]}
+    found = refusal(settings)
+    assert found.startswith("measured.experiments.beam.cases.heavier.loads[0]") and said in found
+
+
+def test_markers_far_from_the_body_are_refused(settings):
+    markers = settings["measured"]["experiments"]["beam"]["markers"]
+    markers["m1"]["at_m"][2] += 0.02
+    assert f"markers.m1.at_m is 0.026 m off the surface of {BOX}" in refusal(settings)
+    markers["m1"]["at_m"][2] -= 0.02
+    for marker in markers.values():
+        marker["at_m"][0] -= 0.1
+    assert "markers.m4.at_m is 0.0945 m off the surface" in refusal(settings)
+
+
+def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings):
+    entry = settings["measured"]["experiments"]["beam"]
+    entry["down"] = [0, 0, 1]
+    said = refusal(settings)
+    assert "gravity_a.csv: the markers rise by 0.00645 m against down, [0.0, 0.0, 1.0]" in said
+    for case in entry["cases"].values():
+        case["loads"] = [{"force_n": [0, 0, 1.0], "line_m": EDGE}]
+    complete(settings, SCHEMA, ROOT / "config.yaml")
+
+
+def test_laws_of_models_are_known_or_files(settings):
+    settings["measured"]["models"] = {"fem_p2": {"laws": ["hencki"]}}
+    assert refusal(settings).startswith("measured.models.fem_p2.laws names hencki, which is unknown")
+    settings["measured"]["models"]["fem_p2"]["laws"] = ["examples/hencki.py"]
+    assert refusal(settings).startswith("measured.models.fem_p2.laws is examples/hencki.py, where there is no file")
+    settings["measured"]["models"]["fem_p2"]["laws"] = ["neo_hookean", "examples/hencky.py"]
+    complete(settings, SCHEMA, ROOT / "config.yaml")
+
+
+def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
+    body = make_body("beam", settings["bodies"]["beam"] | {"refinements": 0})
+    sizes = body.fine.nodes.max(axis=0)
+    points = sizes * np.random.default_rng(1).uniform(-0.5, 1.5, (40, 3))
+    np.testing.assert_allclose(off_box(sizes, points), off_surface(body.fine, points), atol=1e-15)
+
+
+def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
+    full = complete(settings, SCHEMA, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
+    full["markers"]["m1"]["at_m"][2] += 0.02
+    body = make_body("beam", settings["bodies"]["beam"])
+    with pytest.raises(InputError, match=r"m1\.at_m is 0\.026 m off"):
+        check_places(experiment_of("beam", full), body, lambda points: off_surface(body.fine, points))

@@ -1,0 +1,67 @@
+"""Quadratic elements against the theory of beams: deflection, frequency, frequency with a mass at the tip."""
+
+import numpy as np
+import pytest
+
+from palpate.studies.measured.experiment import Marker, Weight
+from palpate.studies.measured.natural_frequency import natural_frequency
+from palpate.studies.measured.specimen import Bench, FemSpecimen, SpringSpecimen
+
+LENGTH, SIDE, YOUNG, DENSITY = 0.2, 0.01, 1e6, 1000.0
+BENDING, AREA = YOUNG * SIDE**4 / 12, SIDE**2
+DOWN = np.array([0.0, 0.0, -1.0])
+TIP = Marker("tip", np.array([LENGTH, SIDE / 2, SIDE / 2]), False)
+EDGE = np.array([[LENGTH, 0.0, SIDE], [LENGTH, SIDE, SIDE]])
+
+
+@pytest.fixture(scope="module")
+def bench(bar):
+    return Bench(FemSpecimen(bar, 0, 2), [TIP], 9.81)
+
+
+def test_an_end_load_bends_it_as_timoshenko_says(bench):
+    force = 1e-5  # so small that nothing is nonlinear
+    weight = Weight(force * DOWN, 0.0, EDGE, None, 0.0)
+    load = bench.load([weight], DOWN) - bench.load([], DOWN)
+    assert load.sum(axis=0) == pytest.approx(force * DOWN, abs=1e-12 * force)
+    sunk = -bench.moves(bench.specimen.settle(load, None))[0, 2]
+    shear = YOUNG / 2
+    assert sunk == pytest.approx(force * (LENGTH**3 / (3 * BENDING) + LENGTH / (5 / 6 * shear * AREA)), rel=2e-3)
+
+
+def test_its_weight_bends_it_as_timoshenko_says(bench):
+    load = 1e-4 * bench.load([], DOWN)
+    line = 1e-4 * 9.81 * DENSITY * AREA
+    sunk = -bench.moves(bench.specimen.settle(load, None))[0, 2]
+    expected = line * (LENGTH**4 / (8 * BENDING) + LENGTH**2 / (2 * 5 / 6 * YOUNG / 2 * AREA))
+    assert sunk == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("hung", [0.0, 0.05])
+def test_it_swings_as_beams_do(bench, hung):
+    """Euler and Bernoulli's frequency; with a mass at the tip that of Rayleigh, whose shape is right to 0.1 %."""
+    weights = [Weight(None, 9.81 * hung, EDGE, None, 0.0)] if hung else []
+    masses = bench.masses(weights)
+    assert masses.sum() == pytest.approx(DENSITY * AREA * LENGTH + hung)
+    x = bench.specimen.settle(1e-5 * bench.load(weights, DOWN), None)
+    hz, shape = natural_frequency(bench.specimen, x, masses)
+    line = np.sqrt(BENDING / (DENSITY * AREA * LENGTH**4)) * 1.8751041**2
+    tip = np.sqrt(3 * BENDING / LENGTH**3 / (hung + 33 / 140 * DENSITY * AREA * LENGTH))
+    assert hz == pytest.approx((tip if hung else line) / (2 * np.pi), rel=6e-3)  # shear and rotation lower it by 0.4 %
+    assert np.abs(shape[:, 1]).max() < 1e-2 * np.abs(shape[:, 2]).max()  # upright, and not across
+
+
+def test_a_stiffer_body_swings_faster(bench):
+    x = bench.specimen.settle(1e-5 * bench.load([], DOWN), None)
+    masses = bench.masses([])
+    assert natural_frequency(bench.specimen, x, masses, 4.0)[0] == pytest.approx(
+        2 * natural_frequency(bench.specimen, x, masses)[0]
+    )
+
+
+def test_springs_settle_where_their_forces_vanish(bar):
+    springs = Bench(SpringSpecimen(bar, 0), [TIP], 9.81)
+    load = 1e-4 * springs.load([], DOWN)
+    x = springs.specimen.settle(load, None)
+    assert np.linalg.norm(springs.specimen.force(x)) <= 1e-5 * np.linalg.norm(load)
+    assert springs.moves(x)[0, 2] < 0.0

@@ -1,0 +1,138 @@
+"""Depths of presses are work over force, a region of the same stiffness is not felt, and limits are interpolated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Tissue
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.palpation.ball_in_slab import ball_in_slab
+from palpate.studies.palpation.check import check
+from palpate.studies.palpation.palpation import COLUMNS, choose_places, palpate
+from palpate.studies.palpation.palpation_limits import COLUMNS as LIMIT_COLUMNS
+from palpate.studies.palpation.palpation_limits import least_contrasts, palpation_limits
+from palpate.studies.palpation.tables import TABLES
+
+SLAB = {"sizes_m": [0.08, 0.08, 0.05], "young_pa": 3000.0, "poisson": 0.3}
+
+
+@pytest.fixture(scope="module")
+def lump():
+    entry = {"kind": "box", "sizes_m": [0.1, 0.1, 0.06], "divisions": [8, 8, 5], "refinements": 0}
+    entry |= {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
+    entry |= {"anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 1e-6}}}
+    sphere = {"center_m": [0.05, 0.05, 0.04], "radius_m": 0.015}
+    return make_body("lump", entry | {"regions": {"stone": {"sphere": sphere, "young_pa": 30000}}})
+
+
+@pytest.fixture(scope="module")
+def felt(lump):
+    return palpate(lump, 0.015, 3, [0.1, 0.05], 0.1)
+
+
+def test_a_stone_is_felt_above_and_less_beside(felt):
+    assert list(felt.columns) == COLUMNS and set(TABLES["palpation"].columns.split()) == set(COLUMNS)
+    by_place = felt.groupby("cover_m")["stiffer"].max().sort_index().to_numpy()
+    assert by_place[0] > 0.1 > by_place[-1] >= 0.0 and (np.diff(by_place) < 0).all()
+    assert np.array_equal(felt["felt"].to_numpy(dtype=bool), felt["stiffer"] >= 0.1)
+    assert (felt.groupby("contact")["depth_m"].diff().dropna() > 0).all()
+
+
+def test_the_nearest_place_is_above_the_stone(lump, felt):
+    nearest = lump.coarse.nodes[felt.sort_values("cover_m")["contact"].iloc[0]]
+    assert nearest[2] == pytest.approx(0.06) and np.abs(nearest[:2] - 0.05).max() < 0.02
+
+
+def test_the_cover_is_what_lies_above_the_region(lump):
+    """Elements are 12 mm high and the ball ends 5 mm below the top, so that their nodes end one element below it."""
+    covers = choose_places(lump, 3)[1]
+    stiff = lump.fine.nodes[np.unique(lump.fine.tetrahedra[lump.tissue(-1).region > 0])]
+    assert covers[0] == pytest.approx(0.06 - stiff[:, 2].max()) == pytest.approx(0.012)
+    touching = replace(lump, regions=Tissue(lump.regions.materials, np.ones_like(lump.regions.region)))
+    assert choose_places(touching, 3)[1] == pytest.approx(np.zeros(len(choose_places(touching, 3)[1])))
+
+
+def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
+    """The depth is conjugate to the force, so in the limit of small forces ½ F d is the elastic energy."""
+    row = felt.iloc[0]
+    body = lump if len(lump.levels) > 1 else make_finer(lump)
+    problem = Equilibrium(body, 0, order=2)
+    force = 1e-3 * row["force_n"]
+    load = nodal_load(body, 0, int(row["contact"]), -force * body.fine.normals[int(row["contact"])], 0.015, order=2)
+    x = problem.solve(load, 1e-9).x
+    elastic = problem.energy(x) + float(np.vdot(load, x - problem.mesh.nodes))
+    small = np.vdot(load, x - problem.mesh.nodes) / force
+    assert 0.5 * force * small == pytest.approx(elastic, rel=1e-3)
+    assert row["depth_m"] / row["force_n"] == pytest.approx(small / force, rel=0.15)
+
+
+def make_finer(body):
+    from palpate.bodies.refinement import finer
+
+    return finer(body)
+
+
+def test_a_region_of_the_same_stiffness_is_not_felt(lump):
+    same = replace(lump, regions=Tissue((lump.material,) * 2, lump.regions.region))
+    assert palpate(same, 0.015, 2, [0.1], 0.1)["stiffer"].abs().max() < 1e-9
+
+
+def test_a_body_without_regions_is_refused(lump):
+    with pytest.raises(InputError, match=r"^bodies\.lump has no regions, so there is nothing to feel; give it some\.$"):
+        palpate(replace(lump, regions=None), 0.015, 2, [0.1], 0.1)
+
+
+def test_deeper_balls_are_felt_less_and_stiffer_ones_more():
+    table = palpation_limits(SLAB, 0.01, [0.006, 0.014], [1.0, 10.0, 1e4], 0.012, 0.1, 0.15)
+    assert list(table.columns) == LIMIT_COLUMNS and set(TABLES["palpation_limits"].columns.split()) == set(
+        LIMIT_COLUMNS
+    )
+    stiffer = table.pivot_table(index="cover_m", columns="contrast", values="stiffer").to_numpy()
+    assert np.abs(stiffer[:, 0]).max() < 1e-6
+    assert (np.diff(stiffer, axis=1) > 0).all() and (np.diff(stiffer[:, 1:], axis=0) < 0).all()
+    products = table.groupby("contrast")["products"].max()
+    assert products[1e4] < 3 * products[1.0]
+
+
+def test_the_ball_has_its_volume_and_its_place():
+    body = ball_in_slab(SLAB, 0.01, 0.006, 0.012, 5.0)
+    inside = body.tissue(0).region == 1
+    volumes, middles = body.coarse.volumes[inside], body.coarse.nodes[body.coarse.tetrahedra[inside]].mean(axis=1)
+    assert volumes.sum() == pytest.approx(4 / 3 * np.pi * 1e-6, rel=0.1)
+    assert volumes @ middles / volumes.sum() == pytest.approx([0.04, 0.04, 0.034], abs=1e-4)
+    assert body.coarse.volumes.sum() == pytest.approx(np.prod(SLAB["sizes_m"]))
+    assert set(body.tissue(1).young_pa) == {3000.0, 15000.0}
+    with pytest.raises(
+        InputError, match=r"^palpation: a ball of radius 0\.01 m, 0\.04 m deep, is not inside the slab of"
+    ):
+        ball_in_slab(SLAB, 0.01, 0.04, 0.012, 5.0)
+
+
+def test_least_contrasts_interpolate_in_the_logarithm():
+    rows = {0.01: [0.1, 0.2, 0.3], 0.02: [0.05, 0.1, 0.12], 0.03: [0.3, 0.4, 0.5]}
+    columns = ["cover_m", "contrast", "stiffer", "threshold"]
+    table = pd.DataFrame(
+        [[c, k, s, 0.15] for c, r in rows.items() for k, s in zip((2, 8, 32), r, strict=True)], columns=columns
+    )
+    found = least_contrasts(table)
+    assert found[0.01] == pytest.approx(4.0) and found[0.02] == np.inf and found[0.03] == pytest.approx(np.sqrt(2.0))
+
+
+def test_settings_name_bodies_with_regions():
+    bodies = {"liver": {}, "lump": {"regions": {"stone": {}}}}
+    check({"bodies": bodies, "palpation": {"bodies": ["lump"]}}, "config.yaml")
+    for named, message in (
+        (["liver"], "liver, which has no regions; name lump"),
+        (["lumb"], "lumb, which is not there; did"),
+    ):
+        with pytest.raises(InputError, match=rf"^config\.yaml: palpation\.bodies names {message}"):
+            check({"bodies": bodies, "palpation": {"bodies": named}}, "config.yaml")
+    with pytest.raises(
+        InputError, match=r"palpation is there and no body has regions; give one some, or remove palpation"
+    ):
+        check({"bodies": {"liver": {}}, "palpation": {"bodies": None}}, "config.yaml")

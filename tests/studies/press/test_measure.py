@@ -1,0 +1,65 @@
+"""What is said of the page's models follows from their answers to presses whose truth is known."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.press.page.compose import press_models, worth
+from palpate.studies.press.known_presses import Known
+from palpate.studies.press.measure import CALLS, measure
+
+TRUTH = np.zeros((4, 3))
+TRUTH[0] = [0.0, 0.0, -0.01]
+
+
+class Model:
+    """Answers a share of the truth, and says that it is 1 % wrong."""
+
+    def __init__(self, share, doubt=""):
+        self.share, self.doubt, self.calls = share, doubt, 0
+
+    def respond(self, presses):
+        self.calls += 1
+        return SimpleNamespace(displacement=self.share * TRUTH, forces=np.zeros((1, 3)), error=0.01, doubt=self.doubt)
+
+
+@pytest.fixture
+def known():
+    place = {"triangle": 0, "weights": [1.0, 0.0, 0.0]}
+    return [Known(7, place, np.array([0.0, 0.0, -0.3]), TRUTH * size, 0.001) for size in (1.0, 1.25)]
+
+
+def test_errors_are_shares_of_the_true_peak(known):
+    model = Model(0.9, "too far")
+    table = measure("liver", {"contact_modes": (12, model)}, known, [], {"contact_modes": 1.5})
+    row = table.iloc[0]
+    # the RMSE of four nodes of which one is wrong by a tenth, and by 0.35 of 1.25
+    wrong = sorted([0.1 / 2, 0.35 / 1.25 / 2])
+    assert row["rmse_of_peak"] == pytest.approx(np.mean(wrong))
+    assert row["rmse_of_peak_most"] == pytest.approx(wrong[1])
+    assert row["error_of_peak"] == pytest.approx(0.01) and row["doubted"] == 2 and row["samples"] == 2
+    assert model.calls == CALLS + 2
+
+
+def test_without_truths_only_the_time_is_said():
+    press = {"triangle": 0, "weights": [1.0, 0.0, 0.0], "moved": [0.0, 0.0, -0.01]}
+    table = measure("liver", {"contact_modes": (12, Model(1.0))}, [], [press], {"contact_modes": 1.5})
+    assert np.isnan(table["rmse_of_peak"].iloc[0]) and table["samples"].iloc[0] == 0
+    row = next(table.assign(online_median_s=0.002).itertuples())
+    assert worth(row) == "Here an answer takes 2\u00a0ms in Python."
+
+
+def test_models_of_the_page_have_their_files_and_truths(known, tmp_path):
+    rows = {"body": "liver", "contacts": 12, "samples": 2, "rmse_of_peak": 0.02, "rmse_of_peak_most": 0.05}
+    rows |= {"error_of_peak": 0.01, "doubted": 0, "online_median_s": 0.003, "online_p95_s": 0.004, "file_mb": 1.0}
+    table = pd.DataFrame([rows | {"model": name} for name in ("contact_modes", "coarse")])
+    paths = {name: tmp_path / name for name in ("contact_modes", "coarse")}
+    for name, path in paths.items():
+        path.write_text(name)
+    modes, coarse = press_models(table, paths, known, {"peak_m": 0.02, "hardest_n": 0.8, "more": 1})
+    assert modes.file == b"contact_modes" and modes.kind == "portable" and not modes.info
+    assert coarse.kind == "coarse" and coarse.info == {"peak_m": 0.02, "hardest_n": 0.8}
+    assert "Error 2\u00a0% of the peak, 5\u00a0% at most, on 2 presses" in modes.advice
+    assert [truth.title for truth in modes.truths] == ["place 7: 0.3 N, moves 10 mm", "place 7: 0.3 N, moves 12 mm"]

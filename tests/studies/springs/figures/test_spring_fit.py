@@ -1,0 +1,26 @@
+"""The best fitness of each search is drawn over generations and over time."""
+
+import numpy as np
+import pytest
+
+from palpate.report import tables
+from palpate.studies.springs.figures import spring_fit, spring_looks
+
+
+def test_a_band_is_the_range_of_seeds_and_a_run_that_ended_keeps_its_best(spring_results):
+    found = tables.where(spring_results["spring_history"], method="genetic", volume_force=False)
+    curves = spring_fit.best_so_far(found, "seconds", np.array([0.5, 1.0, 11.5, 99.0]))
+    assert np.isnan(curves[:, 0]).all()
+    assert curves[:, 1] == pytest.approx(np.array([0.56, 0.566, 0.572]))
+    assert curves[:, 2] == pytest.approx(np.array([0.06, 0.066, 0.072]) + 0.25)
+    assert curves[:, 3] == pytest.approx(np.array([0.06, 0.066, 0.072]))
+
+
+def test_the_fit_is_drawn_over_generations_and_time(spring_results):
+    figure = spring_fit.draw(spring_results["spring_history"])
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == [*(look.label for m, look in spring_looks.FITS.items() if m != "gradient_all"), labels[-1]]
+    assert labels[-1] == "range of 3 seeds, line: median"
+    over_generations, over_time = figure.axes[:2]
+    assert len(over_generations.lines) == 4
+    assert len(over_time.lines) == 4 + 2 * 3

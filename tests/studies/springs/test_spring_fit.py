@@ -1,0 +1,138 @@
+"""Tables of spring parameters: each method is evaluated correctly, and none is below the floor."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from palpate.errors import InputError
+from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.studies.springs import spring_experiment, spring_fit, spring_floor
+
+SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]
+YOUNG_PA = 900.0
+GRANTED = {"gradient_evaluations": 120}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return spring_experiment.experiment(SMOKE, 0.3)
+
+
+@pytest.fixture(scope="module")
+def own(found):
+    """Motions that springs of one modulus make: a fit that finds them is right everywhere."""
+    young = np.full(120, YOUNG_PA)
+    return {name: simulate(found.model, young, press, found.settings) for name, press in found.presses.items()}
+
+
+@pytest.fixture(scope="module")
+def references(found):
+    return spring_experiment.simulate_references(found, 1)
+
+
+def made(found, references, method, volume_force, runs=None):
+    budget = spring_fit.budget(SMOKE["searches"])
+    return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *reported: None)
+
+
+def test_one_modulus_is_found_where_one_was_used(found, own):
+    tables = made(found, own, "uniform", False)
+    fit = tables["spring_fit"]
+    assert list(fit["press"]) == ["top", "left", "front"] and list(fit["used_in_fit"]) == [True, False, False]
+    assert fit["rmse_of_peak"].max() < 1e-3
+    assert len(tables["spring_history"]) == 1
+    assert len(tables["spring_errors"]) == 3 * found.settings.steps
+
+
+def test_errors_are_those_of_the_motions(found, references):
+    """Van Gelder's springs, compared by hand."""
+    tables = made(found, references, "van_gelder", False)
+    young = np.full(120, SMOKE["material"]["young_pa"])
+    for row in tables["spring_fit"].itertuples():
+        positions, velocities = references[row.press]
+        x, v = simulate(found.model, young, found.presses[row.press], found.settings)
+        assert row.rmse_m == pytest.approx(np.sqrt(np.mean(np.linalg.norm(x - positions, axis=2) ** 2)))
+        assert row.max_z_m == pytest.approx(np.abs(x - positions)[:, :, 2].max())
+        error = np.linalg.norm(x - positions, axis=2).sum() + 0.0025 * np.linalg.norm(v - velocities, axis=2).sum()
+        assert row.fitness == pytest.approx(-error)
+        steps = tables["spring_errors"].query("press == @row.press")
+        assert list(steps["step"]) == list(range(1, found.settings.steps + 1))
+        error, zero = x - positions, found.settings.keys.of(found.model.nodes) - positions
+        farthest = np.linalg.norm(zero, axis=2).max(axis=0).argmax()
+        assert steps[["error_x_m", "error_y_m", "error_z_m"]].to_numpy() == pytest.approx(error[:, farthest])
+        assert steps["most_m"].max() == pytest.approx(max(row.max_x_m, row.max_y_m, row.max_z_m))
+        assert steps["zero_m"].to_numpy() == pytest.approx(np.abs(zero).max(axis=(1, 2)))
+
+
+def test_the_gradient_beats_what_needs_no_search(found, references):
+    top = {m: made(found, references, m, False)["spring_fit"]["fitness"][0] for m in ("uniform", "lloyd", "gradient")}
+    assert top["gradient"] > max(top["uniform"], top["lloyd"])
+
+
+def test_fitted_to_all_presses_it_is_better_on_the_others(found, references):
+    one, every = (made(found, references, m, False)["spring_fit"] for m in ("gradient", "gradient_all"))
+    assert every["used_in_fit"].all()
+    assert every["fitness"].sum() > one["fitness"].sum()
+
+
+def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, references):
+    """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
+    one, smooth, best = (
+        spring_fit.find(
+            method, found, [found.fitness("top", references)], spring_fit.budget(SMOKE["searches"] | GRANTED), 1
+        ).fit
+        for method in ("uniform", "gradient_smooth", "gradient")
+    )
+    assert one.fitness < smooth.fitness < best.fitness
+    assert np.std(np.log(smooth.young)) < 0.7 * np.std(np.log(best.young))
+    assert (np.diff(smooth.history[:, 2]) >= 0.0).all()
+
+
+def test_searches_have_a_history_a_seed_and_leave_no_state(found, references, tmp_path):
+    runs = {seed: tmp_path / f"{seed}.npz" for seed in (1, 2)}
+    for method in spring_fit.SEEDED:
+        tables = made(found, references, method, True, runs)
+        history, fit = tables["spring_history"], tables["spring_fit"]
+        assert sorted(history["seed"].unique()) == [1, 2]
+        for seed, run in history.groupby("seed"):
+            assert (run["fitness"].diff().dropna() >= 0).all()
+            end = fit[(fit["seed"] == seed) & (fit["press"] == "top")].iloc[0]
+            assert end["fitness"] == pytest.approx(run["fitness"].iloc[-1])
+            assert end["generations"] == run["generation"].iloc[-1] and end["seconds"] == run["seconds"].iloc[-1]
+        assert fit["volume_n_m"].min() > 0.0
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_floor_is_below_what_one_press_teaches(found, references):
+    stiffest = spring_experiment.experiment(SMOKE, spring_floor.INCOMPRESSIBLE).volume_n_m()
+    floor = spring_floor.measure(found, references, stiffest, 40)
+    assert list(floor["volume_force"]) == 3 * [False] + 3 * [True]
+    assert floor["volume_n_m"].between(0.0, stiffest).all()
+    alone, tied = floor.groupby("volume_force")["fitness"].sum()
+    assert tied > alone * (1 + 1e-3)
+    one = made(found, references, "gradient", False)["spring_fit"]
+    assert floor.query("not volume_force")["fitness"].sum() > one["fitness"].sum()
+
+
+def test_references_are_read_as_they_were_written(references, tmp_path):
+    spring_experiment.save_references(references, tmp_path / "reference.npz")
+    again = spring_experiment.load_references(tmp_path / "reference.npz")
+    assert list(again) == list(references)
+    for name in references:
+        assert all(np.array_equal(a, b) for a, b in zip(again[name], references[name], strict=True))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"young_pa": [3000, 300]}, r"springs\.young_pa is from 3000 to 300 Pa"),
+        ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"springs\.key_points_m\[0\] is .* outside the mesh"),
+        ({"duration_s": 1e-5}, r"springs\.duration_s is 1e-05 s and a step 0\.0004 s; set it to at least one step"),
+        ({"step_s": 0.01}, r"springs\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
+    ],
+)
+def test_what_cannot_be_is_said(change, said):
+    with pytest.raises(InputError, match=said):
+        spring_experiment.experiment(SMOKE | change, 0.3)

@@ -1,0 +1,82 @@
+"""Advice for scenes that move follows from how wrong models are and how long their steps take."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.studies.tradeoff.advice_motion import advise_motion
+
+
+@pytest.fixture
+def motions():
+    """Error, seconds for a second of motion, p95 of a step [ms], failures."""
+    told = [
+        ("fem_fine", "step_s=0.02", 0.001, 20.0, 450.0, 0),
+        ("fem_coarse", "step_s=0.02", 0.05, 0.3, 9.0, 0),
+        ("springs", "step_s=0.001", 0.02, 0.1, 0.15, 0),
+        ("springs", "step_s=0.002", 0.0201, 0.05, 0.15, 0),  # on a par, and twice as fast
+        ("shape_matching", "step_s=0.01", 0.01, 0.9, 0.2, 0),  # hardly keeps up
+        ("own", "step_s=0.1", np.nan, np.nan, np.nan, 1),
+    ]
+    names = ["model", "setting", "rmse_of_peak", "real_time_factor", "step_p95_ms", "failures"]
+    table = pd.DataFrame(told, columns=names)
+    return table.assign(
+        scene="press", varied="step", reference_level=1, reference_change=1e-4, p95_of_peak=2 * table["rmse_of_peak"]
+    )
+
+
+def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
+    found = advise_motion(motions, budgets_ms=[0.15, 1, 16.7]).set_index("budget_ms")
+    assert found.loc[0.15, "model"] == "none" and "springs step_s=0.001, takes 0.1 s" in found.loc[0.15, "why"]
+    row = found.loc[1]
+    assert (row["model"], row["setting"]) == ("springs", "step_s=0.002")
+    assert row["online_p95_s"] == pytest.approx(1.5e-4) and row["margin"] == pytest.approx(1 - 0.15)
+    assert not row["rival"] and "no other model meets the limit" in row["why"]
+    assert row["why"].endswith("the error of the reference's mesh (level 1) is not in these")
+    row = found.loc[16.7]
+    assert (row["model"], row["rival"]) == ("springs", "fem_coarse")
+    assert row["factor"] == pytest.approx(0.05 / 0.0201)
+
+
+def test_fastest_of_what_is_accurate_enough(motions):
+    found = advise_motion(motions, max_errors=[0.03, 0.002, 1e-5])
+    assert list(found["model"]) == ["springs", "fem_fine", "none"]
+    assert (
+        found["why"]
+        .iloc[1]
+        .startswith("fastest of one setting whose error, the reference's own 0.01 % added, stays below 0.2 %")
+        and "20 s for a second" in found["why"].iloc[1]
+    )
+    assert (
+        found["why"]
+        .iloc[2]
+        .endswith(
+            "fem_fine step_s=0.02, has 0.1 %, which is 0.11 % with the reference's own 0.01 % added; "
+            "a smaller dynamic.change_of_peak makes the reference more exact"
+        )
+    )
+    assert (found["reference_error"] == 1e-4).all()
+    assert found["margin"].iloc[1] == pytest.approx(1 - 0.0011 / 0.002)
+    assert advise_motion(motions.assign(reference_change=0.002), max_errors=[0.002])["model"].tolist() == ["none"]
+
+
+def test_what_the_references_own_error_rules_out_is_named(motions):
+    """Shape matching has 1 % and 1.1 % with what is added: above a limit of 1.05 %."""
+    row = advise_motion(motions.assign(reference_change=1e-3), max_errors=[0.0105]).iloc[0]
+    assert (row["model"], row["faster"], row["faster_setting"]) == ("fem_fine", "shape_matching", "step_s=0.01")
+    assert row["faster_high"] == pytest.approx(0.011) and row["faster_factor"] == pytest.approx(20 / 0.9)
+    assert (
+        "shape_matching step_s=0.01 is 22 times as fast and was passed over: its error, 1 %, may be up to 1.1 %"
+        in (row["why"])
+    )
+
+
+def test_where_all_failed_there_is_none(motions):
+    failed = motions.assign(failures=1)
+    found = advise_motion(failed, [1], [0.1])
+    assert list(found["model"]) == ["none", "none"] and set(found["why"]) == {"no model got through the scene"}
+
+
+def test_modes_for_another_place_are_measured_and_not_advised(motions):
+    found = advise_motion(motions.assign(varied=np.where(motions["model"] == "springs", "place", "step")), [16.7])
+    assert found["model"].tolist() == ["fem_coarse"]

@@ -1,0 +1,169 @@
+"""Loads that nothing was prepared for: what is asked, that the answers to it are right, and what is measured."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from fixtures.judged_slab import *  # noqa: F403
+
+from palpate.benchmark import general_loads
+from palpate.benchmark.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
+from palpate.benchmark.load import Answer, Doubted, Load
+from palpate.benchmark.model import Model
+from palpate.bodies.contacts import contacts_of, places_between
+from palpate.bodies.refinement import finer
+from palpate.effects.patch_load import patch_at, spread
+from palpate.errors import InputError, NotConverged
+from palpate.models.model_registry import model
+from palpate.solvers.compliance import compute_compliance
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.tradeoff.any_load import COLUMNS, measure_any
+
+RADIUS_M = 0.02
+
+
+@pytest.fixture(scope="module")
+def asked(slab_case, slab_judge):
+    """The slab under discs, with prepared contacts; and two questions of each kind."""
+    response = compute_compliance(slab_case[0].body, RADIUS_M, contacts=contacts_of(slab_case[0].body)[::2], order=2)
+    case = replace(slab_case[0], radius_m=RADIUS_M, response=response, used={})
+    return case, questions(case, slab_judge, 2, 1e-8)
+
+
+def operator(case, presses):
+    """Return the fine operator's answer on the surface, and the mean displacement of each disc, by another way."""
+    whole = finer(case.body)
+    problem = Equilibrium(whole, 1, 2)
+    discs = [
+        spread(case.body.fine, patch_at(case.body, node, RADIUS_M), np.array([1.0, 0, 0]), 2) for node, _ in presses
+    ]
+    load = sum(disc[:, :1] * force for disc, (_, force) in zip(discs, presses, strict=True))
+    moved = problem.solve(load, 1e-9).x - problem.mesh.nodes
+    return moved[case.body.fine.surface], np.array([disc[:, 0] @ moved for disc in discs])
+
+
+def test_questions_of_each_kind_have_the_operators_answer(asked, slab_judge):
+    case, found = asked
+    assert [question.kind for question in found] == [kind for kind in KINDS for _ in range(2)]
+    for question in found:
+        nodes = [press.node for press in question.load.presses]
+        if question.kind == PREPARED:  # known from the samples, which here are of another operator
+            assert any(np.array_equal(question.truth, fine) for fine in slab_judge.samples.fine)
+            continue
+        exact, ways = operator(case, list(zip(nodes, question.forces, strict=True)))
+        assert np.abs(question.truth - exact).max() < 1e-6 * np.abs(exact).max()
+        if question.kind == DEPTH:
+            assert np.allclose([press.moved for press in question.load.presses], ways, rtol=1e-5)
+        assert (question.patch.sum() >= len(nodes)) and len(nodes) == (2 if question.kind == TWO else 1)
+    between = [question.load.presses[0].node for question in found if question.kind == NEW]
+    assert len(set(between)) == 2 and min(between) >= len(case.body.coarse.nodes)
+    (_, first), (_, second) = found[4].load.forces()
+    sample = slab_judge.samples.force
+    assert any(np.allclose(first, 0.7 * force) for force in sample) and not np.allclose(first, second)
+
+
+def test_places_between_are_far_from_what_is_known_and_from_anchors(slab):
+    known = contacts_of(slab)
+    nodes = places_between(slab, 5, known)
+    fine = slab.fine.nodes
+    able = np.setdiff1d(slab.fine.surface, np.arange(len(slab.coarse.nodes)))
+
+    def gap(node):
+        return np.linalg.norm(fine[known] - fine[node], axis=1).min()
+
+    elements = slab.coarse.tetrahedra
+    beside = np.unique(elements[np.isin(elements, slab.anchors[0]).any(axis=1)])
+    free = [n for n in able if not np.isin(slab.prolongation[[n]].indices, beside).any()]
+    assert gap(nodes[0]) == pytest.approx(max(map(gap, free)), rel=1e-12) and set(nodes) <= set(free)
+    assert len(set(places_between(slab, 10**6, known))) == len(free)
+
+
+def test_a_load_without_a_sound_answer_is_left_out(asked, slab_judge, monkeypatch):
+    case, _ = asked
+    monkeypatch.setattr(general_loads.Simulation, "least_det", lambda self, moved: -0.1)
+    assert [q.kind for q in questions(case, slab_judge, 2, 1e-6)] == [PREPARED] * 2
+
+
+def test_the_operator_itself_is_right_and_a_linear_one_is_told_what_it_lacks(asked):
+    case, found = asked
+    table = measure_any(case, "fem_p2", model("fem_p2", {}), "level=1", found[2:], 5, 0.01)
+    assert list(table.columns) == COLUMNS and list(table["kind"]) == [NEW, TWO, DEPTH]
+    assert (table["rmse_of_peak"] < 1e-3).all() and (table[["refused", "failures"]] == 0).all(axis=None)
+    assert table["force_error"].iloc[-1] < 1e-3 and table["force_error"].iloc[:-1].isna().all()
+    coarse = measure_any(case, "fem_p1", model("fem_p1", {}), "level=0, start=rest, tol", found[2:], 5, 0.01)
+    assert (coarse.groupby("kind")["rmse_of_peak"].min() > 0.01).all()
+    assert (coarse["rmse_of_peak_most"] >= coarse["rmse_of_peak"]).all() and (coarse["online_median_s"] > 0).all()
+
+
+def test_refusals_are_counted_apart_from_failures(asked):
+    case, found = asked
+
+    def respond(load):
+        node, _ = load.single()
+        if node >= len(case.body.coarse.nodes):
+            raise InputError(f"contact {node} is not prepared.")
+        raise NotConverged("lost", [1.0])
+
+    made = Model(lambda case: [{}], lambda case, setting: SimpleNamespace(memory_mb=1.0, respond=respond))
+    rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
+    assert rows["refused"].to_dict() == {PREPARED: 0, NEW: 2, TWO: 2, DEPTH: 2}
+    assert rows["failures"].to_dict() == {PREPARED: 2, NEW: 0, TWO: 0, DEPTH: 0}
+    assert rows.loc[TWO, "failure"] == "one press at a time is answered, and not several"
+    assert "is not prepared" in rows.loc[NEW, "failure"] and np.isnan(rows.loc[NEW, "rmse_of_peak"])
+
+
+def test_a_model_that_says_that_it_does_not_know_has_not_failed(asked):
+    """Its doubts are counted apart, their answers are in no mean, and only contacts that it answers count."""
+    case, found = asked
+    doubted = next(question for question in found if question.kind == TWO)
+
+    def respond(load):
+        answer = Answer(np.zeros((case.n_surface, 3)))
+        if load is doubted.load:
+            raise Doubted("too far", [0.1], answer)
+        return answer
+
+    made = Model(lambda case: [{}], lambda case, setting: SimpleNamespace(memory_mb=1.0, respond=respond))
+    rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
+    assert rows["doubted"].to_dict() == {PREPARED: 0, NEW: 0, TWO: 1, DEPTH: 0} and (rows["failures"] == 0).all()
+    assert rows.loc[TWO, "failure"] == "too far" and rows.loc[TWO, "contacts"] == rows.loc[NEW, "contacts"] - 1 == 1
+    other = [question for question in found if question.kind == TWO][1]
+    peak = np.linalg.norm(other.truth, axis=1)
+    assert rows.loc[TWO, "rmse_of_peak"] == pytest.approx(np.sqrt(np.mean(peak**2)) / peak.max())
+
+
+def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
+    case, found = asked
+    nodes = []
+
+    def respond(load):
+        if len(load.presses) == 2:
+            raise NotConverged("lost", [1.0])
+        return Answer(np.zeros((case.n_surface, 3)), np.zeros((1, 3)))
+
+    def prepare_contact(*together):
+        nodes.append(together)
+
+    solver = SimpleNamespace(memory_mb=1.0, respond=respond, prepare_contact=prepare_contact)
+    made = Model(lambda case: [{"n": 1}, {"n": 2}], lambda case, setting: solver)
+    table = measure_any(case, "mine", made, "n=2", found, 6, 0.01)
+    assert list(table["setting"]) == ["n=2"] * 4
+    wanted = [tuple(press.node for press in question.load.presses) for question in found]
+    assert nodes == list(dict.fromkeys(wanted))  # once, whichever kind of load asks first
+    rows = table.set_index("kind")
+    assert rows["failures"].to_dict() == {PREPARED: 0, NEW: 0, TWO: 2, DEPTH: 0} and rows.loc[TWO, "failure"] == "lost"
+    assert (rows.drop(TWO)["preparation_s"] > 0).all()
+    assert rows.loc[DEPTH, "preparation_s"] == rows.loc[PREPARED, "preparation_s"]  # of the same places
+    assert rows.loc[DEPTH, "force_error"] == 1.0 and 0.0 < rows.loc[NEW, "rmse_of_peak"] < 1.0
+
+
+def test_a_setting_that_cannot_be_prepared_has_failed_on_all(asked):
+    case, found = asked
+
+    def prepare(case, setting):
+        raise NotConverged("no way", [])
+
+    table = measure_any(case, "mine", Model(lambda case: [{}], prepare), "", found, 5, 0.01)
+    assert (table["failures"] == table["samples"]).all() and set(table["failure"]) == {"no way"}
+    assert isinstance(found[0].load, Load)

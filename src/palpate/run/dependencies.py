@@ -19,7 +19,7 @@ WRAPPERS = frozenset(
     for name in ("run/job.py", "run/kept_warnings.py", "files.py", "errors.py", "run/system_faults.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
-KEPT = PACKAGE / "__pycache__" / "facts.json"
+KEPT = PACKAGE / "__pycache__" / "digests.json"
 FACTS = 2000
 """Files of which facts are kept: all modules several times over."""
 _FRESH: list[str] = []
@@ -74,7 +74,7 @@ def _facts(path: Path) -> dict:
     known, key = _kept(), sha256(text).hexdigest()
     if key not in known:
         tree = ast.parse(text)
-        known[key] = {"imports": sorted(set(_names(tree))), "code": _digest_of(tree)}
+        known[key] = {"imports": sorted(set(_names(tree))), "code": _digest_of(tree), "kernels": _kernels(tree)}
         _FRESH.append(key)
     return known[key]
 
@@ -114,6 +114,32 @@ def _digest_of(tree: ast.Module) -> str:
         if isinstance(body, list) and body:
             body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
     return sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def kernels() -> str:
+    """Return a digest of every statement of the modules that numba compiles functions of, wherever it stands.
+
+    Layout and docstrings do not count, nor where in which module a statement stands.
+    """
+    found = sorted({each for path in files_of("palpate") for each in _facts(path)["kernels"]})
+    _keep()
+    return sha256("".join(found).encode()).hexdigest()[:12]
+
+
+def _kernels(tree: ast.Module) -> list[str]:
+    """Return a digest of each statement of a module that imports numba, and nothing of another one."""
+    if not any(name.split(".")[0] == "numba" for name in _roots(tree)):
+        return []
+    return [sha256(ast.dump(line).encode()).hexdigest()[:12] for line in tree.body]
+
+
+def _roots(tree: ast.Module) -> Iterator[str]:
+    """Yield the modules that a module imports."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
 
 
 def _is_text(line: ast.AST) -> bool:

@@ -9,12 +9,12 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
+from palpate.run.dependencies import kernels
 from palpate.run.kept_warnings import WARNED, save
 from palpate.run.system_faults import of_error
 
@@ -138,7 +138,7 @@ def use_threads(count: int) -> None:
 
 
 def kernel_cache() -> Path:
-    """Return the folder of compiled functions, another one after every edit of a module that has some.
+    """Return the folder of compiled functions, another one after every edit of code in a module that has some.
 
     It is beside the modules, or in .snakemake where these cannot be written to.
 
@@ -146,10 +146,8 @@ def kernel_cache() -> Path:
     file has changed.
     """
     package = Path(__file__).parents[1]
-    sources = [module.read_bytes() for module in sorted(package.rglob("*.py"))]
-    digest = sha256(b"".join(source for source in sources if b"numba" in source)).hexdigest()
     place = package / "__pycache__" if os.access(package, os.W_OK) else Path(".snakemake").absolute()
-    return place / f"kernels-{digest[:12]}"
+    return place / f"kernels-{kernels()}"
 
 
 def write_table(table: "pd.DataFrame", path: str) -> None:

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.anchors import choose_anchors, default_anchors
 from palpate.bodies.body import nest
+from palpate.bodies.box import sheet
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.sheet import sheet
+from palpate.bodies.supports import choose_anchors, default_anchors
 from palpate.errors import InputError
 
 

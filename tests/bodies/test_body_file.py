@@ -4,11 +4,11 @@ import h5py
 import numpy as np
 import pytest
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.body import nest
 from palpate.bodies.body_file import load, save
+from palpate.bodies.box import sheet
 from palpate.bodies.refinement import finer
-from palpate.bodies.sheet import sheet
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 
 

@@ -6,9 +6,9 @@ import pytest
 import pyvista
 
 from palpate.bodies.body_from_mesh import load_file
-from palpate.bodies.mesh_shapes import load_surface
+from palpate.bodies.mesh_file import load_surface
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
-from palpate.bodies.surfaces.weld import weld
+from palpate.bodies.surfaces.triangles import weld
 from palpate.errors import InputError
 
 

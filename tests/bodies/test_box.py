@@ -3,8 +3,7 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
-from palpate.bodies.mesh_checks import check_boundary, check_tetrahedra
-from palpate.bodies.mesh_quality import quality
+from palpate.bodies.mesh_quality import check_boundary, check_tetrahedra, quality
 from palpate.effects.linear_elements import LinearElements
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.refinement import refine
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.lattice import cut_lattice
+from palpate.bodies.box import cut_lattice
 
 
 def as_set(simplices):

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.liver import liver
 from palpate.bodies.mesh_quality import quality
+from palpate.bodies.organs import liver
 from palpate.bodies.refinement import refine
 
 

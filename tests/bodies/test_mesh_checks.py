@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary, check_closed, check_coordinates, check_tetrahedra
+from palpate.bodies.mesh_quality import check_boundary, check_closed, check_coordinates, check_tetrahedra
 from palpate.errors import InputError
 
 

@@ -8,10 +8,10 @@ import pytest
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
 from palpate.bodies.box import box
-from palpate.bodies.inspect_mesh import inspect
 from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh_file import inspect
 from palpate.bodies.mesh_quality import quality
-from palpate.bodies.surfaces.samples import distances, sample
+from palpate.bodies.surfaces.solid import distances, sample
 from palpate.errors import InputError
 
 ENTRY = {"kind": "file", "refinements": 2, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}

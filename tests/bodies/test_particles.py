@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
+from palpate.bodies.box import box, sheet
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.particles import merge_particles, particles_of
-from palpate.bodies.sheet import sheet
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.shape_matching import goal_shapes
 from palpate.effects.spring_network import edge_stiffness, volume_springs

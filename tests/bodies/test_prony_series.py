@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from palpate.bodies.prony_series import Series, fault
+from palpate.bodies.material import Series, prony_fault
 
 SERIES = Series([0.3, 0.2], [0.1, 2.0])
 
@@ -47,8 +47,8 @@ def test_a_branch_takes_energy_from_every_step(span):
     ],
 )
 def test_a_series_that_is_none_is_refused(shares, times, said):
-    assert fault({"shares": shares, "times_s": times}).startswith(said)
+    assert prony_fault({"shares": shares, "times_s": times}).startswith(said)
 
 
 def test_shares_up_to_the_most_are_taken():
-    assert fault({"shares": [0.33, 0.33, 0.33], "times_s": [1, 2, 3]}) == ""
+    assert prony_fault({"shares": [0.33, 0.33, 0.33], "times_s": [1, 2, 3]}) == ""

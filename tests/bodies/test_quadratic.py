@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from palpate.bodies.mesh import EDGES
-from palpate.bodies.quadratic import POINTS, prolongation, shape_functions, shape_slopes, ten_nodes
-from palpate.bodies.refinement import refine
+from palpate.bodies.refinement import (
+    QUADRATURE_POINTS,
+    quadratic_prolongation,
+    refine,
+    shape_functions,
+    shape_gradients,
+    ten_nodes,
+)
 
 
 @pytest.fixture(scope="module")
@@ -43,20 +49,20 @@ def test_slopes_are_derivatives():
     inside = np.random.default_rng(1).dirichlet(np.ones(4), 20)
     for corner, delta in enumerate(1e-6 * np.eye(4)):
         slope = (shape_functions(inside + delta) - shape_functions(inside - delta)) / 2e-6
-        assert np.abs(slope - shape_slopes(inside)[:, :, corner]).max() < 1e-9
+        assert np.abs(slope - shape_gradients(inside)[:, :, corner]).max() < 1e-9
 
 
 def test_points_integrate_degree_two_exactly():
     """Σ over the points of a monomial of barycentric coordinates, against a! b! c! d! 3! / (a + b + c + d + 3)!"""
     for powers in product(range(3), repeat=4):
-        found = np.prod(POINTS**powers, axis=1).mean()
+        found = np.prod(QUADRATURE_POINTS**powers, axis=1).mean()
         exact = 6 * np.prod([factorial(p) for p in powers]) / factorial(sum(powers) + 3)
         assert (found == pytest.approx(exact, rel=1e-14)) == (sum(powers) <= 2)
 
 
 def test_prolongation_is_exact_for_quadratic_polynomials(levels):
     coarse, fine, finest = levels
-    matrix = prolongation(coarse, fine)
+    matrix = quadratic_prolongation(coarse, fine)
     assert matrix.shape == (len(finest.nodes), len(fine.nodes))
     assert np.abs(matrix @ quadratic(fine.nodes) - quadratic(finest.nodes)).max() < 1e-15
     linear = refine(fine)[1]

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from palpate.bodies.box import sheet
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.sheet import sheet
 
 
 @pytest.fixture

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.kidney import kidney, kidney_shape
-from palpate.bodies.liver import liver, liver_shape
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.mesh_quality import quality
+from palpate.bodies.organs import SAMPLES, kidney, kidney_shape, liver, liver_shape, stomach, stomach_shape
 from palpate.bodies.refinement import refine
-from palpate.bodies.smooth_shape import SAMPLES
-from palpate.bodies.stomach import stomach, stomach_shape
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
+from palpate.bodies.surfaces.decimate import fibonacci_sphere
 
 MATERIAL = {"young_pa": 3000.0, "poisson": 0.3, "density_kg_m3": 1000.0}
 ORGANS = {
@@ -64,7 +61,7 @@ def test_it_is_the_same_every_time_and_scales(organ):
 
 def test_shapes_keep_their_outside_out(organ):
     """The volume that the dense surface encloses, with its sign: a mirrored map would turn normals inward."""
-    from palpate.bodies.surfaces.even_triangulation import triangulate
+    from palpate.bodies.surfaces.decimate import triangulate
 
     _, coarse, shape, length = organ
     sphere = fibonacci_sphere(SAMPLES)

@@ -9,10 +9,10 @@ from palpate.bodies.body_file import load, save
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import quality
+from palpate.bodies.organs import SAMPLES, coarse_body
 from palpate.bodies.refinement import finer, refine, with_midpoints
-from palpate.bodies.smooth_shape import SAMPLES, coarse_body
 from palpate.bodies.smooth_surface import ORGANS, SmoothSurface, organ_shape, surface_of
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
+from palpate.bodies.surfaces.decimate import fibonacci_sphere
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 

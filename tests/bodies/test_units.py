@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from palpate.bodies.units import choose_scale, guess_scale, in_words
+from palpate.bodies.mesh_file import choose_scale, guess_scale, in_words
 from palpate.errors import InputError
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.refinement import refine
 from palpate.effects.ball_integral import triangle_shapes
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import sqrtm
 
+from palpate.bodies.material import Series
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.prony_series import Series
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.prony import Prony
 from palpate.effects.prony_kernel import SLOPE, WIDTH

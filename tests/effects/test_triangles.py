@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
+from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
+from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import particles_of
-from palpate.bodies.sheet import Sheet, sheet
 from palpate.effects.triangles import FOLD, make
 from palpate.errors import InputError
 

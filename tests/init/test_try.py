@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from palpate.benchmark.bootstrap import read_errors
-from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.supports import choose_anchors
 from palpate.cli import main
 from palpate.config import complete
 from palpate.errors import InputError

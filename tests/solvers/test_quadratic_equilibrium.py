@@ -10,7 +10,7 @@ from skfem import Basis, ElementTetP2, ElementVector, Functional, LinearForm, Me
 from skfem.helpers import ddot, dot, grad
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.refinement import refine
 from palpate.effects.quadratic_elements import QuadraticElements

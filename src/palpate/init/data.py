@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from palpate.bodies.ct.image import FORMATS, read_labels
-from palpate.bodies.inspect_mesh import MeshFacts, inspect
-from palpate.bodies.units import in_words, other_units
+from palpate.bodies.mesh_file import MeshFacts, in_words, inspect, other_units
 from palpate.errors import InputError
 
 # length [m] that a mesh gets whose unit cannot be guessed

@@ -1,6 +1,6 @@
 """Check that the effects of a scene suit each other, its body and its integrator, by its entry in the config alone."""
 
-from palpate.bodies import prony_series
+from palpate.bodies import material
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError
 from palpate.scenes.contact_settings import bodies_in, has_contact
@@ -135,7 +135,7 @@ def _check_reduced(place: str, scene: dict) -> None:
 
 def _check_settings(place: str, scene: dict, elastic: str, form: str, names: list[str]) -> None:
     """Raise InputError for blocks that do not suit the elastic effect or the body."""
-    if "prony" in names and (wrong := prony_series.fault(scene["prony"])):
+    if "prony" in names and (wrong := material.fault(scene["prony"])):
         raise InputError(f"{place}.prony.{wrong}.")
     if elastic == "springs":
         _check_springs(place, scene.get("springs", {}), form)

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.border import move_to_half_level
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.segmentation import segment
+from palpate.bodies.ct.segmentation import move_to_half_level, segment
 from palpate.bodies.ct.synthetic_abdomen import voxel_fractions
 
 RANGE = {"threshold_hu": [30, 120]}

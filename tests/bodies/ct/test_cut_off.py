@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.cut_off import cut_off
 from palpate.bodies.ct.image import AIR_HU, Image
+from palpate.bodies.ct.mesh_from_ct import cut_off
 
 SPACING = np.array([0.001, 0.002, 0.005])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.density import density
+from palpate.bodies.ct.masses import density
 
 
 @pytest.mark.parametrize(

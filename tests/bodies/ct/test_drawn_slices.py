@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.drawn_slices import fill_between, undrawn_across
 from palpate.bodies.ct.image import Image, read, read_mask
+from palpate.bodies.ct.scan_of import fill_between, undrawn_across
 from palpate.errors import InputError
 
 SHARED = Path(__file__).parents[3].parent / "shared" / "ct"

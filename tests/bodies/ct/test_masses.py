@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.masses import element_masses, node_masses, organ_densities, raw_densities, voxel_mass
+from palpate.bodies.ct.masses import density, element_masses, node_masses, organ_densities, raw_densities, voxel_mass
 from palpate.errors import InputError
 
 SPACING = np.array([0.002, 0.003, 0.004])

@@ -12,8 +12,7 @@ from palpate.bodies.ct.image import read_mask
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary, check_closed
-from palpate.bodies.mesh_quality import quality
+from palpate.bodies.mesh_quality import check_boundary, check_closed, quality
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError

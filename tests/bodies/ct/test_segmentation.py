@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.cut_off import cut_off
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.mesh_from_ct import cut_off
 from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.errors import InputError
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.cut_off import cut_off
 from palpate.bodies.ct.masses import voxel_mass
+from palpate.bodies.ct.mesh_from_ct import cut_off
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import SPACING_M, abdomen, voxel_fractions
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.mesh_checks import check_closed
-from palpate.bodies.surfaces.decimate import collapse, remesh, vertex_normals
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
-from palpate.bodies.surfaces.volume import volume
+from palpate.bodies.mesh_quality import check_closed
+from palpate.bodies.surfaces.decimate import collapse, fibonacci_sphere, remesh, triangulate
+from palpate.bodies.surfaces.triangles import vertex_normals, volume
 
 
 @pytest.fixture

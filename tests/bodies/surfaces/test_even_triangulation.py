@@ -1,6 +1,6 @@
 import numpy as np
 
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, flip, triangulate, triangulate_evenly
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, flip, triangulate, triangulate_evenly
 
 
 def corner_angles(points, triangles):

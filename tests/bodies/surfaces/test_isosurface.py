@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from palpate.bodies.surfaces.isosurface import isosurface
+from palpate.bodies.surfaces.mask_surface import isosurface
 
 ORIGIN, SPACING = np.array([0.1, -0.2, 0.3]), np.array([0.001, 0.002, 0.003])
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.mesh_checks import check_closed
+from palpate.bodies.mesh_quality import check_closed
 from palpate.bodies.surfaces.mask_surface import coarse_surface, dense_surface, surface
-from palpate.bodies.surfaces.volume import inflate, volume
+from palpate.bodies.surfaces.triangles import inflate, volume
 from palpate.errors import InputError
 
 

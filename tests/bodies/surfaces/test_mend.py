@@ -5,12 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.mend import mend
-from palpate.bodies.surfaces.solid import solidify
-from palpate.bodies.surfaces.volume import volume
-from palpate.bodies.surfaces.weld import weld
-from palpate.bodies.surfaces.winding import winding_numbers
+from palpate.bodies.surfaces.solid import solidify, winding_numbers
+from palpate.bodies.surfaces.triangles import volume, weld
 from palpate.errors import InputError
 
 BALL = 0.1 * fibonacci_sphere(1500)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
-from palpate.bodies.surfaces.relax import WANTED_DEG, element_quality, relax
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.snap import WANTED_DEG, element_quality, relax
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 
 

@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.refinement import refine
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 

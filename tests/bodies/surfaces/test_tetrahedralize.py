@@ -3,7 +3,7 @@ import threading
 import numpy as np
 import pytest
 
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session, tetrahedralize
 from palpate.errors import InputError
 

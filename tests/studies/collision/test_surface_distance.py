@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
 from palpate.collision.trees.tree import Tree
 from palpate.studies.collision.surface_distance import distance, overlap
 

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
-from palpate.bodies.surfaces.decimate import area_normals
-from palpate.bodies.surfaces.polydata import polydata
+from palpate.bodies.surfaces.triangles import area_normals, polydata
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import candidates
 from palpate.collision.triangles.triangle_distance import triangle_pairs_distance

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.ct.drawn_slices import fill_between
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.scan_of import fill_between
 
 NEAREST, BETWEEN = "nearest slice", "signed distance"
 

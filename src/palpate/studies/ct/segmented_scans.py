@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.ct.even_brightness import even_brightness
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.scan_of import even_brightness
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import LIVER_SIGNALS, mri_abdomen
 from palpate.errors import InputError

@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter
 
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.synthetic_abdomen import FAT_HU, LIVER_HU, liver_side
-from palpate.bodies.surfaces.decimate import area_normals, vertex_normals
-from palpate.bodies.surfaces.isosurface import isosurface
+from palpate.bodies.surfaces.mask_surface import isosurface
+from palpate.bodies.surfaces.triangles import area_normals, vertex_normals
 
 NEAR = 0.06
 """Points so far from the exact surface, relative to the half axes, belong to another organ."""

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.box import box
+from palpate.bodies.box import box, sheet
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
-from palpate.bodies.sheet import sheet
 from palpate.collision.contact.pieces import pieces_of
 from palpate.scenes.motion import Motion
 from palpate.studies.hard_cases.contact_measures import (

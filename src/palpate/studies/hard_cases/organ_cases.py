@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.masses import density
 from palpate.bodies.ct.segmentation import segment
 from palpate.models.springs.calibration.cma_es import cma_es
 from palpate.models.springs.calibration.fitness import Range

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import EDGES, Mesh
-from palpate.bodies.quadratic import ten_nodes
+from palpate.bodies.refinement import ten_nodes
 
 
 def mass_matrix(mesh: Mesh, density_kg_m3: np.ndarray, order: int) -> sparse.csr_array:

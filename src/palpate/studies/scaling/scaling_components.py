@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.liver import liver
 from palpate.bodies.material import Material
+from palpate.bodies.organs import liver
 
 if TYPE_CHECKING:
     from palpate.studies.scaling.measure_scaling import Meter

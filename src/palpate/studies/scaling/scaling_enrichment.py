@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.liver import liver
+from palpate.bodies.organs import liver
 from palpate.studies.scaling.scaling_components import LENGTH_M, MATERIAL, Size
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     The cost of blending does not depend on the displacements.
     """
     from palpate.benchmark.database import Database
-    from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
+    from palpate.bodies.surfaces.decimate import fibonacci_sphere
     from palpate.models.enrichment.training_samples import FitOptions, gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)

@@ -13,7 +13,7 @@ from palpate.benchmark.findings import LABELS, labels_of
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
 from palpate.benchmark.model import Case, Model, Solver, setting_text
-from palpate.bodies.quadratic import prolongation
+from palpate.bodies.refinement import quadratic_prolongation
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.contact_workshop import Workshop
 
@@ -125,7 +125,7 @@ class _Operator:
     def __init__(self, case: Case):
         self._shop = Workshop(case.body, case.radius_m, 0)
         self._body, self._last = case.body, len(case.body.levels) - 1
-        self._up = prolongation(*case.body.levels[-2:])
+        self._up = quadratic_prolongation(*case.body.levels[-2:])
 
     def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""

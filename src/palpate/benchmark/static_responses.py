@@ -15,8 +15,8 @@ from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.refinement import (
     QUADRATURE_POINTS,
+    quadratic_gradients,
     quadratic_prolongation,
-    shape_gradients,
     ten_nodes,
     with_midpoints,
 )
@@ -140,7 +140,7 @@ def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
     """Count the elements on ``mesh`` with a point at which det F is not positive; ``x`` (n, 3) [m] are the nodes."""
     gradients, _ = shape_gradients(mesh)
     elements, slopes = (
-        (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), shape_gradients(QUADRATURE_POINTS))
+        (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
     )
     f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
     return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())

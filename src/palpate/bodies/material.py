@@ -133,8 +133,8 @@ def prony_fault(settings: dict) -> str:
         return f"shares has {wrong[0]:g}; give numbers above 0"
     if not math.fsum(shares) <= LARGEST_SUM:
         return (
-            f"shares has the sum {math.fsum(shares):.4g}, of which {LARGEST_SUM:g} is the most: what is left of 1 is the "
-            "modulus that does not relax; give smaller shares of the instantaneous modulus"
+            f"shares has the sum {math.fsum(shares):.4g}, of which {LARGEST_SUM:g} is the most: what is left of 1 is "
+            "the modulus that does not relax; give smaller shares of the instantaneous modulus"
         )
     if wrong := [time for time in times if not LEAST_S <= time < math.inf]:
         return f"times_s has {wrong[0]:g}; give times in seconds, of {LEAST_S:g} at least"

@@ -126,7 +126,7 @@ def shape_functions(points: np.ndarray) -> np.ndarray:
     return np.hstack([points * (2.0 * points - 1.0), 4.0 * a * b])
 
 
-def shape_gradients(points: np.ndarray) -> np.ndarray:
+def quadratic_gradients(points: np.ndarray) -> np.ndarray:
     """Return the derivatives (k, 10, 4) of the shape functions with respect to the barycentric coordinates."""
     gradients = np.zeros((len(points), 10, 4))
     for corner in range(4):

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.refinement import QUADRATURE_POINTS, shape_gradients, ten_nodes
+from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes
 from palpate.effects.elements import Elements
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.quadratic_kernel import add_stiffness, energy_and_force, least_det
@@ -21,7 +21,9 @@ class QuadraticElements(Elements):
     def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
         super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, pattern)
         self.gradients, self.volumes = shape_gradients(mesh)
-        slopes = shape_gradients(QUADRATURE_POINTS)  # of all four coordinates, the first of which is 1 minus the others
+        slopes = quadratic_gradients(
+            QUADRATURE_POINTS
+        )  # of all four coordinates, the first of which is 1 minus the others
         self._slopes = np.ascontiguousarray(slopes[:, :, 1:] - slopes[:, :, :1])
 
     def resistance(self) -> np.ndarray:

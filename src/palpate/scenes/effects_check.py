@@ -135,7 +135,7 @@ def _check_reduced(place: str, scene: dict) -> None:
 
 def _check_settings(place: str, scene: dict, elastic: str, form: str, names: list[str]) -> None:
     """Raise InputError for blocks that do not suit the elastic effect or the body."""
-    if "prony" in names and (wrong := material.fault(scene["prony"])):
+    if "prony" in names and (wrong := material.prony_fault(scene["prony"])):
         raise InputError(f"{place}.prony.{wrong}.")
     if elastic == "springs":
         _check_springs(place, scene.get("springs", {}), form)

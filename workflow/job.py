@@ -1,0 +1,3 @@
+from palpate.job import call
+
+call(snakemake)

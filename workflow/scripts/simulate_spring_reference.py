@@ -1,7 +1,0 @@
-from palpate.evaluation.springs.spring_experiment import experiment, save_references, simulate_references
-from palpate.job import job
-
-with job(snakemake.log[0]):
-    calibration = snakemake.params.calibration
-    found = experiment(calibration, float(snakemake.wildcards.poisson))
-    save_references(simulate_references(found, calibration["substeps"]), snakemake.output[0])

@@ -1,6 +1,6 @@
-"""The modules that a script depends on, and a digest of what they do: jobs are repeated when it changes.
+"""The modules that a job depends on, and a digest of what they do: jobs are repeated when it changes.
 
-Snakemake does not notice edits of imported modules, and takes a script for changed when its date has changed.
+Snakemake does not notice edits of imported modules.
 """
 
 import ast
@@ -25,16 +25,52 @@ FACTS = 2000
 _FRESH: list[str] = []
 
 
-def digest(script: Path, *lazily: str) -> str:
-    """Return a digest of the code of ``script``, of the modules named ``lazily``, and of all that these import.
+def digest(call: str, *lazily: str) -> str:
+    """Return a digest of the code of a function, of the modules named ``lazily``, and of all that these import.
 
-    Comments, docstrings and layout do not count, nor do the dates of the files.
+    Comments, docstrings and layout do not count, nor do the dates of the files, nor the rest of the function's module.
 
+    call : "palpate.run.jobs:make_body"
     lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
     """
-    modules = closure([script, *(path for name in lazily for path in files_of(name))])
+    module, _, name = call.partition(":")
+    part = _part(files_of(module)[0], name)
+    named = {path for each in _names(part) if (path := _module(each))} - WRAPPERS
+    modules = closure([*named, *(path for each in lazily for path in files_of(each))])
     _keep()
-    return sha256("".join(f"{path.name}{_facts(path)['code']}" for path in sorted(modules)).encode()).hexdigest()[:16]
+    codes = (f"{path.name}{_facts(path)['code']}" for path in sorted(modules))
+    return sha256("".join([_digest_of(part), *codes]).encode()).hexdigest()[:16]
+
+
+def _part(path: Path, name: str) -> ast.Module:
+    """Return a function, and of its module what it names: imports, constants and other functions."""
+    lines, found, waiting = _tree(path).body, set(), {name}
+    kept: dict[int, ast.stmt] = {}
+    while waiting:
+        found |= waiting
+        fresh = {i: part for i, line in enumerate(lines) if (part := _binding(line, found)) is not None}
+        kept |= fresh
+        used = {node.id for part in fresh.values() for node in ast.walk(part) if isinstance(node, ast.Name)}
+        waiting = used - found
+    return ast.Module([kept[i] for i in sorted(kept)], [])
+
+
+def _binding(line: ast.stmt, names: set[str]) -> ast.stmt | None:
+    """Return the part of a statement that binds one of ``names``, or None."""
+    if isinstance(line, ast.ImportFrom):
+        aliases = [alias for alias in line.names if (alias.asname or alias.name) in names]
+        return ast.ImportFrom(line.module, aliases, line.level) if aliases else None
+    if isinstance(line, ast.Import):
+        return line if any((alias.asname or alias.name.split(".")[0]) in names for alias in line.names) else None
+    if isinstance(line, ast.FunctionDef | ast.ClassDef):
+        return line if line.name in names else None
+    bound = {node.id for node in ast.walk(line) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    return line if bound & names else None
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_bytes())
 
 
 def closure(paths: Iterable[Path]) -> set[Path]:

@@ -9,6 +9,8 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
@@ -68,6 +70,22 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
             fail(f"{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
         else:
             _write(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file)
+
+
+def call(snakemake: Any) -> None:
+    """Run the function that a rule names, with those of snakemake's input, output, params, ... that it names.
+
+    Its tables are written: one to the first output, several to those with their names.
+    """
+    with job(snakemake.log[0], snakemake.output.get("warned")) as say:
+        module, _, name = snakemake.params.call.partition(":")
+        function = getattr(import_module(module), name)
+        wanted = signature(function).parameters
+        found = function(**{key: say if key == "say" else getattr(snakemake, key) for key in wanted})
+        if found is not None:
+            tables = found if isinstance(found, dict) else {0: found}
+            for key, table in tables.items():
+                write_table(table, snakemake.output[key])
 
 
 @contextmanager

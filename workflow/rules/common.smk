@@ -9,16 +9,16 @@ from shlex import quote
 
 from palpate.config import asked_for, complete, finger_regimes, paths_of_body, pressed_bodies
 from palpate.run.dependencies import digest, files_of
-from palpate.run.environment import check_environment
+from palpate.run.system_faults import check_environment
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.run.job import FAILED, kernel_cache
 from palpate.run.job_server import start as start_job_server
-from palpate.run.kept_warnings import in_logs
+from palpate.run.job import warnings_in_logs
 from palpate.plan.plan import Plan, when_known
 from palpate.schema import defaults, read_schema, studies
 from palpate.settings_file import read_settings
-from palpate.run.stale_results import stale_results
+from palpate.run.leftovers import stale_results
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt
@@ -213,7 +213,7 @@ def remember():
 
 def warnings_kept():
     """What jobs warned of, each once, in the results as they stand: also jobs that were done before this run."""
-    return in_logs(sorted({log for job in workflow.dag.jobs for log in job.log}))
+    return warnings_in_logs(sorted({log for job in workflow.dag.jobs for log in job.log}))
 
 
 def print_warnings():

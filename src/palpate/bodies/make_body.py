@@ -14,8 +14,7 @@ from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.smooth_surface import organ_shape, surface_of
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
-from palpate.errors import InputError
-from palpate.run.kept_warnings import about
+from palpate.errors import InputError, about
 
 
 def make_body(name: str, entry: dict) -> Body:

@@ -256,10 +256,7 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
             {"nodes": [1, 8]},
             r"anchors\.nodes names 8, which does not exist; its coarse nodes are counted from 0, and go up to 7",
         ),
-        (
-            {"nodes": list(range(8))},
-            r"nodes holds every node of the surface, .* hold fewer: the body is 1 × 1",
-        ),
+        ({"nodes": list(range(8))}, r"nodes holds every node of the surface, .* hold fewer: the body is 1 × 1"),
         ({"nodes": [-1, 2, 3]}, "names -1"),
         ({"nodes": [1.5, 2, 3]}, r"names 1\.5"),
         ({"nodes": []}, r"anchors\.nodes holds no node"),
@@ -293,8 +290,7 @@ def test_a_sheet_may_hang_by_a_line():
 
 def test_every_piece_must_be_held(cube):
     two = TetMesh(
-        np.vstack([cube.nodes, cube.nodes + np.array([3, 0, 0])]),
-        np.vstack([cube.tetrahedra, cube.tetrahedra + 8]),
+        np.vstack([cube.nodes, cube.nodes + np.array([3, 0, 0])]), np.vstack([cube.tetrahedra, cube.tetrahedra + 8])
     )
     with pytest.raises(InputError, match="no node of the piece of node 8, one of 2;"):
         choose_anchors("two", {"nodes": [0, 1, 2, 3]}, two)

@@ -187,9 +187,7 @@ def test_an_organ_is_meshed_finely_where_a_region_is(entry):
     plain = make_body("liver", organ)
     sphere = {"center_m": [0.02, -0.02, 0.02], "radius_m": 0.012}
     # its volume is right to an eighth, and a seventh of it is elsewhere
-    with pytest.warns(
-        UserWarning, match=r"tumour have 6\.\d+ mL, and what is asked 7\.\d+ mL; 0\.9\d+ mL of the first"
-    ):
+    with pytest.warns(UserWarning, match=r"tumour have 6\.\d+ mL, and what is asked 7\.\d+ mL; 0\.9\d+ mL"):
         body = make_body("liver", organ | {"regions": {"tumour": {"sphere": sphere, "young_pa": STIFF}}})
     held = body.coarse.volumes[body.tissue(0).region == 1].sum()
     assert held == pytest.approx(4 / 3 * np.pi * 0.012**3, rel=0.15)
@@ -220,9 +218,7 @@ def test_cell_data_are_tags(tagged, tmp_path, suffix):
 
 def test_geometrical_tags_of_a_real_mesh(shared_meshes, tagged):
     path = shared_meshes / "liver.msh"
-    with pytest.raises(
-        InputError, match=r"liver\.msh: no tetrahedron has the tag 77; there are \d+ \(596 tetrahedra\)\.$"
-    ):
+    with pytest.raises(InputError, match=r"liver\.msh: no tetrahedron has the tag 77; there are \d+ \(596"):
         tagged(path, part={"tag": 77})
     tag = int(_message(lambda: tagged(path, part={"tag": 77})).split("there are ")[1].split()[0])
     assert (tagged(path, part={"tag": tag}).tissue(0).region == 1).all()
@@ -279,9 +275,7 @@ def test_a_region_inside_one_before_it_is_refused(block):
 def test_a_region_that_the_mesh_is_too_coarse_for_is_told(block):
     small = {"tumour": {"sphere": BALL | {"radius_m": 0.025}, "young_pa": STIFF}}
     coarse = block | {"divisions": [4, 4, 4], "regions": small}
-    with pytest.warns(
-        UserWarning, match=r"bodies\.block: regions .* tumour have [\d.]+ mL, and what is asked [\d.]+ mL"
-    ):
+    with pytest.warns(UserWarning, match=r"bodies\.block: regions .* tumour have [\d.]+ mL, and what is"):
         make_body("block", coarse)
 
 
@@ -297,9 +291,7 @@ def test_a_region_that_reaches_the_surface_by_its_elements_alone_is_told(block):
 
 
 def test_a_contrast_beyond_what_is_tested_is_told(block):
-    with pytest.warns(
-        UserWarning, match=r"moduli of block differ by a factor of 1e\+05, and solvers are tested up to 1"
-    ):
+    with pytest.warns(UserWarning, match=r"moduli of block differ by a factor of 1e\+05, and solvers are"):
         make_body("block", block | {"regions": {"bone": {"sphere": BALL, "young_pa": 3e8}}})
 
 
@@ -316,9 +308,7 @@ def test_tags_of_what_has_none_are_refused(tagged, two_cubes, tmp_path):
     with pytest.raises(InputError, match=r"its cell data a, b could all be tags; name the right one region, or give"):
         tagged(tmp_path / "two.vtk", half={"tag": 1})
     meshio.Mesh(mesh.nodes, [("triangle", mesh.triangles)]).write(tmp_path / "skin.stl")
-    with pytest.raises(
-        InputError, match=r"skin\.stl: it has no tetrahedra and so no tags; give the region by a sphere\.$"
-    ):
+    with pytest.raises(InputError, match=r"skin\.stl: it has no tetrahedra and so no tags; give the region"):
         tagged(tmp_path / "skin.stl", half={"tag": 1})
 
 

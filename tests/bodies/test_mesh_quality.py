@@ -134,14 +134,7 @@ def test_angles_of_the_cut_cube(cube):
 
 def test_quality_table(cube, material):
     table = mesh_quality(nest("cube", cube, 1, np.arange(4), material))
-    assert list(table) == [
-        "body",
-        "level",
-        "min_dihedral_deg",
-        "max_dihedral_deg",
-        "min_radius_ratio",
-        "volume_m3",
-    ]
+    assert list(table) == ["body", "level", "min_dihedral_deg", "max_dihedral_deg", "min_radius_ratio", "volume_m3"]
     assert table["level"].tolist() == [0, 1]
     assert np.allclose(table["volume_m3"], 1)
 

@@ -73,9 +73,7 @@ def test_an_organ_at_the_border_is_known():
 
 def test_what_cannot_be_found_is_reported():
     image, _ = scan(ball, (0.002, 0.002, 0.002))
-    with pytest.raises(
-        InputError, match=r"^image: no voxel lies between 200 and 300 HU once noise is bl.*are 0 to 60\); widen"
-    ):
+    with pytest.raises(InputError, match=r"^image: no voxel lies between 200 and 300 HU once noise is"):
         segment(image, {"threshold_hu": [200, 300]})
     thin, _ = scan(lambda x, y, z: (np.abs(x) < 0.003) & ball(x, y, z), (0.002, 0.002, 0.002))
     with pytest.raises(InputError, match="nothing between 30 and 120 HU is thicker than 10 mm"):

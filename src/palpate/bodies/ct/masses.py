@@ -74,10 +74,7 @@ def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.nd
     image, mask = _crop_to_organ(points, image, mask)
     core = ndimage.binary_erosion(mask, border_value=1)
     nearest = ndimage.distance_transform_edt(
-        ~(core if core.any() else mask),
-        sampling=image.spacing_m[::-1],
-        return_distances=False,
-        return_indices=True,
+        ~(core if core.any() else mask), sampling=image.spacing_m[::-1], return_distances=False, return_indices=True
     )
     return _trilinear(_densities(image)[tuple(nearest)], points, image)
 

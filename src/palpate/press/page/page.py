@@ -94,9 +94,7 @@ def press_section(
 
 
 def press_document(
-    models: Sequence[PressModel],
-    title: str = "Press it",
-    held: Sequence[bool] | np.ndarray = (),
+    models: Sequence[PressModel], title: str = "Press it", held: Sequence[bool] | np.ndarray = ()
 ) -> str:
     """Return a whole page to press the body of ``models``, which needs no other file, and joins what errors it says.
 

@@ -319,10 +319,7 @@ def to_columns(moved: np.ndarray) -> np.ndarray:
 
 
 def _responses(
-    shop: Workshop,
-    level: int,
-    nodes: Sequence[int] | np.ndarray,
-    progress: Callable[[Sequence], Iterable] = iter,
+    shop: Workshop, level: int, nodes: Sequence[int] | np.ndarray, progress: Callable[[Sequence], Iterable] = iter
 ) -> np.ndarray:
     """Return the responses (3 n, 3 k) [m/N] of a level to unit forces at ``nodes`` (k,)."""
     elements, parts = shop.elements(level), []
@@ -355,11 +352,7 @@ def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:
 
 
 def _info(
-    case: Case,
-    setting: Setting,
-    basis: SurfaceBasis,
-    prepared: Sequence[Prepared],
-    scalars: dict[str, float],
+    case: Case, setting: Setting, basis: SurfaceBasis, prepared: Sequence[Prepared], scalars: dict[str, float]
 ) -> dict:
     """Return the header."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}

@@ -13,6 +13,7 @@ import yaml
 from palpate import evaluation
 from palpate.effects.effect import HOOKS, members
 from palpate.evaluation.table import SHARED, declared
+from palpate.run.settings import json_schema
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "results/README.md"])
@@ -79,8 +80,7 @@ def terms() -> list[str]:
 @pytest.fixture(scope="module")
 def names() -> set[str]:
     """Return every key of the settings and every column of a table."""
-    schemas = [yaml.safe_load(text(path)) for path in (ROOT / "workflow/schemas").rglob("*.yaml")]
-    return {*columns(), *(key for schema in schemas for key in keys(schema))}
+    return {*columns(), *keys(json_schema())}
 
 
 def test_every_word_in_use_is_in_the_glossary(names):

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from palpate.errors import InputError
-from palpate.settings_file import read_settings
+from palpate.run.settings_file import read_settings
 from palpate.system_faults import of_text
 from snakemake_logger_plugin_palpate import targets
 

@@ -15,7 +15,6 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from palpate.bodies.body_file import load
-from palpate.config import complete
 from palpate.enrichment.training_samples import FitOptions
 from palpate.errors import NotConverged
 from palpate.evaluation.accuracy import patch_nodes, truth_errors
@@ -24,9 +23,9 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.load import Answer, displacement_of, loads_of
 from palpate.models.model import Case
 from palpate.models.model_registry import model
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
 from palpate.samples.database import read
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
 from palpate.solvers.fast_equilibrium import FastEquilibrium
 
 ROOT = Path(__file__).parents[2]
@@ -42,7 +41,6 @@ def main(folder: Path, regime: str, radius_m: float, names: list[str]) -> None:
     """Print a line for each model, kind of error and estimate."""
     config = complete(
         read_settings(ROOT / "config.yaml"),
-        read_schema(ROOT / "workflow/schemas/config.schema.yaml"),
         ROOT / "config.yaml",
     )
     body, db = load(folder / "body.h5"), read(folder / regime / "database.h5")

@@ -11,7 +11,6 @@ from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.cli import main
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.evaluation.tradeoff.advice import advise
 from palpate.evaluation.tradeoff.bootstrap import read_errors
@@ -22,10 +21,9 @@ from palpate.init.command import program
 from palpate.init.data import recognise
 from palpate.init.sides import HOLDS, sides_of
 from palpate.init.small_settings import MODELS, is_unchanged
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +66,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert main(["try", *words]) == 0
     printed = capsys.readouterr().out
     whole, small = (
-        complete(yaml.safe_load((folder / name).read_text()), SCHEMA, folder / name)
-        for name in ("config.yaml", "try.yaml")
+        complete(yaml.safe_load((folder / name).read_text()), folder / name) for name in ("config.yaml", "try.yaml")
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]

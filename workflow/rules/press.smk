@@ -4,7 +4,7 @@
 include: "functions/press.smk"
 
 
-from palpate.evaluation.press.check import pressed_here, radius_of
+from palpate.studies.press.settings import pressed_here, radius_of
 
 PRESSED_HERE = pressed_here(config)
 
@@ -24,7 +24,7 @@ rule export_model:
         "results/logs/{body}/export_model.log",
     params:
         settings={key: config["press"][key] for key in ("contacts", "modes", "thinned")},
-        grid={"contact_modes": defaults(SCHEMA, "tradeoff")["settings"]["contact_modes"]},
+        grid={"contact_modes": defaults("tradeoff")["settings"]["contact_modes"]},
         radius_m=lambda wildcards: radius_of(config, wildcards.body),
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],

@@ -75,9 +75,9 @@ if {"tradeoff", "dynamic"} & set(ASKED):
         log:
             "results/logs/tabulate_advice.log",
         params:
-            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults(SCHEMA, "tradeoff")})[
-                "tradeoff"
-            ]["advice"],
+            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults("tradeoff")})["tradeoff"][
+                "advice"
+            ],
             speeds=config.get("dynamic", {}).get("speeds", []),
             code=code_of("tabulate_advice"),
         message:

@@ -1,7 +1,6 @@
 """Motions against a reference whose step suffices: what is compared, what is fitted, and what counts as failure."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.evaluation.dynamic import dynamic_accuracy
 from palpate.evaluation.dynamic.dynamic_reference import Reference, load, reference, resolved_frames, save
 from palpate.evaluation.dynamic.dynamic_trial import Trial, training_of, trial
-from palpate.files import read_yaml
-from palpate.schema import checked
+from palpate.run.settings import defaults
 
 PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -0.2], "radius_m": 0.03}
 PUSH |= {"start_s": 0.0, "press_s": 0.1, "hold_s": 1.0, "release_s": 0.1}
@@ -76,8 +74,7 @@ def test_a_reference_is_kept(truth, tmp_path):
 
 
 def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
-    schema = Path(__file__).parents[3] / "workflow/schemas/studies/dynamic.yaml"
-    grid = checked({}, read_yaml(schema), schema)["settings"]
+    grid = defaults("dynamic")["settings"]
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["fem_fine"] |= {"steps_per_frame": [2]}
     grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}

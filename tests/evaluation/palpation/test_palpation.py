@@ -11,12 +11,12 @@ from palpate.bodies.material import Tissue
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.evaluation.palpation.ball_in_slab import ball_in_slab
-from palpate.evaluation.palpation.check import check
 from palpate.evaluation.palpation.palpation import COLUMNS, choose_places, palpate
 from palpate.evaluation.palpation.palpation_limits import COLUMNS as LIMIT_COLUMNS
 from palpate.evaluation.palpation.palpation_limits import least_contrasts, palpation_limits
 from palpate.evaluation.palpation.tables import TABLES
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.palpation.settings import check
 
 SLAB = {"sizes_m": [0.08, 0.08, 0.05], "young_pa": 3000.0, "poisson": 0.3}
 

@@ -2,13 +2,11 @@
 
 import shutil
 import warnings
-from pathlib import Path
 
 import pytest
 
 from palpate.errors import InputError
 from palpate.run import dependencies
-from palpate.run import job as job_module
 from palpate.run.job import job, steps
 
 

@@ -7,18 +7,19 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.config import asked_for, complete, finger_regimes, paths_of_body, pressed_bodies
 from palpate.run.dependencies import digest, files_of
 from palpate.run.environment import check_environment
+from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.run.job import FAILED, kernel_cache
 from palpate.run.job_server import start as start_job_server
 from palpate.run.kept_warnings import in_logs
 from palpate.plan.plan import Plan, when_known
-from palpate.schema import defaults, read_schema, studies
-from palpate.settings_file import read_settings
 from palpate.run.stale_results import stale_results
+from palpate.run.settings import STUDIES, asked_for, complete, defaults
+from palpate.run.settings_file import read_settings
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt
@@ -27,7 +28,6 @@ from snakemake_logger_plugin_palpate.targets import offer
 ROOT = Path(workflow.basedir)
 CONFIG_FILES = [Path(relpath(file)) for file in workflow.overwrite_configfiles] or [Path("config.yaml")]
 CONFIG_FILE = CONFIG_FILES[0]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 # what this run will do, once that is known
 planned = None
 
@@ -42,14 +42,14 @@ try:
     for file in CONFIG_FILES:
         update_config(config, read_settings(file))
     update_config(config, dict(workflow.config_settings.config))
-    config = complete(config, SCHEMA, CONFIG_FILE)
+    config = complete(config, CONFIG_FILE)
 except InputError as error:
     # make is typed in palpate's folder, and runs this in that of the settings
     typed = relpath(CONFIG_FILE, os.getenv("PWD")) if os.getenv("PALPATE_COMMAND") else CONFIG_FILE
     sys.exit(f"{FAILED}{error}".replace(f"{FAILED}{CONFIG_FILE}: ", f"{FAILED}{typed}: "))
 
 # the studies whose block is in the settings, in the order of the report
-ASKED = asked_for(config, SCHEMA)
+ASKED = asked_for(config)
 # what each study makes, by its name; its rules file says so
 TARGETS = {}
 # the warnings of jobs that the studies need; the report lists them

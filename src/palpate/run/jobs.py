@@ -112,8 +112,8 @@ def check_claims(input, params):
 
 
 def write_report(input, output, params):
-    from palpate.run import kept_warnings
     from palpate.report.page import write
+    from palpate.run import kept_warnings
 
     out, warned = Path(output[0]), kept_warnings.load(input.warned)
     write(out.parent, out, params.studies, params.scenes, params.cts, params.driven, warned, params.more)

@@ -33,8 +33,8 @@ def simulate_truth(input, output, params, wildcards, say):
 
 
 def measure_models(input, params, wildcards, say):
-    from palpate.models.load_model import load_model
     from palpate.benchmark.measure_model import measure, warn_unanswered
+    from palpate.models.load_model import load_model
 
     case, judge = _judged(input, params, wildcards, wildcards.split, params.settings, bool(params.more_of))
     tables = []

@@ -1,6 +1,9 @@
-"""Check of the scenes that the settings describe."""
+"""Settings of the scenes: what is simulated over time."""
 
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
 
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, suggest
@@ -8,6 +11,10 @@ from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
 from palpate.scenes.contact_settings import bodies_in, check_instruments
 from palpate.scenes.effects_check import check_effects, check_stiffness
+from palpate.scenes.settings import Scene
+from palpate.setting_types import Name
+
+Settings = Annotated[dict[Name, Scene], Field(min_length=1, description="What is simulated over time, by name")]
 
 
 def check(config: dict, file: Path) -> None:

@@ -1,12 +1,42 @@
-"""Check of the settings of the study of the law."""
+"""Settings of the study of the law."""
 
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
 
 from palpate.bodies.material import LAWS
+from palpate.bodies.settings import check_laws
 from palpate.errors import InputError, describe_unknown
-from palpate.files import check_file
-from palpate.own_file import LAW_FUNCTIONS, check_source
+from palpate.setting_types import Block, Count, Distinct, NotNegative, Positive, Some, key
+
+
+class Settings(Block):
+    """What the choice of the tissue's law changes, beside the error of the mesh: the same presses under each law."""
+
+    bodies: Some[str] | None = key("Bodies that are pressed, by name; null takes all that are refined", None)
+    regions_of: Distinct[str] = key(
+        "Bodies, beside those, of which it is only tried what leaving out their regions changes, at the contact "
+        "nearest to one",
+        [],
+    )
+    laws: Distinct[str] = key(
+        "Laws that are compared with the one that each body has, by name, or as paths of Python files of your own, "
+        "relative to the folder of the config file",
+        list(LAWS),
+    )
+    poissons: Distinct[Annotated[NotNegative, Field(lt=0.5)]] = key(
+        "Poisson's ratios that are compared with the body's own, under its own law and with its Young's modulus",
+        [0.3, 0.49],
+    )
+    contacts: Count = key("Contacts of each body, spread evenly over what of its surface can be pressed", 2)
+    depths: Distinct[Annotated[Positive, Field(le=0.5)]] = key(
+        "Largest displacements of the presses at each contact, as shares of the body's longest side",
+        [0.01, 0.05, 0.1],
+        min_length=2,
+    )
+    radius_m: Positive = key("Radius [m] of the disc that is pressed", 0.03)
+    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
 def compared_bodies(config: dict) -> list[str]:
@@ -24,16 +54,6 @@ def changes_of(config: dict, body: str) -> dict:
     alone &= body not in compared_bodies(config | {"law": settings | {"regions_of": []}})
     tried = {"laws": settings["laws"], "poissons": settings["poissons"], "contacts": settings["contacts"]}
     return {"laws": [], "poissons": [], "contacts": 0} if alone else tried
-
-
-def check_laws(place: str, laws: Sequence[str], folder: Path) -> None:
-    """Raise InputError for a law that is neither one of palpate's own nor a file of one, relative to ``folder``."""
-    for law in laws:
-        if not law.endswith(".py") and (wrong := describe_unknown([law], list(LAWS))):
-            raise InputError(f"{place} names {wrong}")
-        if law not in LAWS:
-            check_file(place, law, (folder / law).is_file())
-            check_source(place, folder / law, LAW_FUNCTIONS, "see docs/add-a-law.md")
 
 
 def check(config: dict, file: Path) -> None:

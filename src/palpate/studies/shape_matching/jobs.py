@@ -2,8 +2,13 @@
 
 
 def measure_experiments(params):
-    from palpate.evaluation.shape_matching import body_springs_poke, cluster_goals, clustered_column
-    from palpate.evaluation.shape_matching import deformation_modes, integrator_stability
+    from palpate.evaluation.shape_matching import (
+        body_springs_poke,
+        cluster_goals,
+        clustered_column,
+        deformation_modes,
+        integrator_stability,
+    )
 
     return {
         "integrator_stability": integrator_stability.measure(**params.integrator_stability),

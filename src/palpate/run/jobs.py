@@ -79,7 +79,10 @@ def assemble_database(input, output, params, wildcards, say):
     paper = fine.sample, subsample(body, fine.displacement)
     write(assemble(body, loads, fine, paper, live, digest(params.settings)), output.database)
     db = read(output.database)
-    return {"samples": sample_table(db, *params.split, params.seed) if params.split else fold_table(db, params.seed)}
+    if not params.split:
+        return {"samples": fold_table(db, params.seed)}
+    train, test = params.split
+    return {"samples": sample_table(db, train, test, params.seed)}
 
 
 def merge(input, output):

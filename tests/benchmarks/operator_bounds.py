@@ -27,7 +27,7 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import model
 from palpate.schema import read_schema
 from palpate.settings_file import read_settings
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT = Path(__file__).parents[2]
 ASKED = {

@@ -5,10 +5,8 @@ import pytest
 from scipy.linalg import polar
 from scipy.spatial.transform import Rotation
 
-from palpate.effects.corotational_hessian import hessians
-from palpate.effects.corotational_law import FOLD
-from palpate.effects.corotational_stress import BLOCK, rotations, stresses
-from palpate.effects.principal_blocks import PAIRS
+from palpate.effects.corotational import BLOCK, FOLD, hessians, rotations, stresses
+from palpate.effects.principal import PAIRS
 
 MU, LAM = 1100.0, 1700.0
 MODULI = np.full(BLOCK, MU), np.full(BLOCK, LAM)

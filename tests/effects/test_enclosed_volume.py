@@ -5,8 +5,8 @@ import pytest
 
 from palpate.bodies.quadratic import shape_slopes, ten_nodes
 from palpate.bodies.refinement import refine
-from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.linear_elements import shape_gradients
+from palpate.effects.surface_integrals import enclosed_volume
 
 
 @pytest.fixture(scope="module")

@@ -286,13 +286,13 @@ def test_a_second_process_compiles_nothing(tmp_path):
         "from palpate.bodies.box import box\n"
         "from palpate.bodies.material import LAWS, Material\n"
         "from palpate.effects.linear_elements import LinearElements\n"
-        "from palpate.effects import linear_kernel\n"
+        "from palpate.effects import linear_elements\n"
         "mesh = box([1.0, 1.0, 1.0], [1, 1, 1])\n"
         "for law in LAWS:\n"
         "    elements = LinearElements(mesh, Material(3000.0, 0.3, 1000.0, law))\n"
         "    elements.force(mesh.nodes), elements.stiffness(mesh.nodes)\n"
-        "print(sum(sum(f.stats.cache_misses.values()) for f in (linear_kernel.energy_and_force, "
-        "linear_kernel.add_stiffness)))\n"
+        "print(sum(sum(f.stats.cache_misses.values()) for f in (linear_elements.energy_and_force, "
+        "linear_elements.add_stiffness)))\n"
     )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     counts = [

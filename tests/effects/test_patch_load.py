@@ -7,8 +7,8 @@ from scipy.spatial import cKDTree
 from palpate.bodies.body import nest
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.refinement import refine
-from palpate.effects.ball_integral import triangle_shapes
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
+from palpate.effects.surface_integrals import triangle_shapes
 
 FORCE = np.array([0.3, -1.2, 0.5])
 

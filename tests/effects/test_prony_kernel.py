@@ -7,8 +7,7 @@ from scipy.linalg import sqrtm
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.prony_series import Series
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.prony import Prony
-from palpate.effects.prony_kernel import SLOPE, WIDTH
+from palpate.effects.prony import SLOPE, WIDTH, Prony
 
 TETRAHEDRON = TetMesh(np.array([[0.0, 0, 0], [1.1, 0.1, 0], [0.2, 0.9, 0.1], [0, 0.2, 1.3]]), np.array([[0, 1, 2, 3]]))
 STRETCHES = [[1, 1, 1], [1 + 1e-7, 1, 1], [1.3, 1.0, 0.7], [2.0, 2.0, 0.5], [1.5, 0.9, 0.0], [1.2, 1.0, -0.8]]

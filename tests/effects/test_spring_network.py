@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
-from palpate.effects.spring_network import rest_lengths, surface_springs, volume_springs
+from palpate.effects.springs import rest_lengths, surface_springs, volume_springs
 
 
 def grid(n):

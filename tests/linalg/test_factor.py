@@ -5,7 +5,7 @@ import pytest
 
 from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import NotConverged
-from palpate.linalg.linear_response import linear_response
+from palpate.linalg.conjugate_gradients import linear_response
 
 DIAGONAL = np.linspace(1.0, 5.0, 30).reshape(10, 3)
 

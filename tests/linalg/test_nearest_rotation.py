@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.effects.shape_matching.goal_shapes import rotations
+from palpate.effects.shape_matching import rotations
 from palpate.errors import InputError
-from palpate.linalg.nearest_rotation import nearest
+from palpate.linalg.polar import nearest
 
 COUNT = 20_000
 FAMILIES = ["normal", "inverted", "conditioned", "flat", "straight", "zero", "denormal", "huge", "half turn", "equal"]

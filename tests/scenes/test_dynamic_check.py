@@ -36,7 +36,7 @@ PRESSED = {
         ),
         ({"held": False}, "is not held"),
         ({"start": "random"}, "does not start at rest"),
-        ({"plasticity": {"yield_strain": 0.1}}, "has plasticity, which not all models have"),
+        ({"plasticity": {"yield_strain": 0.1, "max_strain": 1}}, "has plasticity, which not all models have"),
         ({"prony": {"shares": [0.5], "times_s": [1.0]}}, "has prony, which not all models have"),
         ({"maxwell": {"stiffness_ratio": 1.0}}, "has maxwell, which not all models have"),
         ({"plasticity": {}, "effects": ["corotational", "held", "push"]}, ""),  # described, and not named
@@ -49,7 +49,7 @@ def test_a_scene_is_left_out_for_a_reason(change, reason):
 
 
 def test_a_model_that_cannot_do_a_scene_is_named_before_anything_runs():
-    clay = PRESSED | {"plasticity": {"yield_strain": 0.1}}
+    clay = PRESSED | {"plasticity": {"yield_strain": 0.1, "max_strain": 1}}
     assert unable("springs", clay) == unable("springs_volume", clay) == "has plasticity"
     assert unable("springs", PRESSED, "sheet") == "" and unable("springs_volume", PRESSED, "sheet") == "moves a sheet"
     assert unable("detail_correction", PRESSED | {"contact": {"self_contact": True}}) == "has contact"

@@ -14,9 +14,8 @@ from palpate.bodies.particles import merge_particles, particles_of
 from palpate.config import complete
 from palpate.errors import NotConverged
 from palpate.files import read_yaml
-from palpate.scenes.contact_settings import bodies_in
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene, scene_of
+from palpate.scenes.scene import Scene, bodies_in, scene_of
 from palpate.schema import read_schema
 from palpate.solvers import backward_euler
 from palpate.studies.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance

@@ -9,7 +9,7 @@ from palpate.bodies.sheet import sheet
 from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_force
 from palpate.errors import InputError
 from palpate.scenes import own_effect
-from palpate.scenes.own_derivatives import disagreement
+from palpate.scenes.own_effect import disagreement
 
 TIES = """
 import numpy as np

@@ -8,8 +8,7 @@ import pytest
 import pyvista
 
 from palpate.errors import InputError
-from palpate.scenes.motion import Motion
-from palpate.scenes.paraview_series import write_series
+from palpate.scenes.motion import Motion, write_series
 
 
 @pytest.fixture

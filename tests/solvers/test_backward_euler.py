@@ -11,7 +11,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import gravity, held, linear_elements, velocity_damping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError
-from palpate.scenes.initial_states import STARTS, initial_positions
+from palpate.scenes.run_scene import STARTS, initial_positions
 from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.system import System

@@ -12,7 +12,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.linalg import linear_response
+from palpate.linalg import conjugate_gradients
 from palpate.linalg.block_pattern import hold
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
@@ -42,7 +42,7 @@ def test_linear_solver_against_a_direct_one(slab, level):
 
 
 def test_linear_solver_says_when_it_fails(slab, monkeypatch):
-    monkeypatch.setattr(linear_response, "MOST", 2)
+    monkeypatch.setattr(conjugate_gradients, "MOST", 2)
     with pytest.raises(NotConverged, match="after 2 products") as failure:
         Equilibrium(slab, 1).linear_solver()(push(slab, 1, 40, [0, 0, 1.0]))
     assert 1e-9 < failure.value.history[0] < 1.0

@@ -10,9 +10,8 @@ from palpate.bodies.material import Material
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import NotConverged
-from palpate.solvers import fast_equilibrium
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers import equilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.lbfgs import descend
 
 
@@ -48,15 +47,15 @@ def test_it_finds_newtons_answer_without_any_matrix(bent, slab, monkeypatch):
 def test_newton_goes_on_from_where_it_was_too_slow(bent, monkeypatch):
     newton, fast, load = bent
     expected = newton.solve(load, 1e-9)
-    monkeypatch.setattr(fast_equilibrium, "MOST", 16)
+    monkeypatch.setattr(equilibrium, "MOST", 16)
     found = fast.solve(load, 1e-9)
     assert found.history[:17] == fast.approach(load, 0.0, 16).history
     assert 0 < found.iterations - 16 < expected.iterations
     assert found.linear_solves > 0 and found.history[-1] <= 1e-9
     assert len(found.history) == len(found.seconds) and (np.diff(found.seconds) > 0.0).all()
     assert np.abs(found.x - expected.x).max() < 1e-7 * np.abs(expected.x - newton.mesh.nodes).max()
-    monkeypatch.setattr(fast_equilibrium, "MOST", 60)
-    monkeypatch.setattr(fast_equilibrium, "PACE", 1e-6)  # no search is as fast as that
+    monkeypatch.setattr(equilibrium, "MOST", 60)
+    monkeypatch.setattr(equilibrium, "PACE", 1e-6)  # no search is as fast as that
     assert fast.solve(load, 1e-12).linear_solves > 0
 
 
@@ -67,7 +66,7 @@ def test_newton_begins_anew_where_the_energy_is_not_convex(bent, monkeypatch):
     def over_a_hill(*asked):
         return replace(descend(*asked), convex=False)
 
-    monkeypatch.setattr(fast_equilibrium, "descend", over_a_hill)
+    monkeypatch.setattr(equilibrium, "descend", over_a_hill)
     for start in (None, newton.solve(0.8 * load, 1e-6).x):
         expected, found = newton.solve(load, 1e-6, start), fast.solve(load, 1e-6, start)
         assert found.linear_solves == expected.linear_solves > 0 and found.iterations > expected.iterations
@@ -76,7 +75,7 @@ def test_newton_begins_anew_where_the_energy_is_not_convex(bent, monkeypatch):
 
 def test_what_newton_does_not_find_is_not_found(bent, monkeypatch):
     _, fast, load = bent
-    monkeypatch.setattr(fast_equilibrium, "MOST", 2)
+    monkeypatch.setattr(equilibrium, "MOST", 2)
     monkeypatch.setattr(Equilibrium, "solve", lambda *_: (_ for _ in ()).throw(NotConverged("no", [1.0])))
     with pytest.raises(NotConverged, match="no"):
         fast.solve(load, 1e-8)

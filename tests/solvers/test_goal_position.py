@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
+from palpate.effects import shape_matching
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.goal_shapes import rotations
+from palpate.effects.shape_matching import rotations
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import InputError, NotConverged
 from palpate.solvers import goal_position
@@ -39,7 +39,7 @@ def start(particles, kind):
 
 def integrator(particles, mode, kind="one", alpha=0.5, **others):
     settings = {"mode": mode, "alpha": alpha, "beta": 0.5, "clusters": CLUSTERS[kind]}
-    effects = {"shape_matching": goal_shapes.make(particles, settings)} | others
+    effects = {"shape_matching": shape_matching.make(particles, settings)} | others
     return goal_position.make(System(particles, effects), {})
 
 

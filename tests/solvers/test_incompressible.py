@@ -14,7 +14,7 @@ from palpate.bodies.box import box as box_of
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.refinement import refine
-from palpate.effects import locking
+from palpate.effects import elements
 from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
@@ -168,7 +168,7 @@ def test_equilibrium_chooses_the_elements(recwarn):
     kinds = {poisson: type(bent(poisson, 0, 2)[1]._elasticity) for poisson in (0.3, 0.45, 0.46)}
     assert kinds == {0.3: QuadraticElements, 0.45: QuadraticElements, 0.46: MeanDilatation}
     assert not recwarn.list
-    assert equilibrium.PLAIN_POISSON == locking.PLAIN_POISSON
+    assert equilibrium.PLAIN_POISSON == elements.PLAIN_POISSON
 
 
 def test_plain_elements_do_up_to_045(recwarn):

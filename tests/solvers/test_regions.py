@@ -7,8 +7,8 @@ from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Tissue
-from palpate.effects.ball_integral import midpoints
 from palpate.effects.patch_load import nodal_load
+from palpate.effects.surface_integrals import midpoints
 from palpate.solvers.equilibrium import Equilibrium
 
 LENGTH, YOUNG, STRESS = 0.2, 3000.0, 300.0

@@ -48,7 +48,7 @@ def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
     assert before == job_module.kernel_cache()
     (package / "config.py").write_text("no kernel here\n")
     assert before == job_module.kernel_cache()
-    svd = package / "linalg/signed_svd.py"
+    svd = package / "linalg/polar.py"
     svd.write_text(svd.read_text() + "\n")
     assert before != job_module.kernel_cache()
 

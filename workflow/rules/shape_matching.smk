@@ -1,7 +1,7 @@
 # Paper 3's own experiments: integrators, modes, clusters, what shape matching costs, dampers, virtual body springs.
 
 
-from palpate.scenes.contact_settings import bodies_in
+from palpate.scenes.scene import bodies_in
 
 EXPERIMENTS = [
     "integrator_stability",

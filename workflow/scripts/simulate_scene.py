@@ -1,9 +1,8 @@
 from palpate.run.job import job, steps, write_table
 from palpate.scenes import motion
-from palpate.scenes.build_system import decisions
+from palpate.scenes.build_system import decisions, load_particles
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
-from palpate.scenes.scene_bodies import load_particles
 from palpate.studies.scenes.energy_balance import warn_of_gain
 
 with job(snakemake.log[0], snakemake.output.warned) as say:

@@ -1,7 +1,7 @@
 from palpate.run.job import job, write_table
+from palpate.scenes.build_system import load_particles
 from palpate.scenes.motion import load
 from palpate.scenes.scene import scene_of
-from palpate.scenes.scene_bodies import load_particles
 from palpate.studies.shape_matching.maxwell_creep import measure
 
 with job(snakemake.log[0]):

@@ -1,6 +1,6 @@
 from palpate.run.job import job, write_table
+from palpate.scenes.build_system import load_particles
 from palpate.scenes.scene import scene_of
-from palpate.scenes.scene_bodies import load_particles
 from palpate.studies.scenes.effect_cost import cost
 
 with job(snakemake.log[0]):

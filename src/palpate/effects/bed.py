@@ -9,8 +9,8 @@ from scipy import sparse
 from palpate.bodies.bed import Bed
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
-from palpate.effects.ball_integral import ball_points, midpoints, triangle_shapes
 from palpate.effects.effect import Effect, Energy, Stiffness
+from palpate.effects.surface_integrals import ball_points, midpoints, triangle_shapes
 from palpate.errors import InputError
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Damping, Effect, Energy, Stiffness
-from palpate.effects.spring_network import edge_stiffness
+from palpate.effects.springs import edge_stiffness
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "BodySprings":

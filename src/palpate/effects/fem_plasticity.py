@@ -5,10 +5,10 @@ import math
 import numba
 import numpy as np
 
-from palpate.effects.corotational_law import FOLD
+from palpate.effects.corotational import FOLD
 from palpate.effects.effect import Relaxation
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
 
 class FemPlasticity(Relaxation):

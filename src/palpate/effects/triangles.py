@@ -6,7 +6,7 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
 FOLD = 0.05
 """Width over which the energy's peak at a collapsed triangle is smoothed, in the singular value (1 at rest)."""

@@ -5,7 +5,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.effects.spring_network import edge_stiffness
+from palpate.effects.springs import edge_stiffness
 from palpate.errors import InputError
 
 

@@ -103,7 +103,7 @@ def _moves_by(job: Job, case: Case) -> str:
 
 
 def _touches(job: Job, case: Case) -> str:
-    from palpate.scenes.contact_settings import has_contact
+    from palpate.scenes.acting_effects import has_contact
 
     return "contact" if has_contact(case.config["scenes"][job.wildcards["scene"]]) else "free"
 

@@ -13,7 +13,7 @@ BETWEEN = 40
 
 def _scene(job: Job, case: Case) -> Amounts:
     """Count elements times steps, of all bodies."""
-    from palpate.scenes.contact_settings import bodies_in
+    from palpate.scenes.scene import bodies_in
 
     scene = case.config["scenes"][job.wildcards["scene"]]
     elements = sum(case.sizes[body].levels[scene["level"]].elements for body in bodies_in(scene))
@@ -55,7 +55,7 @@ def _exported(job: Job, case: Case) -> Amounts:
 
 def _trial(job: Job, case: Case) -> Amounts:
     """Count elements times steps, of which there are more, the less halving them may change a motion."""
-    from palpate.scenes.contact_settings import bodies_in
+    from palpate.scenes.scene import bodies_in
 
     scene, own = _followed(job, case)
     # steps of second order, where nothing is touched or yields, need the square root of their number

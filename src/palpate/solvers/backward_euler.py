@@ -8,7 +8,7 @@ from scipy import sparse
 
 from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, offers
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.solvers.newton import Product, minimise
 from palpate.solvers.system import System
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from palpate.effects.effect import Force, offers
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.stable_step import stable_step
-from palpate.solvers.system import System
+from palpate.solvers.system import System, stable_step
 
 
 def make(system: System, settings: dict) -> "SymplecticEuler":

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.linalg.nearest_rotation import nearest
+from palpate.linalg.polar import nearest
 
 LEAST = 1e-12
 """Below this ‖F − R‖ has no direction, and the constraint is met."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.collision.contact import barrier
-from palpate.collision.contact.mollifier import thresholds
+from palpate.collision.contact.barrier import thresholds
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest_points
 
 NODES = np.arange(4)[None]

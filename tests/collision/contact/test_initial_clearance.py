@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.collision.contact.initial_clearance import winding_number
+from palpate.collision.contact.obstacles import winding_number
 from palpate.errors import InputError
 
 FLOOR = {"kind": "floor", "height_m": 0.0}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.collision.contact.additive_ccd import limit
-from palpate.collision.contact.moving_obstacles import displace_nodes
+from palpate.collision.contact.obstacles import displace_nodes
 from palpate.collision.contact.proximity import Proximity
 from palpate.errors import NotConverged
 

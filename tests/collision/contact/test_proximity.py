@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import merge_particles
+from palpate.collision.contact.barrier import Surface, adjacent_pairs, stencils
 from palpate.collision.contact.proximity import Proximity
-from palpate.collision.contact.stencils import Surface, adjacent_pairs, stencils
 from palpate.collision.triangles.closest_points import closest_points
 
 GAP, RADIUS = 0.01, 0.004

@@ -5,7 +5,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from palpate.collision.contact.stencils import Surface, adjacent_pairs, stencils
+from palpate.collision.contact.barrier import Surface, adjacent_pairs, stencils
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest_points
 from palpate.errors import InputError
 

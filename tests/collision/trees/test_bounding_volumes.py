@@ -5,8 +5,7 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
-from palpate.collision.trees.bounding_volumes import KINDS, fit, overlap, refit, tightness, volume
-from palpate.collision.trees.fit_volumes import DIRECTIONS
+from palpate.collision.trees.volumes import DIRECTIONS, KINDS, fit, overlap, refit, tightness, volume
 from palpate.errors import InputError
 
 

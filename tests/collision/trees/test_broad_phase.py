@@ -5,10 +5,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from palpate.collision.trees import broad_phase
-from palpate.collision.trees.broad_phase import overlapping_trees
+from palpate.collision.trees import tree_query
 from palpate.collision.trees.tree import STRUCTURES, Tree
-from palpate.collision.trees.tree_query import candidates
+from palpate.collision.trees.tree_query import candidates, overlapping_trees
 from palpate.errors import InputError
 
 TETRAHEDRON = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
@@ -22,10 +21,10 @@ def bodies(structure, count, size):
 @pytest.mark.parametrize("structure", STRUCTURES)
 def test_pairs_are_exactly_those_of_overlapping_roots(structure, monkeypatch):
     trees = bodies(structure, 40, 1.0)
-    expected = [(i, j) for i, j in combinations(range(40), 2) if broad_phase._roots_overlap(trees[i], trees[j])]
+    expected = [(i, j) for i, j in combinations(range(40), 2) if tree_query._roots_overlap(trees[i], trees[j])]
     tests = []
     monkeypatch.setattr(
-        broad_phase, "_roots_overlap", lambda a, b, meet=broad_phase._roots_overlap: tests.append(1) or meet(a, b)
+        tree_query, "_roots_overlap", lambda a, b, meet=tree_query._roots_overlap: tests.append(1) or meet(a, b)
     )
     pairs = overlapping_trees(trees)
     assert pairs.tolist() == [list(pair) for pair in expected] and 10 < len(pairs) < 600

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from palpate.collision.trees.stopped_tree import StoppedTree, volume_pairs
 from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.tree_query import candidates, crossing_pairs
+from palpate.collision.trees.tree_query import StoppedTree, candidates, crossing_pairs, volume_pairs
 from palpate.errors import InputError
 
 LAYERS = (0, 1, 3, 6, 99)

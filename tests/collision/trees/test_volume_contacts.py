@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.collision.trees.stopped_tree import StoppedTree, volume_pairs
-from palpate.collision.trees.volume_contacts import overlaps
+from palpate.collision.trees.tree_query import StoppedTree, overlaps, volume_pairs
 from palpate.errors import InputError
 
 CORNER = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.collision.triangles.crossing_segments import crossing_segments
-from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
+from palpate.collision.triangles.intersection import crossing_segments, triangle_pairs_intersect
 
 EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
 

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.collision.triangles.penetration_depth import triangle_pairs_depth
-from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
-from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
+from palpate.collision.triangles.distance import triangle_pairs_depth, triangle_pairs_distance
+from palpate.collision.triangles.intersection import triangle_pairs_intersect
 
 EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
-from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
+from palpate.collision.triangles.distance import triangle_pairs_distance
+from palpate.collision.triangles.intersection import triangle_pairs_intersect
 
 EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
 ORDINARY = [kind for kind in EXACT["SHARES"] if kind.__name__ not in ("tiny", "huge", "tiny_and_huge")]

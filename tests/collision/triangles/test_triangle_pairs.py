@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.collision.triangles.triangle_pairs import pairs_intersect, triangle_pairs_intersect
+from palpate.collision.triangles.intersection import pairs_intersect, triangle_pairs_intersect
 from palpate.errors import InputError
 
 EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))

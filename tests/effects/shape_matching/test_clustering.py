@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects.shape_matching.clustering import make_clusters
+from palpate.effects.shape_matching import make_clusters
 from palpate.errors import InputError
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.clustering import make_clusters
+from palpate.effects import shape_matching
+from palpate.effects.shape_matching import make_clusters
 from palpate.errors import InputError
 
 CLUSTERS = {
@@ -26,7 +26,7 @@ def particles(slab):
 
 def matched(particles, mode, kind="one", beta=0.5, alpha=0.5):
     settings = {"mode": mode, "alpha": alpha, "beta": beta, "clusters": CLUSTERS[kind]}
-    return goal_shapes.make(particles, settings)
+    return shape_matching.make(particles, settings)
 
 
 def goals(effect, x):
@@ -53,7 +53,7 @@ def test_goals_keep_momentum_and_angular_momentum(particles, mode, kind, add):
     uneven = replace(particles, masses=particles.masses * random.uniform(0.1, 3, len(particles.masses)))
     x = particles.nodes + 0.3 * particles.size * random.normal(size=particles.nodes.shape)
     clusters = make_clusters(uneven, CLUSTERS[kind])
-    pull = uneven.masses[:, None] * (goals(goal_shapes.ShapeMatching(uneven, clusters, mode, 0.1, 0.5, add), x) - x)
+    pull = uneven.masses[:, None] * (goals(shape_matching.ShapeMatching(uneven, clusters, mode, 0.1, 0.5, add), x) - x)
     assert np.linalg.norm(pull.sum(axis=0)) < 1e-12 * np.abs(pull).sum()
     assert np.linalg.norm(np.cross(x, pull).sum(axis=0)) < 1e-12 * np.abs(pull).sum() * particles.size
 
@@ -64,7 +64,7 @@ def test_added_goals_are_the_pulls_of_each_cluster_alone(particles, mode):
     random = np.random.default_rng(3)
     x = particles.nodes + 0.1 * particles.size * random.normal(size=particles.nodes.shape)
     clusters = make_clusters(particles, CLUSTERS["cubes"])
-    whole = goal_shapes.ShapeMatching(particles, clusters, mode, 0.05, 0.5, add=True)
+    whole = shape_matching.ShapeMatching(particles, clusters, mode, 0.05, 0.5, add=True)
     parts = np.zeros_like(x)
     for first, last in zip(clusters.starts[:-1], clusters.starts[1:], strict=True):
         members = clusters.members[first:last]
@@ -80,8 +80,8 @@ def test_added_goals_that_may_be_unstable_are_refused(particles):
     settings = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "goals": "sum", "clusters": {"kind": "each_tetrahedron"}}
     most = make_clusters(particles, settings["clusters"]).shared_by.max()
     with pytest.raises(InputError, match=f"below {4 / most:.3g} only; lower alpha"):
-        goal_shapes.make(particles, settings)
-    assert goal_shapes.make(particles, settings | {"alpha": 3.9 / most}).alpha == pytest.approx(3.9)
+        shape_matching.make(particles, settings)
+    assert shape_matching.make(particles, settings | {"alpha": 3.9 / most}).alpha == pytest.approx(3.9)
 
 
 def test_the_rigid_goal_is_the_best_fit(particles, rotation):
@@ -167,4 +167,4 @@ def test_the_answer_does_not_depend_on_the_one_before(particles):
 def test_settings_out_of_range_are_refused(particles, change):
     settings = {"mode": "rigid", "alpha": 0.5, "beta": 0.5, "clusters": CLUSTERS["one"]} | change
     with pytest.raises(InputError, match=next(iter(change))):
-        goal_shapes.make(particles, settings)
+        shape_matching.make(particles, settings)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import particles_of
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.shape_plasticity import ShapePlasticity
+from palpate.effects import shape_matching
+from palpate.effects.shape_plasticity import ShapePlasticity
 from palpate.errors import InputError
 
 CLAY = {"yield_strain": 0.05, "creep_1_s": 5.0, "max_strain": 0.5}
@@ -20,7 +20,7 @@ def particles(slab):
 
 def clay(particles, clusters=None, **change):
     settings = {"mode": "quadratic", "alpha": 0.5, "beta": 0.0, "clusters": clusters or {"kind": "one"}}
-    matched = goal_shapes.make(particles, settings)
+    matched = shape_matching.make(particles, settings)
     return matched, ShapePlasticity(particles, CLAY | change, matched)
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from palpate.collision.contact.barrier import barrier
-from palpate.collision.contact.mollifier import mollifier
+from palpate.collision.contact.barrier import barrier, mollifier
 from palpate.collision.triangles.closest_points import closest_points
 
 

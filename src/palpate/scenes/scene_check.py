@@ -1,10 +1,13 @@
-"""Check that the effects of a scene suit each other, its body and its integrator, by its entry in the config alone."""
+"""Check a scene by its entry in the config alone: its effects suit each other, its body and its integrator."""
+
+import re
+from itertools import pairwise
 
 from palpate.bodies import prony_series
-from palpate.bodies.material import LAWS
 from palpate.errors import InputError
-from palpate.scenes.contact_settings import bodies_in, has_contact
-from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, fault, of_law, unknown, wrong_law
+from palpate.scenes.acting_effects import Moved, acting, assumed
+from palpate.scenes.effect_registry import EFFECTS, ELASTIC, fault, unknown, wrong_law
+from palpate.scenes.scene import bodies_in
 
 FORM_WORDS = {"solid": "a body with tetrahedra", "surface": "a surface alone", "sheet": "a body of kind sheet"}
 ONE_STIFFNESS = ("springs", "shape_matching", "triangles")
@@ -13,19 +16,18 @@ STRETCHED = ("structural_n_m", "shear_n_m", "bending_n_m")
 """Stiffnesses of springs that have no solid to take them from."""
 
 
-def check_effects(place: str, scene: dict, kind: str, law: str = LAWS[0]) -> None:
+def check_effects(place: str, scene: dict, body: dict) -> None:
     """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other.
 
-    scene : its complete entry; kind, law : of its body
+    scene : its complete entry; body : that of its body
     """
-    names, own = _named(place, scene), scene.get("own", {})
-    form = _form(scene, kind)
-    elastic = _elastic_of(place, scene, names, form, law)
-    if wrong := wrong_law(elastic, scene["body"], law):
+    moved = assumed(scene, body)
+    names, form = _acting(place, scene, moved), moved.form
+    elastic = _elastic(names)
+    if wrong := wrong_law(elastic, scene["body"], moved.law):
         raise InputError(f"{place}.{wrong}")
-    asks = "effects names" if scene["effects"] != "auto" else "says effects: auto, which calls for"
-    where = f"{place}.{asks}" if scene["effects"] != "auto" else f"{place} {asks}"
-    for name in [elastic, *(name for name in names if name != elastic and name not in own)]:
+    where = f"{place} says effects: auto, which calls for" if scene["effects"] == "auto" else f"{place}.effects names"
+    for name in [elastic, *(name for name in names if name != elastic and name not in scene.get("own", {}))]:
         entry = EFFECTS[name]
         if form not in entry.forms:
             wanted = " or ".join(FORM_WORDS[each] for each in entry.forms)
@@ -48,8 +50,7 @@ def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
     scene : its complete entry; bodies : the entries of the config, by name
     """
     first = bodies[scene["body"]]
-    law = first.get("law", LAWS[0])
-    elastic = _elastic_of(place, scene, _named(place, scene), _form(scene, first["kind"]), law)
+    elastic = _elastic(_acting(place, scene, assumed(scene, first)))
     for body in bodies_in(scene):
         same = ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]
         for key in same:
@@ -66,35 +67,17 @@ def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
             )
 
 
-def _form(scene: dict, kind: str) -> str:
-    return "sheet" if kind == "sheet" else "surface" if scene["surface"] else "solid"
-
-
-def _elastic_of(place: str, scene: dict, names: list[str], form: str, law: str) -> str:
-    return next((name for name in names if name in ELASTIC), None) or _elastic(place, scene, form, law)
-
-
-def _named(place: str, scene: dict) -> list[str]:
-    """Return the effects that a scene names; with auto, those of its blocks that it calls for on any body."""
+def _acting(place: str, scene: dict, moved: Moved) -> list[str]:
+    """Return the effects that a scene lists or, with auto, calls for; InputError if they cannot be."""
     own = scene.get("own", {})
-    if scene["effects"] != "auto":
-        if wrong := fault(scene["effects"], own, scene, scene["held"]):
-            raise InputError(f"{place}.{wrong}")
-        return scene["effects"]
-    if wrong := unknown([], own):
+    listed = scene["effects"] != "auto"
+    if wrong := fault(scene["effects"], own, scene, scene["held"]) if listed else unknown([], own):
         raise InputError(f"{place}.{wrong}")
-    moves = any(key in scene for key in ("gravity", "push")) or has_contact(scene) or own or scene["start"] != "rest"
-    called = [name for name in DAMPINGS if name in scene and moves]
-    called += ["prony"] if "prony" in scene else []
-    return [*called, *(["plasticity"] if scene.get("plasticity", {}).get("max_strain", 0) > 0 else [])]
+    return acting(scene, moved, place)
 
 
-def _elastic(place: str, scene: dict, form: str, law: str) -> str:
-    """Return the elastic effect that ``effects: auto`` calls for."""
-    described = [name for name in ("springs", "shape_matching") if name in scene]
-    if len(described) > 1:
-        raise InputError(f"{place} describes both springs and shape_matching; keep one of them, or name the effects.")
-    return described[0] if described else {"solid": of_law(law), "surface": "springs", "sheet": "triangles"}[form]
+def _elastic(names: list[str]) -> str:
+    return next(name for name in names if name in ELASTIC)
 
 
 def _instead(name: str, form: str) -> str:
@@ -175,3 +158,29 @@ def _check_springs(place: str, springs: dict, form: str) -> None:
         )
     if form != "solid" and not any(springs[key] > 0 for key in STRETCHED):
         raise InputError(f"{place}.springs has no stiffness above 0; give structural_n_m in N/m.")
+
+
+def check_instruments(place: str, scene: dict) -> None:
+    """Raise InputError, naming ``place``, unless each path is complete and each name is different."""
+    # the name that contact gives to the body, to its pieces, or to several bodies together
+    together = re.escape(", ".join(dict.fromkeys(bodies_in(scene))))
+    first: dict[str, str] = {}
+    for number, tool in enumerate(scene.get("contact", {}).get("instruments", [])):
+        where = f"{place}.contact.instruments[{number}]"
+        _check_path(where, tool.get("times_s", []), tool.get("shifts_m", []))
+        name = tool.get("name", f"{tool['kind']}_{number}")
+        if re.fullmatch(rf"{together}(_\d+)?", name):
+            raise InputError(f"{where} is called {name}, as a body is; give it a name of its own.")
+        if name in first:
+            raise InputError(f"{where} is called {name}, as {first[name]} is; give it a name of its own.")
+        first[name] = f"instruments[{number}]"
+
+
+def _check_path(where: str, times: list[float], shifts: list[list[float]]) -> None:
+    if len(times) != len(shifts):
+        raise InputError(
+            f"{where}.times_s has {len(times)} entries, and shifts_m has {len(shifts)}; give one shift for each time."
+        )
+    for earlier, later in pairwise(times):
+        if later <= earlier:
+            raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")

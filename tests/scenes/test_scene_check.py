@@ -188,6 +188,6 @@ def test_effects_that_do_not_are_refused_in_one_sentence(scene, said):
 
 
 def test_the_check_imports_no_effect_and_no_solver():
-    code = "import sys, palpate.scenes.effects_check; print([m for m in sys.modules if m.startswith('palpate.')])"
+    code = "import sys, palpate.scenes.scene_check; print([m for m in sys.modules if m.startswith('palpate.')])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "effects_check" in found and "palpate.effects" not in found and "palpate.solvers" not in found
+    assert "scene_check" in found and "palpate.effects" not in found and "palpate.solvers" not in found

@@ -7,10 +7,9 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Relaxation
-from palpate.effects.shape_matching.goal_shapes import ShapeMatching
-from palpate.effects.shape_matching.polynomial_fit import determinant, fit
+from palpate.effects.shape_matching import ShapeMatching, determinant, fit
 from palpate.errors import InputError
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
 
 class ShapePlasticity(Relaxation):

@@ -9,8 +9,9 @@ from palpate.bodies.bed import Bed
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError
-from palpate.scenes.auto_effects import decide
-from palpate.scenes.effect_registry import ELASTIC
+from palpate.scenes.acting_effects import acting, assumed, decide, has_contact, has_moving_instrument, modules
+from palpate.scenes.build_system import moved
+from palpate.scenes.effect_registry import EFFECTS, ELASTIC
 from palpate.scenes.scene import Scene
 
 NODES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -22,7 +23,7 @@ SCENE = Scene("s", "auto", "backward_euler", 0.01, 1.0, settings={"gravity": {"a
 
 
 def called(scene: Scene, particles: Particles) -> set[str]:
-    return {decision.effect for decision in decide(scene, particles) if decision.called}
+    return set(acting(scene.entry, moved(particles)))
 
 
 def having(**blocks) -> Scene:
@@ -79,7 +80,7 @@ def test_each_decision_flips(effect, yes, no):
 
 @pytest.mark.parametrize("particles", [SOLID, SURFACE, SHEET])
 def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
-    decisions = decide(SCENE, particles)
+    decisions = decide(SCENE.entry, moved(particles))
     assert sum(d.called for d in decisions if d.effect in ELASTIC) == 1
     assert all(d.reason for d in decisions)
     assert len({d.effect for d in decisions}) == len(decisions)
@@ -87,8 +88,64 @@ def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
 
 def test_two_elastic_descriptions_are_one_too_many():
     with pytest.raises(InputError, match="both springs and shape_matching"):
-        decide(having(springs={}, shape_matching={}), SOLID)
+        called(having(springs={}, shape_matching={}), SOLID)
 
 
 def test_own_effects_are_called():
     assert "wind" in called(replace(SCENE, own={"wind": "wind.py"}), SOLID)
+
+
+@pytest.mark.parametrize(
+    ("entry", "body", "particles"),
+    [
+        ({}, {"kind": "box", "bed": {"radius_m": 1}}, BEDDED),
+        ({"springs": {}}, {"kind": "box"}, SOLID),
+        ({"surface": True}, {"kind": "box"}, SURFACE),
+        ({}, {"kind": "sheet"}, SHEET),
+        ({}, {"kind": "box", "law": "neo_hookean"}, RUBBER),
+        ({"held": False, "contact": BALL, "start": "random"}, {"kind": "box"}, SOLID),
+    ],
+)
+def test_the_settings_alone_decide_as_the_particles_do(entry, body, particles):
+    entry = {"effects": "auto", "integrator": "bdf2"} | SCENE.settings | entry
+    made = acting(entry, moved(particles))
+    assert acting(entry, assumed(entry, body)) == made
+    assert modules(entry, assumed(entry, body))[:-1] == [EFFECTS[name].module for name in made]
+
+
+STILL = {"kind": "floor", "height_m": 0.0}
+PUSHED = STILL | {"times_s": [0.5, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 1]]}
+
+
+@pytest.mark.parametrize(
+    ("entry", "acts"),
+    [
+        ({"effects": "auto"}, False),
+        ({"effects": "auto", "contact": {"instruments": []}}, False),
+        ({"effects": "auto", "contact": {"instruments": [STILL]}}, True),
+        ({"effects": "auto", "contact": {"self_contact": True}}, True),
+        ({"effects": "auto", "others": [{"body": "block"}]}, True),
+        ({"effects": ["springs"], "others": [{"body": "block"}], "contact": {"instruments": [STILL]}}, False),
+        ({"effects": ["springs", "contact"]}, True),
+    ],
+)
+def test_where_contact_acts(entry, acts):
+    assert has_contact(entry | {"duration_s": 1.0}) is acts
+    assert not has_moving_instrument(entry | {"duration_s": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("tool", "duration", "moves"),
+    [
+        (PUSHED, 1.0, True),
+        (PUSHED, 0.6, True),
+        (PUSHED, 0.5, False),
+        (PUSHED | {"times_s": [-1.0, 0.0]}, 1.0, False),
+        (PUSHED | {"shifts_m": [[0, 0, 1], [0, 0, 1]]}, 1.0, False),
+        (PUSHED | {"times_s": [0.0], "shifts_m": [[0, 0, 1]]}, 1.0, False),
+    ],
+)
+def test_what_is_driven_within_the_scene(tool, duration, moves):
+    entry = {"duration_s": duration, "contact": {"instruments": [STILL, tool]}}
+    assert has_moving_instrument(entry | {"effects": "auto"}) is moves
+    assert not has_moving_instrument(entry | {"effects": ["springs"]})

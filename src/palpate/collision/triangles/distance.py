@@ -1,14 +1,98 @@
-"""Penetration depth of two triangles, and the direction of separation."""
+"""Distance of two triangles, and their closest points.
+
+Penetration depth of two triangles, and the direction of separation.
+"""
 
 import math
 
 import numba
 import numpy as np
 
-from palpate.collision.triangles.crossing_segments import height, normal
+from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest, separation
+from palpate.collision.triangles.intersection import (
+    check_pairs,
+    find_crossing,
+    height,
+    normal,
+    normalise,
+    triangles_intersect,
+)
 from palpate.collision.triangles.predicates import new_accumulator
-from palpate.collision.triangles.triangle_distance import pair_distance
-from palpate.collision.triangles.triangle_pairs import check_pairs, normalise
+
+STENCILS = np.array(
+    [(i, 3, 4, 5) for i in range(3)]
+    + [(i, 0, 1, 2) for i in range(3, 6)]
+    + [(i, (i + 1) % 3, 3 + j, 3 + (j + 1) % 3) for i in range(3) for j in range(3)]
+)
+"""Stencils of a pair's six points: each corner with the other triangle, and each edge of a with each of b."""
+
+
+def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and the closest points on a and on b, (n, 3) [m].
+
+    a, b : (n, 3, 3) [m]
+    Those that intersect, by the exact test, have distance 0 and one point given twice: the middle of their segment if
+    they cross. Trap: the distance is rounded, so it may be 0 for triangles that barely do not intersect. Raises
+    InputError as ``triangle_pairs_intersect`` does.
+    """
+    a, b = check_pairs(a, b)
+    distance, found = np.empty(len(a)), np.empty((len(a), 3, 3))
+    _measure(a, b, distance, found)
+    return distance, found[:, 0], found[:, 1]
+
+
+@numba.njit(cache=True)
+def _measure(a, b, distance, found):
+    points, scaled, sums, work = np.empty((6, 3)), np.empty((6, 3)), new_accumulator(), np.empty(4)
+    for n in range(len(a)):
+        points[:3], points[3:] = a[n], b[n]
+        exponent = normalise(points, scaled)
+        _, length = pair_distance(points, scaled, sums, work, found[n])
+        distance[n] = math.ldexp(length, exponent)
+        for side in range(2):
+            for axis in range(3):
+                found[n, side, axis] = math.ldexp(found[n, side, axis], exponent)
+
+
+@numba.njit(cache=True)
+def pair_distance(points, scaled, sums, weights, found):
+    """Test whether a pair ``points`` (6, 3) intersects, and compute the distance of ``scaled``, from ``normalise``.
+
+    found : (3, 3), overwritten: the closest points on a and on b, and the vector from b to a
+    weights : (4,), overwritten
+    """
+    intersecting = triangles_intersect(points, sums)
+    if intersecting and find_crossing(points, scaled, sums, found):
+        for axis in range(3):
+            found[:2, axis] = 0.5 * (found[0, axis] + found[1, axis])
+        found[2] = 0.0
+        return True, 0.0
+    least = np.inf
+    for n in range(len(STENCILS)):
+        distance, _ = closest(POINT_TRIANGLE if n < 6 else EDGE_EDGE, scaled, STENCILS[n], weights)
+        if distance < least:
+            least = distance
+            _write(scaled, STENCILS[n], weights, found)
+    if intersecting:
+        found[1], found[2], least = found[0], 0.0, 0.0
+    return intersecting, least
+
+
+@numba.njit(cache=True)
+def _write(points, nodes, weights, found):
+    """Write the closest points of a stencil and the vector between them, in the order of the triangles."""
+    found[:] = 0.0
+    # the first part of a stencil has the positive weights, and may belong to b
+    sign = 1.0 if nodes[0] < 3 else -1.0
+    between = separation(points, nodes, weights)
+    for axis in range(3):
+        found[2, axis] = sign * between[axis]
+        for i in range(4):
+            if nodes[i] < 3:
+                found[0, axis] += sign * weights[i] * points[nodes[i], axis]
+            else:
+                found[1, axis] -= sign * weights[i] * points[nodes[i], axis]
+
 
 ROUNDING = 1e-15
 """Tolerance within which a point counts as on the boundary, for coordinates near 1."""
@@ -33,12 +117,12 @@ def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np
     """
     a, b = check_pairs(a, b)
     signed, direction, places = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 2, 3))
-    _measure(a, b, signed, direction, places)
+    _measure_depth(a, b, signed, direction, places)
     return signed, direction, places
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _measure(a, b, signed, direction, places):
+def _measure_depth(a, b, signed, direction, places):
     points, scaled, sums, weights, found = (
         np.empty((6, 3)),
         np.empty((6, 3)),

@@ -42,7 +42,7 @@ def test_linear_solver_against_a_direct_one(slab, level):
 
 
 def test_linear_solver_says_when_it_fails(slab, monkeypatch):
-    monkeypatch.setattr(conjugate_gradients, "MOST", 2)
+    monkeypatch.setattr(conjugate_gradients, "MAX_PRODUCTS", 2)
     with pytest.raises(NotConverged, match="after 2 products") as failure:
         Equilibrium(slab, 1).linear_solver()(push(slab, 1, 40, [0, 0, 1.0]))
     assert 1e-9 < failure.value.history[0] < 1.0

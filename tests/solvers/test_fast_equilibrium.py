@@ -47,14 +47,14 @@ def test_it_finds_newtons_answer_without_any_matrix(bent, slab, monkeypatch):
 def test_newton_goes_on_from_where_it_was_too_slow(bent, monkeypatch):
     newton, fast, load = bent
     expected = newton.solve(load, 1e-9)
-    monkeypatch.setattr(equilibrium, "MOST", 16)
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 16)
     found = fast.solve(load, 1e-9)
     assert found.history[:17] == fast.approach(load, 0.0, 16).history
     assert 0 < found.iterations - 16 < expected.iterations
     assert found.linear_solves > 0 and found.history[-1] <= 1e-9
     assert len(found.history) == len(found.seconds) and (np.diff(found.seconds) > 0.0).all()
     assert np.abs(found.x - expected.x).max() < 1e-7 * np.abs(expected.x - newton.mesh.nodes).max()
-    monkeypatch.setattr(equilibrium, "MOST", 60)
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 60)
     monkeypatch.setattr(equilibrium, "PACE", 1e-6)  # no search is as fast as that
     assert fast.solve(load, 1e-12).linear_solves > 0
 
@@ -75,7 +75,7 @@ def test_newton_begins_anew_where_the_energy_is_not_convex(bent, monkeypatch):
 
 def test_what_newton_does_not_find_is_not_found(bent, monkeypatch):
     _, fast, load = bent
-    monkeypatch.setattr(equilibrium, "MOST", 2)
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 2)
     monkeypatch.setattr(Equilibrium, "solve", lambda *_: (_ for _ in ()).throw(NotConverged("no", [1.0])))
     with pytest.raises(NotConverged, match="no"):
         fast.solve(load, 1e-8)

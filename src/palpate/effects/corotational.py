@@ -1,21 +1,16 @@
-"""The corotational energy density as a function of the principal stretches: its value and derivatives.
+"""Corotational elasticity at many deformation gradients, in loops that the compiler vectorises.
 
-A law is two functions of the signed singular values s₁ ≥ s₂ ≥ |s₃| of F = U diag(s) Vᵀ. ``first`` gives the energy and
+**Law.** Two functions of the signed singular values s₁ ≥ s₂ ≥ |s₃| of F = U diag(s) Vᵀ. ``first`` gives the energy and
 the principal stresses ∂Ψ/∂s, ``second`` all that the Hessian with respect to F consists of: the second derivatives
 ∂²Ψ/∂s², and the eigenvalues of what turns the frames U and V, two for each pair of axes (2, 3), (3, 1) and (1, 2),
 flips (∂ᵢΨ − ∂ⱼΨ)/(sᵢ − sⱼ) and twists (∂ᵢΨ + ∂ⱼΨ)/(sᵢ + sⱼ) (Smith, de Goes, Kim 2019, section 5.1).
 
-Rotations, corotational stresses and energies of many deformation gradients, in loops that the compiler vectorises.
-
-A block is an array (9, BLOCK) with the entries of F, row by row; each column is one deformation gradient. Rotations
-are found by Newton's iteration R ← (R + R⁻ᵀ)/2. From its first step on every singular value of R is at least 1, so that
-‖R‖² − 3 bounds the distance of each from 1 (Higham 1986). Where it converges and det F > 0, the stretches lie between
-about 1/50 and 50 …, and R is the rotation of the signed singular value decomposition; other elements, collapsed,
-inverted or extreme, are left to that decomposition, which also knows of the energy's fold.
-
-Second derivatives of the corotational energy at many deformation gradients, in loops that the compiler vectorises.
-
-Blocks, pairs and gradients are those of ``principal_blocks``.
+**Blocks.** A block is an array (9, BLOCK) with the entries of F, row by row; each column is one deformation gradient.
+Rotations are found by Newton's iteration R ← (R + R⁻ᵀ)/2. From its first step on every singular value of R is at least
+1, so that ‖R‖² − 3 bounds the distance of each from 1 (Higham 1986). Where it converges and det F > 0, the stretches
+lie between about 1/50 and 50, and R is the rotation of the signed singular value decomposition; other elements,
+collapsed, inverted or extreme, are left to that decomposition, which also knows of the energy's fold. Pairs and
+gradients of Hessians are those of ``principal``.
 """
 
 import numba
@@ -27,7 +22,7 @@ from palpate.linalg.polar import signed_svd
 FOLD = 0.05
 """Width over which the fold of the energy is smoothed, in s₂ + s₃ (which is 2 at rest)."""
 
-LEAST = 1e-8
+LEAST_DIFFERENCE = 1e-8
 """Lower bound of a denominator in flips and twists."""
 
 
@@ -78,11 +73,11 @@ def second(s, mu, lam, curvatures, flips, twists):
         curvatures[i, i] += 2.0 * mu
     t, folded, free = s[1] + s[2], (1.0 - slope) * c, (1.0 + slope) * c
     flips[0] = 2.0 * mu
-    flips[1] = 2.0 * mu + folded / max(s[0] - s[2], LEAST)
-    flips[2] = 2.0 * mu + folded / max(s[0] - s[1], LEAST)
+    flips[1] = 2.0 * mu + folded / max(s[0] - s[2], LEAST_DIFFERENCE)
+    flips[2] = 2.0 * mu + folded / max(s[0] - s[1], LEAST_DIFFERENCE)
     twists[0] = 2.0 * mu + 2.0 * c * (curvature if t <= 0.0 else slope / t)
-    twists[1] = 2.0 * mu + free / max(s[2] + s[0], LEAST)
-    twists[2] = 2.0 * mu + free / max(s[0] + s[1], LEAST)
+    twists[1] = 2.0 * mu + free / max(s[2] + s[0], LEAST_DIFFERENCE)
+    twists[2] = 2.0 * mu + free / max(s[0] + s[1], LEAST_DIFFERENCE)
     return curvature != 0.0
 
 

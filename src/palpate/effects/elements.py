@@ -1,9 +1,4 @@
-"""Locking of elements in nearly incompressible bodies: where it begins, and the warning to who asks for it.
-
-Energy and force of elastic elements from one pass over them, kept for the last positions asked for.
-
-Parts that linear and quadratic elements share: their tissue, and a stiffness matrix from the blocks they add.
-"""
+"""What linear and quadratic elements share: tissue, one pass for energy and force, stiffness, a warning of locking."""
 
 import warnings
 from collections.abc import Iterator
@@ -87,7 +82,6 @@ class OnePass:
         return energy, force
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return self._at(x)[0]
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -98,7 +92,6 @@ class OnePass:
         return self._finite(x).copy()
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
-        """Add the elastic nodal forces to ``force`` (n_nodes, 3) [N]."""
         force += self._finite(x)
 
     def _finite(self, x: np.ndarray) -> np.ndarray:

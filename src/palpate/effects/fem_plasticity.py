@@ -31,18 +31,9 @@ class FemPlasticity(Relaxation):
         self.plastic = np.tile(np.eye(3), (len(elastic.tetrahedra), 1, 1))
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Update ``plastic``, Fₚ (m, 3, 3), and the gradients by a flow of ``h`` [s] at positions ``x`` (n, 3) [m]."""
         elastic, flow = self._elastic, -math.expm1(-self._creep * h)
-        _relax(
-            x,
-            elastic.tetrahedra,
-            self._original,
-            *elastic.moduli,
-            flow,
-            *self._bounds,
-            self.plastic,
-            elastic.gradients,
-        )
+        constants = elastic.tetrahedra, self._original, *elastic.moduli, flow, *self._bounds
+        _relax(x, *constants, self.plastic, elastic.gradients)
         elastic.forget()
 
 

@@ -9,9 +9,8 @@ numba compiles:
     measure(s, slopes, curvatures)           returns θ, writes ∂θ/∂s and ∂²θ/∂s²
     volume(theta, mu, lam, derivatives)      returns U [J/m³], writes U′ and U″ (2,)
 
-A kernel gets them as pointers, so that it is compiled once and serves every law.
-
-Check a law of the user's own at rest and near it, before anything is computed with it.
+A kernel gets them as pointers, so that it is compiled once and serves every law. A law of the user's own is checked at
+rest and near it first.
 """
 
 import warnings

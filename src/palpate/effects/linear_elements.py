@@ -1,9 +1,7 @@
-"""Energy and force of four-node tetrahedra in one pass over the elements, and their stiffness in another.
+"""Elasticity of four-node tetrahedra: energy and force in one pass over the elements, stiffness in another.
 
 ``mu, lam`` (n_elements,) are their moduli [Pa]; ``shape, measure, volume`` the functions of their law, None for the
 corotational one, which is compiled without a branch for others.
-
-Corotational linear elasticity on tetrahedra: energy, force and exact or definite stiffness.
 """
 
 import numba
@@ -142,20 +140,16 @@ class LinearElements(Elements):
         self.gradients, self.volumes = shape_gradients(mesh)
 
     def resistance(self) -> np.ndarray:
-        """Return an upper bound of the stiffness against the motion of a single node, (n_nodes,) [N/m]."""
         return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        """Add the nodal forces [N] at ``x`` (n_nodes, 3) [m] to ``force`` (n_nodes, 3), and return the energy [J]."""
         return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, force)
 
     def least_det(self, x: np.ndarray) -> float:
-        """Return the smallest det F of all elements; an element is inverted where it is negative."""
         f = np.einsum("eai,eaj->eij", x[self.tetrahedra], self.gradients)
         return float(np.linalg.det(f).min())
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add the Hessian's blocks to ``values`` (n_blocks, 3, 3) [N/m], those of element e at ``slots[e]`` (4, 4)."""
         add_stiffness(
             x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, definite, slots, values
         )

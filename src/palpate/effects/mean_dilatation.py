@@ -1,7 +1,4 @@
-"""Stiffness of ten-node tetrahedra whose measure of volume is averaged over each element (P2 / P0).
-
-Quadratic elements that do not lock: their volume is resisted on average (mean dilatation, P2 / P0).
-"""
+"""Quadratic elements that do not lock: their volume is resisted on average (mean dilatation, P2 / P0)."""
 
 import numba
 import numpy as np
@@ -78,12 +75,10 @@ class MeanDilatation(QuadraticElements):
         self._law = law_of(self.tissue.law)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        """Add the nodal forces [N] at ``x`` (n_nodes, 3) [m] to ``force`` (n_nodes, 3), and return the energy [J]."""
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli)
         return energy_and_force(x, *constants, N_POINTS, *self._law, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add the Hessian's blocks to ``values`` (n_blocks, 3, 3) [N/m], element e's at ``slots[e]`` (10, 10)."""
         self.add_soft_stiffness(x, definite, np.full(len(self.volumes), np.inf), slots, values)
 
     def add_soft_stiffness(

@@ -1,14 +1,12 @@
-"""From derivatives in the frame of the principal stretches to the blocks of a Hessian.
+"""Stresses and Hessians of any law at many deformation gradients, each of which is decomposed.
 
 F is a sum Σ d_c g_cᵀ over three fixed vectors g_c, the gradients of an element's shape functions at its second to
 fourth corner. A Hessian here is that of the energy with respect to the three d_c, in six blocks of 3 × 3: those of the
 pairs PAIRS, as rows 9 p to 9 p + 8 of an array (54, BLOCK) whose columns are the deformation gradients.
 
-Stresses and Hessians of any law at many deformation gradients, each of which is decomposed.
-
-Columns, as those of a block (9, BLOCK), are worked on in groups that share the mean of their measure of volume: column
-k with k + n, k + 2 n …, n being ``count`` over ``group``. Groups of one are the plain law; those of an element's points
-are mean dilatation (Nagtegaal, Parks, Rice 1974; Simo, Taylor, Pister 1985), Ψ = W + U(mean θ).
+Columns are worked on in groups that share the mean of their measure of volume: column k with k + n, k + 2 n …, n being
+``count`` over ``group``. Groups of one are the plain law; those of an element's points are mean dilatation (Nagtegaal,
+Parks, Rice 1974; Simo, Taylor, Pister 1985), Ψ = W + U(mean θ).
 """
 
 import numba
@@ -68,7 +66,7 @@ def clamp_pairs(flips, twists):
         flips[axis], twists[axis] = max(flips[axis], 0.0), max(twists[axis], 0.0)
 
 
-NEAR = 1e-5
+EQUAL_STRETCHES = 1e-5
 """Stretches whose difference is below this part of them count as equal; limits then replace quotients, to 1e-10."""
 
 
@@ -143,7 +141,7 @@ def density(s, mu, lam, shape, measure, volume, slopes, curvatures):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, plain):
-    """Add the derivatives of U to those of W, and write flips and twists (see ``corotational_law``).
+    """Add the derivatives of U to those of W, and write flips and twists (see ``corotational``).
 
     ``plain`` adds the part of U″, too, which flips and twists do not depend on.
     """
@@ -153,7 +151,7 @@ def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, pla
             second[i, j] += derivatives[0] * bends[i, j]
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        apart, both, near = s[i] - s[j], s[i] + s[j], NEAR * (abs(s[i]) + abs(s[j]))
+        apart, both, near = s[i] - s[j], s[i] + s[j], EQUAL_STRETCHES * (abs(s[i]) + abs(s[j]))
         mean = 0.5 * (second[i, i] + second[j, j])
         flips[axis] = (slopes[i] - slopes[j]) / apart if abs(apart) > near else mean - second[i, j]
         twists[axis] = (slopes[i] + slopes[j]) / both if abs(both) > near else mean + second[i, j]

@@ -1,4 +1,4 @@
-"""Strain, energy and force of viscous stress, in loops that the compiler vectorises.
+"""Viscous stress of tissue: a Prony series on the part of finite elements' stress that changes their shape.
 
 The strain is e = k dev Q with Q = √(FᵀF + w² I), w = WIDTH and k = √(1 + w²). For w = 0 Q is the stretch tensor of the
 corotational law, in the frame of the material. The stretch has no derivative where an element is flat; Q has all of
@@ -6,16 +6,11 @@ them everywhere, and k makes the slope at rest that of the stretch.
 
 Q follows from its invariants without a principal frame: i₁ is the largest root of (i² − I)² = 4 (II + 2 i₃ i), where I,
 II, i₃² are the invariants of Q², and always simple; then Q = (Q² + i₂)⁻¹ (i₁ Q² + i₃) (Hoger and Carlson 1984). As
-Q δQ + δQ Q = δ(FᵀF), a stress Σ with respect to Q is P = 2 F Λ with respect to F, where Q Λ + Λ Q = Σ.
+Q δQ + δQ Q = δ(FᵀF), a stress Σ with respect to Q is P = 2 F Λ with respect to F, where Q Λ + Λ Q = Σ. The second
+variation of Σ : Q is 2 Λ : (δFᵀδF − δQ²).
 
 A block is an array (9, BLOCK) of F, row by row, or (6, BLOCK) of symmetric matrices: xx, yy, zz, yz, zx, xy; each
 column is one element.
-
-Second derivatives of the energy of viscous stress, in loops that the compiler vectorises.
-
-With Q, Σ and Λ of prony_kernel, the second variation of Σ : Q is 2 Λ : (δFᵀδF − δQ²), where Q δQ + δQ Q = δ(FᵀF).
-
-Viscous stress of tissue: a Prony series on the part of finite elements' stress that changes their shape.
 """
 
 import math
@@ -320,7 +315,7 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Prony
 class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
     """Springs in series with dampers, beside the elastic law: Ψ = Σ μᵢ ‖e − qᵢ‖², dqᵢ/dt = (e − qᵢ)/τᵢ.
 
-    e is the deviatoric stretch in the frame of the material (see prony_kernel), so a rotation changes nothing; qᵢ, in
+    e is the deviatoric stretch in the frame of the material, so a rotation changes nothing; qᵢ, in
     ``inner`` (m, k, 6), are the lengths of the dampers, and μᵢ is that of the elastic law at rest times the ratio of
     the branch. Under a corotational law the first response is that of a shear modulus larger by 1/(1 − Σ gᵢ), at any
     strain; the last one is that without the effect.
@@ -348,7 +343,6 @@ class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
         self._prepare(0.0)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        """Add the nodal forces [N] at ``x`` (n, 3) [m] to ``force`` (n, 3), and return the energy [J]."""
         moved = energy_and_force(x, self.couples, self._gradients, self._stiffness, self._centers, force)
         return moved + self._apart
 

@@ -1,13 +1,11 @@
-"""Energy and force of ten-node tetrahedra in one pass over the elements, and their stiffness in another.
+"""Elasticity of ten-node tetrahedra with straight sides.
 
-Elements are worked on in batches of BATCH; arrays of a batch end in an axis of its elements, so that inner loops run
+Kernels work on batches of BATCH elements; arrays of a batch end in an axis of its elements, so that inner loops run
 over elements and are vectorised. Point q of element e stands in column q BATCH + e of a block of deformation gradients.
 ``slopes`` (4, 10, 3) are the derivatives of the shape functions at the points with respect to the barycentric
 coordinates of the second to fourth corner, ``gradients`` (n_elements, 4, 3) those of these coordinates [1/m].
 ``mu, lam`` (n_elements,) are moduli [Pa]; ``shape, measure, volume`` the functions of the law, None for the
-corotational one, which is compiled without a branch for others; ``group`` is POINTS for mean dilatation, else 1.
-
-Corotational elasticity on ten-node tetrahedra with straight sides.
+corotational one, which is compiled without a branch for others; ``group`` is N_POINTS for mean dilatation, else 1.
 """
 
 import numba
@@ -90,22 +88,8 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, shape, measure, v
         if shape is None:
             hessians(f, g, shares[0], BLOCK, shares[1], shares[2], definite, rotated, blocks)
         else:
-            principal.hessians(
-                f,
-                g,
-                shares[0],
-                BLOCK,
-                1,
-                shares[1],
-                shares[2],
-                shape,
-                measure,
-                volume,
-                definite,
-                blocks,
-                scratch,
-                unused,
-            )
+            moduli, law = (shares[1], shares[2]), (shape, measure, volume)
+            principal.hessians(f, g, shares[0], BLOCK, 1, *moduli, *law, definite, blocks, scratch, unused)
         for a in range(10):
             half_product(blocks, slopes, a, half)
             for b in range(a, 10):
@@ -233,7 +217,6 @@ class QuadraticElements(Elements):
         self._slopes = np.ascontiguousarray(slopes[:, :, 1:] - slopes[:, :, :1])
 
     def resistance(self) -> np.ndarray:
-        """Return an upper bound of the stiffness against the motion of a single node, (n_nodes,) [N/m]."""
         squares = np.zeros(self.couples.shape)
         for slopes in self._slopes:
             each = np.einsum("ac,ecj->eaj", slopes, self.gradients[:, 1:])
@@ -241,12 +224,10 @@ class QuadraticElements(Elements):
         return self._resistance(squares)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        """Add the nodal forces [N] at ``x`` (n_nodes, 3) [m] to ``force`` (n_nodes, 3), and return the energy [J]."""
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli)
         return energy_and_force(x, *constants, 1, *self._law, force)
 
     def least_det(self, x: np.ndarray) -> float:
-        """Return the smallest det F at the elements' points; an element is inverted where it is negative."""
         return float(least_det(x, self.couples, self._slopes, self.gradients))
 
     def mean_det(self, x: np.ndarray) -> np.ndarray:
@@ -258,6 +239,5 @@ class QuadraticElements(Elements):
         return total
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add the Hessian's blocks to ``values`` (n_blocks, 3, 3) [N/m], element e's at ``slots[e]`` (10, 10)."""
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self._law)
         add_stiffness(x, *constants, definite, slots, values)

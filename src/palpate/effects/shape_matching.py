@@ -1,12 +1,8 @@
-"""Clusters of particles for shape matching: overlapping groups, from tetrahedra or from cubes.
+"""Shape matching: each cluster of particles moves towards the best fit of its rest shape.
 
-Fits of polynomials of the rest positions to the particles of each cluster.
-
-Paper 3, chapter 3, inverts Σ m q̃ q̃ᵀ. Here the terms q̃ are made orthonormal once, at rest: φ with Σ μ φ = 0 and
-Σ μ φ φᵀ = I, where μ are the particles' shares of their cluster's mass. Then H = Σ μ x φᵀ gives the best fit c + H φ,
-with q = L φ and A_pq = M H Lᵀ, and terms that are dependent in a flat, straight or tiny cluster are zero.
-
-Shape matching: each cluster of particles moves towards the best fit of its rest shape.
+Clusters overlap. Paper 3, chapter 3, inverts Σ m q̃ q̃ᵀ. Here the terms q̃ are made orthonormal once, at rest: φ with
+Σ μ φ = 0 and Σ μ φ φᵀ = I, where μ are the particles' shares of their cluster's mass. Then H = Σ μ x φᵀ gives the best
+fit c + H φ, with q = L φ and A_pq = M H Lᵀ, and terms that are dependent in a flat, straight or tiny cluster are zero.
 """
 
 import math

@@ -41,21 +41,10 @@ class ShapePlasticity(Relaxation):
         self.plastic = np.tile(np.eye(3), (len(self._rest), 1, 1))
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Update the rest shapes by a creep towards positions ``x`` (n, 3) [m] for ``h`` [s]."""
         matched = self._elastic
-        _relax(
-            x,
-            matched.clusters.members,
-            matched.clusters.starts,
-            matched.shares,
-            matched.basis,
-            self._inverse,
-            matched.ranks,
-            self._yield,
-            -math.expm1(-self._creep * h),
-            self._most,
-            self.plastic,
-        )
+        clusters = matched.clusters.members, matched.clusters.starts, matched.shares, matched.basis
+        bounds = self._yield, -math.expm1(-self._creep * h), self._most
+        _relax(x, *clusters, self._inverse, matched.ranks, *bounds, self.plastic)
         np.matmul(self.plastic, self._rest, out=matched.frames)
 
 

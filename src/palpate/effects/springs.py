@@ -1,7 +1,4 @@
-"""The springs of a body: edges of its tetrahedra, or structural, shear and bending springs of a surface.
-
-Linear springs between nodes: the elasticity of mass-spring models.
-"""
+"""Linear springs between nodes, the elasticity of mass-spring models: edges of tetrahedra, or springs of a surface."""
 
 import numba
 import numpy as np
@@ -114,11 +111,9 @@ class Springs(Energy, Stiffness):
         self.stiffness_n_m, self.rest_m = stiffness_n_m, rest_m
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the elastic energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return _energy(x, self.pairs, self.stiffness_n_m, self.rest_m)
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
-        """Add minus the energy's gradient to ``force`` (n_nodes, 3) [N]."""
         _add_force(x, self.pairs, self.stiffness_n_m, self.rest_m, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:

@@ -1,7 +1,4 @@
-"""Exact integrals over the part of flat triangles that lies in a ball, of polynomials.
-
-The volume that the surface of a deformed body encloses, exactly for linear and for quadratic elements.
-"""
+"""Exact integrals over a body's surface: of polynomials over the part of triangles in a ball; the enclosed volume."""
 
 import numpy as np
 from scipy import sparse

@@ -1,7 +1,4 @@
-"""Conjugate gradients that detect a matrix that is not positive definite.
-
-Displacements of a linearised body under loads: conjugate gradients, and a check of what they found.
-"""
+"""Conjugate gradients that detect a matrix that is not positive definite, and check what they found."""
 
 from collections.abc import Callable
 
@@ -53,7 +50,7 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(np.vdot(a, b) if a.ndim == 2 else np.einsum("nik,nik->k", a, b))
 
 
-MOST = 3000
+MAX_PRODUCTS = 3000
 """Products after which conjugate gradients give up."""
 
 
@@ -75,7 +72,7 @@ def linear_response(
         found = np.zeros_like(right)
         found[:, :, loaded] = linear_response(multiply, precondition, right[:, :, loaded], tolerance)
         return found
-    found, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, MOST)
+    found, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, MAX_PRODUCTS)
     left = float(np.max(np.linalg.norm(right - multiply(found), axis=(0, 1)) / np.linalg.norm(right, axis=(0, 1))))
     if not left <= 10 * tolerance:
         raise NotConverged(

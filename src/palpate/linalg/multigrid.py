@@ -1,11 +1,8 @@
-"""Direct solution of a symmetric sparse system, factorised once.
+"""Geometric multigrid on nested meshes, its Gauss–Seidel sweeps and its direct solver: linear in the number of nodes.
 
-Gauss–Seidel sweeps over the 3 × 3 blocks of a symmetric matrix, of which only the lower triangle is kept and read.
-
-What a sweep has found at a node goes at once to the nodes before it, with the same blocks that it was found with, so
-that a sweep and the residual after it read each block once; memory, and not arithmetic, is what a sweep waits for.
-
-Geometric multigrid on nested meshes: a preconditioner whose cost is linear in the number of nodes.
+Sweeps go over the 3 × 3 blocks of a symmetric matrix, of which only the lower triangle is kept and read. What a sweep
+has found at a node goes at once to the nodes before it, with the same blocks that it was found with, so that a sweep
+and the residual after it read each block once; memory, and not arithmetic, is what a sweep waits for.
 """
 
 from dataclasses import replace

@@ -1,6 +1,4 @@
-"""Signed singular value decomposition of 3 × 3 matrices, safe for inverted and collapsed elements.
-
-The rotation nearest to a 3 × 3 matrix: fast where it is unique, safe everywhere.
+"""The rotation nearest to a 3 × 3 matrix: fast where it is unique, safe everywhere; the signed singular values.
 
 R maximises tr(RᵀA). Newton's method on the unit quaternion of R converges cubically, and its result can be verified:
 S = RᵀA is symmetric, and tr(S) I − S is positive definite, at the maximum only, where its eigenvalues are the sums of

@@ -1,7 +1,4 @@
-"""The result of a scene's run: positions, energies and contacts over time.
-
-Write a motion as a series for ParaView: a mesh for each frame, and an index with the times.
-"""
+"""The result of a scene's run: positions, energies and contacts over time, kept as HDF5 or as a series for ParaView."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

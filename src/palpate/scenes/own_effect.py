@@ -1,6 +1,6 @@
-"""Compare the force of a user's effect with its energy, and its stiffness with its force, by central differences.
+"""Load effects from the user's own files, and check each before a scene runs.
 
-Load effects from the user's own files, and check each before a scene runs.
+Force and energy, and stiffness and force, are compared by central differences.
 """
 
 from pathlib import Path
@@ -84,19 +84,9 @@ def _relative(found: np.ndarray, expected: np.ndarray, rounding: float) -> float
 
 
 ACTING = (
-    hooks.Force,
-    hooks.Stiffness,
-    hooks.Damping,
-    hooks.FixedNodes,
-    hooks.Projection,
-    hooks.StepBegin,
-    hooks.StepLimit,
-    hooks.Touching,
-    hooks.Relaxation,
-    hooks.Goals,
-    hooks.Observation,
-    hooks.Contacts,
-)
+    hooks.Force, hooks.Stiffness, hooks.Damping, hooks.FixedNodes, hooks.Projection, hooks.StepBegin,
+    hooks.StepLimit, hooks.Touching, hooks.Relaxation, hooks.Goals, hooks.Observation, hooks.Contacts,
+)  # fmt: skip
 """An effect that offers none of these hooks does nothing."""
 GUIDE = "see docs/add-an-effect.md"
 

@@ -1,7 +1,4 @@
-"""Initial states of scenes: at rest, or in a state that a real body is never in.
-
-Run a scene: the loop over steps, its records, and the cost of each effect.
-"""
+"""Run a scene: its initial state, the loop over steps, its records, and the cost of each effect."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -53,11 +50,9 @@ class Integrator(Protocol):
     @property
     def limit_s(self) -> float:
         """The longest stable step [s]."""
-        raise NotImplementedError
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if there is none."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,4 @@
-"""A scene: the simulation that an entry in the config describes.
-
-The bodies of a scene as particles.
-"""
+"""A scene: the simulation that an entry in the config describes."""
 
 import math
 from dataclasses import dataclass, field

@@ -1,7 +1,4 @@
-"""Static equilibrium of a nested elastic body under nodal forces.
-
-Static equilibrium without matrices of the deformed body: L-BFGS first, Newton's method where that does not serve.
-"""
+"""Static equilibrium of a nested elastic body under nodal forces, by Newton's method or by L-BFGS."""
 
 from collections.abc import Callable
 
@@ -240,7 +237,7 @@ def _springs(body: Body, level: int, order: int) -> sparse.sparray | None:
     return None if body.bed is None else BedSprings(body.levels[level], body.bed, order).matrix
 
 
-MOST = 60
+MAX_ITERATIONS = 60
 """Iterations of L-BFGS after which Newton's method takes over; 10 to 30 do where nothing is wrong."""
 PACE, WINDOW = 0.1, 12
 """In so many iterations the residual has to fall to this share of what it was, or Newton's method is faster."""
@@ -274,7 +271,7 @@ class FastEquilibrium(Equilibrium):
         scale = self._scale(load)
         if scale == 0.0:
             return Solution(self.mesh.nodes.copy(), [0.0], [0.0])
-        way = self._descend(load, tolerance * scale, start, MOST, _is_worth_it)
+        way = self._descend(load, tolerance * scale, start, MAX_ITERATIONS, _is_worth_it)
         if way.forces[-1] <= tolerance * scale and way.convex:
             return _solution(way, scale)
         return _after(way, scale, otherwise(way.x if way.convex else start))
@@ -294,14 +291,14 @@ class FastEquilibrium(Equilibrium):
     def _descend(
         self,
         load: np.ndarray,
-        enough: float,
+        tolerance_n: float,
         start: np.ndarray | None,
         iterations: int,
-        goes_on: Callable[[Descent], bool] = always,
+        callback: Callable[[Descent], bool] = always,
     ) -> Descent:
         self._load = load
         begin = self.mesh.nodes if start is None else start
-        return descend(self, self._precondition, begin, enough, iterations, goes_on)
+        return descend(self, self._precondition, begin, tolerance_n, iterations, callback)
 
     def _scale(self, load: np.ndarray) -> float:
         return float(np.linalg.norm(load[~self._held]))

@@ -1,7 +1,4 @@
-"""Particles and the effects of a scene: their forces, energies and matrices, each summed and timed.
-
-The longest stable step of the explicit integrators.
-"""
+"""Particles and the effects of a scene: forces, energies and matrices, each summed and timed, and the stable step."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -212,7 +209,7 @@ class System:
         return result
 
 
-SMALL = 120
+DENSE_UNKNOWNS = 120
 """Up to this number of unknowns all eigenvalues are computed, as the iterative method needs more unknowns."""
 
 
@@ -247,7 +244,7 @@ def _largest(matrix: sparse.bsr_array | None, unknowns: np.ndarray, scale: np.nd
     matrix = (sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale)).tocsr()
     if not matrix.data.any():
         return 0.0
-    if len(scale) <= SMALL:
+    if len(scale) <= DENSE_UNKNOWNS:
         return float(np.linalg.eigvalsh(matrix.toarray())[-1])
     # a fixed start, so that the result is reproducible; not all ones: a translation has no stiffness
     start = np.random.default_rng(0).normal(size=len(scale))

@@ -1,10 +1,7 @@
-"""Conversion of pairs of triangles to the pairs of points, edges and triangles that can touch, each once.
+"""Barrier that keeps surfaces apart: an energy that acts within a gap and diverges as it closes (Li et al. 2020).
 
-Second derivatives of the distance of a stencil's two parts.
-
-Factor that fades the barrier of edges out as they become parallel, where their distance has a kink.
-
-Barrier that keeps surfaces apart: an energy that acts within a gap and diverges as it closes.
+It acts on stencils: a point and a triangle, or two edges, found from pairs of triangles, each once. A mollifier fades
+it out as edges become parallel, where their distance has a kink.
 """
 
 import numba

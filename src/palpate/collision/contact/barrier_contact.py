@@ -1,12 +1,6 @@
-"""Tables of contact: position, direction, gap, relative velocity and force.
-
-End of an explicit step that must not pass through anything: the nearest place in the norm of the masses.
-
-Contact as an effect: bodies and instruments that never intersect, with optional friction.
-"""
+"""Contact as an effect: bodies and instruments that never intersect, with optional friction."""
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -47,9 +41,6 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.newton import Product, minimise
-
-if TYPE_CHECKING:
-    from palpate.collision.contact.barrier_contact import Contact
 
 
 def contact_table(
@@ -185,19 +176,9 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
 
 
 class Contact(
-    Energy,
-    Time,
-    HeldNodes,
-    Placement,
-    StepBegin,
-    Driven,
-    StepLimit,
-    Touching,
-    Projection,
-    Relaxation,
-    Observation,
-    Contacts,
-):
+    Energy, Time, HeldNodes, Placement, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation,
+    Observation, Contacts,
+):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
     E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
@@ -244,7 +225,6 @@ class Contact(
         self._move_obstacles(0.0)
 
     def hold(self, fixed: np.ndarray) -> None:
-        """Record the nodes (k,) that are fixed."""
         self._free[fixed] = False
         self._proximity.movable[fixed] = False
 
@@ -260,7 +240,6 @@ class Contact(
         return start_outside(self._all_points(x).copy(), movable, self._overlap, self._proximity, self.names)
 
     def at(self, t: float) -> None:
-        """Set the time ``t`` [s] at which the step ends."""
         self._time = t
 
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
@@ -302,7 +281,6 @@ class Contact(
         return energy + self._lagged.energy(points) if self._lagged else energy
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the forces of contact to ``force`` (n, 3) [N]: minus the energy's gradient."""
         force += self.forces(x)[: self._n]
 
     def forces(self, x: np.ndarray) -> np.ndarray:
@@ -326,7 +304,6 @@ class Contact(
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
-        """Find the fraction of ``direction`` (n, 3) [m], at most 1, that nodes can move without intersection."""
         travel = float(np.sqrt(np.square(direction).sum(axis=1).max()))
         fraction = min(1.0, self._max_travel / travel) if travel > 0.0 else 1.0
         points = self._all_points(x)

@@ -1,11 +1,4 @@
-"""Rigid obstacles that a body can touch, at rest or driven along a path.
-
-The connected pieces of particles: what contact keeps apart.
-
-Find what overlaps where a scene begins, since an initial overlap has no defined direction of separation.
-
-Nodes in the path of moving obstacles, which are displaced with them.
-"""
+"""What contact keeps apart: pieces of bodies, and rigid obstacles at rest or on a path; what overlaps at the start."""
 
 from dataclasses import dataclass
 

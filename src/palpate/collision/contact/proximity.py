@@ -50,15 +50,9 @@ class NearStencils:
 
     def _select(self, rows: np.ndarray | slice, known: np.ndarray) -> "NearStencils":
         return NearStencils(
-            self.kinds[rows],
-            self.nodes[rows],
-            self.offsets[rows],
-            self.scales[rows],
-            self.mollify[rows],
-            self.gap,
-            self.pieces[rows],
-            known,
-        )
+            self.kinds[rows], self.nodes[rows], self.offsets[rows], self.scales[rows], self.mollify[rows], self.gap,
+            self.pieces[rows], known,
+        )  # fmt: skip
 
     def clearances(self, points: np.ndarray) -> np.ndarray:
         """Compute the distances less the radii, (k,) [m]."""

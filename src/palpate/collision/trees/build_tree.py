@@ -1,8 +1,6 @@
-"""Binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays.
+"""Binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays, and its refit.
 
-Refit of a tree's volumes to moved triangles, from the leaves up.
-
-OBBs of a tree whose axes rotate with the triangles, so that a refit need not recompute them.
+A refit goes from the leaves up; axes of OBBs rotate with the triangles, so that they are not computed anew.
 """
 
 import numba

@@ -1,10 +1,7 @@
 """Search of two trees, or of one with itself, for pairs of triangles that may intersect, and for those that do.
 
-Tree that ends at a chosen layer, whose volumes are taken for what they hold: precision for time.
-
-Broad phase: pairs of bodies whose roots overlap, found before their trees are searched.
-
-Overlap of two spheres or AABBs as a contact: its middle, and the shortest way out of it.
+Before it, the broad phase finds pairs of bodies whose roots overlap. A stopped tree ends at a chosen layer, and takes
+volumes for what they hold: precision for time.
 """
 
 from collections.abc import Sequence

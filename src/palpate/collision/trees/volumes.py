@@ -1,8 +1,6 @@
-"""Fitting of bounding volumes around points, each rounded outwards: numba kernels that write one row.
+"""Bounding volumes: sphere, AABB, OBB, 14-DOP and 18-DOP, one row of numbers each.
 
-Overlap of two bounding volumes: the numba kernels of a search's inner loop.
-
-Bounding volumes: sphere, AABB, OBB, 14-DOP and 18-DOP, one row of numbers each, and their overlap test.
+They are fitted around points and rounded outwards; their overlap is the inner loop of a search.
 """
 
 import numba
@@ -19,7 +17,7 @@ DIRECTIONS = {"aabb": _AXES, "dop14": np.vstack([_AXES, _CORNERS]), "dop18": np.
 ULP = 2.0**-52
 OBB_SLACK = 1e-13
 """Added to an OBB's half lengths, relative to their sum: its axes and its points' projections are rounded."""
-TINY = 1e-150
+UNDERFLOW_M = 1e-150
 """Added to a sphere's radius and an OBB's half lengths [m]: smaller values underflow in products."""
 
 
@@ -36,7 +34,7 @@ def fit_sphere(points, first, last, rows, n):
         other = max(other, x * x + y * y + z * z)
     x, y, z = points[last - 1, 0] - cx, points[last - 1, 1] - cy, points[last - 1, 2] - cz
     square = max(square, other, x * x + y * y + z * z)
-    rows[n, 3] = np.sqrt(square) * (1.0 + 4.0 * ULP) + TINY
+    rows[n, 3] = np.sqrt(square) * (1.0 + 4.0 * ULP) + UNDERFLOW_M
 
 
 @numba.njit(cache=True)
@@ -99,7 +97,7 @@ def fit_along(points, first, last, axes, rows, n):
         rows[n, 3 + 3 * k], rows[n, 4 + 3 * k], rows[n, 5 + 3 * k], rows[n, 12 + k] = u, v, w, 0.5 * (high - low)
     rows[n, 0], rows[n, 1], rows[n, 2] = x, y, z
     # the middle itself is rounded, to the last digit of the coordinates
-    slack = OBB_SLACK * size + 4.0 * ULP * (abs(x) + abs(y) + abs(z)) + TINY
+    slack = OBB_SLACK * size + 4.0 * ULP * (abs(x) + abs(y) + abs(z)) + UNDERFLOW_M
     for k in range(12, 15):
         rows[n, k] += slack
 

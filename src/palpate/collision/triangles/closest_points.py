@@ -1,9 +1,7 @@
-"""Barycentric weights at which the two parts of a stencil are closest: candidates, and the choice among them.
+"""Closest points of a stencil's two parts, a point and a triangle or two edges, of any shape.
 
 Vectors are tuples here; e₁, e₂, e₃ are the differences of a stencil's last three nodes to its first;
 its kind is 0 for a point and a triangle, 1 for two edges.
-
-Closest points of a point and a triangle, or of two edges, of any shape.
 """
 
 import numba

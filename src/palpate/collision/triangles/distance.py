@@ -1,7 +1,4 @@
-"""Distance of two triangles, and their closest points.
-
-Penetration depth of two triangles, and the direction of separation.
-"""
+"""Distance of two triangles, their penetration depth, and the direction of separation."""
 
 import math
 

@@ -1,13 +1,7 @@
-"""Checks of the coordinates and node numbers that callers pass.
-
-Intersection of two triangles, decided by exact signs only.
+"""Intersection of two triangles, decided by exact signs only, and the segment that they have in common.
 
 Both are closed, so that touching counts, and either may be degenerate: then it is a segment or a point. Six points
 make a pair: (6, 3), the first three of triangle a, the others of b.
-
-Exact intersection tests of pairs of triangles.
-
-Crossing of two triangles: the segment that they have in common.
 """
 
 import math

@@ -1,11 +1,135 @@
-"""Closest points against the minimum in rational numbers, over every region and degenerate shapes."""
+"""Closest points of triangles by their separating planes, which no closer pair of points could satisfy."""
 
+import runpy
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, boxes_apart, closest_points
+from palpate.collision.triangles.distance import triangle_pairs_depth, triangle_pairs_distance
+from palpate.collision.triangles.intersection import triangle_pairs_intersect
+
+EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
+ORDINARY = [kind for kind in EXACT["SHARES"] if kind.__name__ not in ("tiny", "huge", "tiny_and_huge")]
+
+
+@pytest.mark.parametrize("kind", ORDINARY, ids=lambda kind: kind.__name__)
+def test_points_are_closest_and_their_distance_is_returned(kind):
+    pairs = kind(np.random.default_rng(7), 1500)
+    a, b = pairs[:, :3], pairs[:, 3:]
+    distance, on_a, on_b = triangle_pairs_distance(a, b)
+    meets = triangle_pairs_intersect(a, b)
+    size = np.abs(pairs).max(axis=(1, 2))
+    assert (distance[meets] == 0.0).all()
+    assert np.array_equal(on_a[meets], on_b[meets])
+    assert (np.abs(np.linalg.norm(on_a - on_b, axis=1) - distance) <= 1e-15 * size).all()
+    # planes across the shortest line at its ends have all of a on one side, and all of b on the other
+    clear = distance > 1e-8 * size
+    line = (on_a - on_b)[clear] / distance[clear, None]
+    between = np.einsum("nijc,nc->nij", a[clear, :, None] - b[clear, None], line).min(axis=(1, 2))
+    assert (between >= distance[clear] - 1e-14 * size[clear] ** 2 / distance[clear]).all()
+
+
+@pytest.mark.parametrize("scale", [2.0**-1000, 2.0**1000])
+def test_scale_changes_nothing(scale):
+    a, b = np.random.default_rng(8).normal(size=(2, 300, 3, 3))
+    for found, expected in zip(
+        triangle_pairs_distance(a * scale, b * scale), triangle_pairs_distance(a, b), strict=True
+    ):
+        assert np.array_equal(found / scale, expected)
+
+
+@pytest.mark.parametrize("corners", [[0, 0, 0], [0, 0, 1], [0, 1, 2]])
+def test_intersecting_triangles_share_the_point_returned(corners):
+    """Also a segment through the interior of a triangle, far from its edges and corners, and a point in it."""
+    rng = np.random.default_rng(9)
+    a, b = rng.normal(size=(2, 2000, 3, 3))
+    a = a[:, corners]
+    a += (np.einsum("nk,nkc->nc", rng.dirichlet(np.ones(3), 2000), b) - a.mean(axis=1))[:, None]
+    distance, on_a, on_b = triangle_pairs_distance(a, b)
+    assert distance.max() < 1e-14
+    for triangles, points in ((a, on_a), (b, on_b)):
+        assert triangle_pairs_distance(np.repeat(points[:, None], 3, axis=1), triangles)[0].max() < 1e-13
+
+
+@pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
+def test_nothing_is_lost_in_degenerate_pairs(kind):
+    pairs = kind(np.random.default_rng(10), 500)
+    distance, on_a, on_b = triangle_pairs_distance(pairs[:, :3], pairs[:, 3:])
+    assert np.isfinite(distance).all()
+    assert np.isfinite(on_a).all()
+    assert np.isfinite(on_b).all()
+
+
+def moved(a, signed, direction, part):
+    return a - (part * signed)[:, None, None] * direction[:, None]
+
+
+def test_the_translation_suffices_and_no_shorter_one_does():
+    a, b = np.random.default_rng(12).normal(size=(2, 4000, 3, 3))
+    signed, direction = triangle_pairs_depth(a, b)
+    meets = triangle_pairs_intersect(a, b)
+    assert (signed[meets] < 0).all()
+    assert not triangle_pairs_intersect(moved(a, signed, direction, 1 + 1e-9), b)[meets].any()
+    for part in (0.0, 0.5, 1 - 1e-9):
+        assert triangle_pairs_intersect(moved(a, signed, direction, part), b)[meets].all()
+
+
+def test_no_translation_along_any_normal_is_shorter():
+    """A translation by nine tenths of the depth, up or down either face's normal, does not separate them."""
+    a, b = np.random.default_rng(13).normal(size=(2, 4000, 3, 3))
+    signed, _ = triangle_pairs_depth(a, b)
+    meets = triangle_pairs_intersect(a, b)
+    for triangles in (a, b):
+        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        for way in (normal, -normal):
+            assert triangle_pairs_intersect(moved(a, signed, way, 0.9), b)[meets].all()
+
+
+def test_disjoint_it_is_the_distance():
+    a, b = np.random.default_rng(14).normal(size=(2, 500, 3, 3))
+    signed, direction = triangle_pairs_depth(a, b)
+    distance, on_a, on_b = triangle_pairs_distance(a, b)
+    apart = ~triangle_pairs_intersect(a, b)
+    assert np.array_equal(signed[apart], distance[apart])
+    np.testing.assert_allclose((distance[:, None] * direction)[apart], (on_a - on_b)[apart], atol=1e-14)
+
+
+def test_by_hand():
+    """An upright triangle whose tip is 1 mm below a flat one, and some that only touch it."""
+    flat = np.array([[0.0, 0, 0], [40, 0, 0], [0, 40, 0]])
+    tip = np.array([[10.0, 10, -1], [9, 10, 20], [11, 10, 20]])
+    segment = np.array([[10.0, 10, -1], [10, 10, 20], [10, 10, 20]])
+    lying, touching = flat + np.array([1, 1, 0]), tip + np.array([0, 0, 1])
+    signed, direction = triangle_pairs_depth([flat, tip, flat, flat, flat], [tip, flat, segment, lying, touching])
+    np.testing.assert_allclose(signed, [-1, -1, -1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(direction[:, 2], [-1, 1, -1, direction[3, 2], -1], atol=1e-15)
+    assert abs(direction[3, 2]) == 1
+
+
+def test_crossing_segments_have_no_depth_but_a_direction():
+    a = np.array([[0.0, 0, 0], [2, 0, 0], [2, 0, 0]])
+    b = np.array([[1.0, -1, 0], [1, 1, 0], [1, 1, 0]])
+    signed, direction = triangle_pairs_depth([a, a, a[[0, 0, 0]]], [b, a, a])
+    assert np.array_equal(signed, [0, 0, 0])
+    assert abs(direction[0, 2]) == 1
+    np.testing.assert_allclose(direction[1:, 0], 0.0)
+
+
+@pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
+def test_degenerate_pairs_have_a_sign_and_a_unit_vector(kind):
+    pairs = kind(np.random.default_rng(15), 500)
+    a, b = pairs[:, :3], pairs[:, 3:]
+    signed, direction = triangle_pairs_depth(a, b)
+    meets = triangle_pairs_intersect(a, b)
+    assert np.isfinite(signed).all()
+    assert (signed[meets] <= 0).all()
+    assert (signed[~meets] >= 0).all()
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=1e-12)
+
 
 NODES = np.arange(4)
 

@@ -16,16 +16,8 @@ def motion(beam):
     """Five frames of the coarse beam, inner nodes included, stretched ever more."""
     mesh, times = beam.coarse, np.array([0.0, 0.1, 0.25, 0.3, 1.0 / 3.0])
     positions = mesh.nodes * (1 + times)[:, None, None]
-    return Motion(
-        "stretch",
-        times,
-        positions,
-        positions[0],
-        mesh.triangles,
-        mesh.tetrahedra,
-        beam.anchors[0],
-        pd.DataFrame({"time_s": times}),
-    )
+    cells = mesh.triangles, mesh.tetrahedra
+    return Motion("stretch", times, positions, positions[0], *cells, beam.anchors[0], pd.DataFrame({"time_s": times}))
 
 
 def test_reads_back_what_was_moved(motion, tmp_path):

@@ -43,7 +43,7 @@ from palpate.report.number_format import percent, seconds
 from palpate.report.style import plain_log
 from palpate.run.settings import defaults
 from palpate.run.settings_file import read_settings
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT, PRESSES, FARTHEST = Path(__file__).parents[2], 4, 0.01
 SCENES = [f"{body}_{regime}" for body in ("cylinder", "liver") for regime in ("small", "deep", "large")]

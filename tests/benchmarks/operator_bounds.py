@@ -26,7 +26,7 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import model
 from palpate.run.settings import complete
 from palpate.run.settings_file import read_settings
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT = Path(__file__).parents[2]
 ASKED = {

@@ -20,7 +20,7 @@ from palpate.errors import NotConverged
 from palpate.models.enrichment.linear_fem import LinearFem
 from palpate.models.enrichment.warped_response import WarpedResponse
 from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 EVERY = "every model"
 """The model in whose row an estimate stands that does not look at the answer."""

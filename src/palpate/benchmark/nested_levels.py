@@ -11,10 +11,10 @@ from palpate.benchmark.loads import force_of
 from palpate.bodies.body import Body
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import with_midpoints
-from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import patch_at, spread
+from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import NotConverged
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise
 
 FIRST = 1e-4

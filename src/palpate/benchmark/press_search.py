@@ -7,10 +7,10 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import finer
-from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import nodal_load
+from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import NotConverged
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 NEAR = 0.05
 """Relative difference from the wanted peak up to which a force counts as found."""

@@ -2,7 +2,7 @@
 
 from palpate.benchmark.model import Case, Setting, distinct
 from palpate.models.fem import Fem
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 LAW, REDUCES = "the body's", "p2"
 

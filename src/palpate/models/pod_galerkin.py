@@ -20,7 +20,7 @@ from palpate.models.reduction.cells import cells_of
 from palpate.models.reduction.elements_at_rest import ElementsAtRest
 from palpate.models.reduction.energy_pod import energy_pod
 from palpate.models.reduction.reduced_contact import ReducedContact
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 REDUCES, LAW = "p2", "the body's"
 RESIDUAL = 1e-3

@@ -1,6 +1,6 @@
 # Scenes as trials of models.
 
-from palpate.scenes.contact_settings import has_contact
+from palpate.scenes.acting_effects import has_contact
 
 
 def trial_of(wildcards):

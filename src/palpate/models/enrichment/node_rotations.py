@@ -5,7 +5,7 @@ import numpy as np
 
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
 
 class NodalRotations:

@@ -11,7 +11,7 @@ from palpate.effects import push
 from palpate.effects.effect import Weight
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.models.reduction.averaged_cells import AveragedCells
 from palpate.models.reduction.motion_modes import Solve, bends, orthonormal, uncoupled
 from palpate.models.reduction.vibration import vibrations

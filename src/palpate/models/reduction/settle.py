@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from palpate.effects import principal
-from palpate.effects.corotational_stress import stresses
+from palpate.effects.corotational import stresses
 
 MEMORY = 10
 """Steps that the inverse Hessian is improved by."""

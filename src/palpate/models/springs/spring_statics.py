@@ -10,7 +10,7 @@ from palpate.effects.springs import Springs
 from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.calibration.spring_model import spring_model
 from palpate.models.springs.calibration.spring_motion import stiffnesses

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from palpate.errors import InputError
-from palpate.scenes.contact_settings import check_instruments
 from palpate.scenes.dynamic_check import acts, check_trial, taught, trials, unable
+from palpate.scenes.scene_check import check_instruments
 from palpate.scenes.settings import Gravity, Instrument, Other, Push
 from palpate.setting_types import (
     KEPT,
@@ -196,7 +196,7 @@ def _check_training(place: str, entry: dict, training: dict) -> None:
 
 def _check_elsewhere(place: str, entry: dict, kind: str) -> None:
     """Raise InputError, naming ``place``, for a scene without one push, or one that models cannot be asked in."""
-    pushes = len(entry.get("push", {}).get("loads", [])) if acts("push", entry) else 0
+    pushes = len(entry.get("push", {}).get("loads", [])) if acts("push", entry, kind) else 0
     reason = unable("moving_modes", entry, kind) or ("" if pushes == 1 else f"has {pushes} pushes")
     if reason:
         raise InputError(

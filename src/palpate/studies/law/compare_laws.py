@@ -17,7 +17,7 @@ from palpate.benchmark.nested_levels import truth_levels
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_of
 from palpate.bodies.body import Body
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.law.names import MESHES

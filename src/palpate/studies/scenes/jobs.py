@@ -4,8 +4,8 @@ import pandas as pd
 
 from palpate.run.job import stem, steps
 from palpate.scenes import motion
+from palpate.scenes.build_system import load_particles
 from palpate.scenes.scene import scene_of
-from palpate.scenes.scene_bodies import load_particles
 
 
 def simulate_scene(input, output, params, wildcards, say):
@@ -62,7 +62,7 @@ def tabulate_contacts(input):
 
 def draw_motion(input, output):
     from palpate.report import style
-    from palpate.scenes.paraview_series import write_series
+    from palpate.scenes.motion import write_series
     from palpate.studies.scenes.figures import motion_stills as pictures
     from palpate.studies.scenes.figures import turnable_motion
 

@@ -5,12 +5,11 @@ from typing import Annotated
 
 from pydantic import Field
 
-from palpate.bodies.material import LAWS
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
-from palpate.scenes.contact_settings import bodies_in, check_instruments
-from palpate.scenes.effects_check import check_effects, check_stiffness
+from palpate.scenes.scene import bodies_in
+from palpate.scenes.scene_check import check_effects, check_instruments, check_stiffness
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Name
 
@@ -43,8 +42,7 @@ def _check_effects(place: str, scene: dict, bodies: dict) -> None:
     for name in scene.get("own_settings", {}):
         if name not in scene.get("own", {}):
             raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
-    body = bodies[scene["body"]]
-    check_effects(place, scene, body["kind"], body.get("law", LAWS[0]))
+    check_effects(place, scene, bodies[scene["body"]])
     check_stiffness(place, scene, bodies)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.spring_network import rest_lengths, sum_around_edges
+from palpate.effects.springs import rest_lengths, sum_around_edges
 from palpate.errors import InputError
 
 TOLERANCE = 1e-9

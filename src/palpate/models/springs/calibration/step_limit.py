@@ -12,8 +12,7 @@ from palpate.errors import InputError
 from palpate.models.springs.calibration.fitness import Range
 from palpate.models.springs.calibration.spring_model import SpringModel
 from palpate.models.springs.calibration.spring_motion import Settings, stiffnesses
-from palpate.solvers.stable_step import stable_step
-from palpate.solvers.system import System
+from palpate.solvers.system import System, stable_step
 
 
 def step_limit(particles: Particles, model: SpringModel, settings: Settings, young_pa: float) -> float:

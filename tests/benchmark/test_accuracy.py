@@ -5,7 +5,7 @@ import pytest
 
 from palpate.benchmark.accuracy import accuracy_rows, errors, patch_nodes, predict, sample_errors, truth_errors
 from palpate.errors import InputError
-from palpate.models.enrichment.interpolation import Interpolation
+from palpate.models.interpolation import Interpolation
 
 
 class Nothing:

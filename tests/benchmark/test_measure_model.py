@@ -9,11 +9,20 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import truth_errors
-from palpate.benchmark.bounds import bounds
-from palpate.benchmark.findings import COARSER, ERRORS, ESTIMATED, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.load import Answer
-from palpate.benchmark.measure_model import ask, measure, warn_unanswered
+from palpate.benchmark.measure import (
+    COARSER,
+    ERRORS,
+    ESTIMATED,
+    OPERATOR,
+    SAMPLE_COLUMNS,
+    SETTING_COLUMNS,
+    ask,
+    bounds,
+    measure,
+    warn_unanswered,
+)
 from palpate.benchmark.model import BODYS, Model
 from palpate.benchmark.timing import WARM_UP
 from palpate.errors import InputError, NotConverged

@@ -32,11 +32,10 @@ import yaml
 
 from palpate.benchmark.judge import Judge, read_judged
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, checked, setting_text
+from palpate.benchmark.model import Case, FitOptions, Setting, checked, setting_text
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
 from palpate.models import quadratic_neo_hookean
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.report.model_looks import look

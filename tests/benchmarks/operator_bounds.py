@@ -15,14 +15,13 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.coverage import Draws
+from palpate.benchmark.conformal import Draws
 from palpate.benchmark.database import read
 from palpate.benchmark.load import Answer, displacement_of, loads_of
-from palpate.benchmark.model import Case
+from palpate.benchmark.model import Case, FitOptions
 from palpate.bodies.body_file import load
 from palpate.config import complete
 from palpate.errors import NotConverged
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import model
 from palpate.schema import read_schema

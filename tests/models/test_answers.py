@@ -11,9 +11,9 @@ from palpate.benchmark.model import setting_text
 from palpate.bodies.contacts import contacts_of
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.models.coarse_answers import coarse_solver
-from palpate.models.coarse_enriched import Enriched
-from palpate.models.enrichment.blend_kinds import FEATURES, WEIGHTS
+from palpate.models.coarse_answers import Enriched, coarse_solver
+from palpate.models.enrichment.features import FEATURES
+from palpate.models.enrichment.paper_enrichment import WEIGHTS
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import Compliance, compute_compliance

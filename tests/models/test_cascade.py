@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load, Press, Refused, loads_of
 from palpate.benchmark.model import Model, setting_text
 from palpate.errors import InputError, NotConverged
 from palpate.models import cascade
-from palpate.models.cascade_stages import Turning, prepared_stage
-from palpate.models.conformal import bound_factor
-from palpate.models.enrichment.warped_response import WarpedResponse
+from palpate.models.cascade import Limits, Turning, prepared_stage
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.linear_fem import Linear
-from palpate.models.training_limits import Limits
+from palpate.models.warped_compliance import WarpedResponse
 
 STAGES = [{"model": "linear_fem"}, {"model": "warped_compliance", "setting": {"samples": 0}}]
 

@@ -13,7 +13,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.models import fem
-from palpate.models.fem_starts import BEFORE
+from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import to_surface
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST, model
 from palpate.solvers.equilibrium import Equilibrium

@@ -10,7 +10,7 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem, pod_galerkin
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes.workshop import Workshop
 
 RADIUS_M = 0.03
 GRID = {"pod_galerkin": {"nodes": 12000, "modes": [4, 100], "tolerances": [0.1, 0.01]}}

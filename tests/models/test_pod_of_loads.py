@@ -9,7 +9,6 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
 from palpate.errors import InputError
 from palpate.models import pod_of_loads
-from palpate.models.enrichment import pod_of_loads as learning
 
 GRID = {"modes": [2, 12], "hidden": [8]}
 SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}
@@ -65,12 +64,12 @@ def test_slopes_of_the_network_are_its_differences():
     draw = np.random.default_rng(1)
     weights = [draw.normal(size=shape) for shape in ((4, 5), (6, 5), (6, 9 * 4))]
     given = draw.normal(size=(8, 3)), draw.normal(size=(8, 9)), draw.normal(size=(8, 4))
-    _, slopes = learning._slopes(weights, *given)
+    _, slopes = pod_of_loads._slopes(weights, *given)
     for layer, slope in enumerate(slopes):
         way, step = draw.normal(size=slope.shape), 1e-6
         ahead, back = ([*weights] for _ in range(2))
         ahead[layer], back[layer] = weights[layer] + step * way, weights[layer] - step * way
-        difference = (learning._slopes(ahead, *given)[0] - learning._slopes(back, *given)[0]) / 2 / step
+        difference = (pod_of_loads._slopes(ahead, *given)[0] - pod_of_loads._slopes(back, *given)[0]) / 2 / step
         assert difference == pytest.approx(float(np.vdot(slope, way)), rel=1e-6)
 
 
@@ -85,7 +84,7 @@ def test_a_process_knows_what_is_linear_in_the_force():
 
     from types import SimpleNamespace
 
-    predict = learning.gaussian_process(
+    predict = pod_of_loads.gaussian_process(
         places, forces, targets(places, forces), np.arange(36) // 3 % 4, SimpleNamespace(seed=1)
     )
     place, force = np.full(3, 0.5), np.array([0.3, -0.2, 0.5])

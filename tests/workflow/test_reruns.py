@@ -96,7 +96,7 @@ def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(after):
 
 
 def test_an_edit_of_enrichment_reruns_it_and_no_fem(after):
-    jobs = after(files=["src/palpate/models/enrichment/blend_weights.py"])
+    jobs = after(files=["src/palpate/models/enrichment/paper_enrichment.py"])
     assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
     assert not UP_TO_DATABASE & set(jobs)
 

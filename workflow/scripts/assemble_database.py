@@ -1,9 +1,7 @@
 import pandas as pd
 
-from palpate.benchmark.assemble import assemble, digest
 from palpate.benchmark.database import write
-from palpate.benchmark.static_responses import load_responses
-from palpate.benchmark.subsampling import load_subsampled
+from palpate.benchmark.static_responses import assemble, digest, load_responses, load_subsampled
 from palpate.bodies.body_file import load
 from palpate.run.job import job
 

@@ -1,4 +1,4 @@
-from palpate.benchmark.loads import choose_loads
+from palpate.benchmark.presses import choose_loads
 from palpate.bodies.body_file import load
 from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance

@@ -1,5 +1,5 @@
 from palpate.benchmark.database import read
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
 from palpate.run.job import job, steps, write_table
 from palpate.studies.enrichment.premise_tables import Settings, compare
 

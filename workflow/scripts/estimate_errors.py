@@ -1,7 +1,7 @@
-from palpate.benchmark.estimates import estimates
 from palpate.benchmark.judge import read_judged
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
 from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.error_estimates import estimates
 
 with job(snakemake.log[0]):
     params, wild = snakemake.params, snakemake.wildcards

@@ -3,10 +3,10 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import accuracy_rows, predict
 from palpate.benchmark.database import read
-from palpate.benchmark.sample_table import read_samples, sides
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.split import read_samples, sides
 from palpate.files import write_whole
 from palpate.models.enrichment.methods import build
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance
 

@@ -1,11 +1,11 @@
 import pandas as pd
 
-from palpate.benchmark.general_loads import questions
 from palpate.benchmark.judge import read_judged
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
 from palpate.models.load_model import load_model
 from palpate.run.job import job, steps, write_table
 from palpate.studies.tradeoff.any_load import measure_any
+from palpate.studies.tradeoff.general_loads import questions
 
 with job(snakemake.log[0]) as say:
     given, params, wild = snakemake.input, snakemake.params, snakemake.wildcards

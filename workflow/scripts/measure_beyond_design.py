@@ -1,7 +1,7 @@
 import pandas as pd
 
 from palpate.benchmark.judge import read_judged
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
 from palpate.models.load_model import load_model
 from palpate.run.job import job, steps, write_table
 from palpate.studies.tradeoff.beyond_design import measure_beyond, presses_beyond

@@ -1,6 +1,6 @@
-from palpate.benchmark.bounds import bounds
 from palpate.benchmark.judge import read_judged
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.measure import bounds
+from palpate.benchmark.model import FitOptions
 from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):

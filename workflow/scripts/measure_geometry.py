@@ -1,6 +1,6 @@
 import pandas as pd
 
-from palpate.benchmark.truth_file import load_truth
+from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
 from palpate.bodies.smooth_surface import surface_of
 from palpate.run.job import job, steps, write_table

@@ -1,8 +1,8 @@
 import pandas as pd
 
 from palpate.benchmark.judge import read_judged
-from palpate.benchmark.measure_model import measure, warn_unanswered
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.measure import measure, warn_unanswered
+from palpate.benchmark.model import FitOptions
 from palpate.models.load_model import load_model
 from palpate.run.job import job, steps, write_table
 

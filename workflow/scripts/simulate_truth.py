@@ -1,8 +1,7 @@
 import pandas as pd
 
-from palpate.benchmark.folds import asked_samples, read_folds, training_presses
-from palpate.benchmark.truth import truth_of
-from palpate.benchmark.truth_file import save_truth
+from palpate.benchmark.split import asked_samples, read_folds, training_presses
+from palpate.benchmark.truth import save_truth, truth_of
 from palpate.bodies.body_file import load
 from palpate.run.job import job, steps
 

@@ -1,5 +1,5 @@
 from palpate.benchmark.database import read
-from palpate.benchmark.sample_table import sample_table
+from palpate.benchmark.split import sample_table
 from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):

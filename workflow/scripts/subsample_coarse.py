@@ -1,5 +1,4 @@
-from palpate.benchmark.static_responses import load_responses
-from palpate.benchmark.subsampling import save_subsampled, subsample
+from palpate.benchmark.static_responses import load_responses, save_subsampled, subsample
 from palpate.bodies.body_file import load
 from palpate.run.job import job
 

@@ -1,8 +1,8 @@
 import pandas as pd
 
 from palpate.benchmark.database import read
-from palpate.benchmark.sample_table import read_samples, sides
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.split import read_samples, sides
 from palpate.run.job import job, write_table
 from palpate.studies.enrichment.sigma_sweep import sweep_rows
 

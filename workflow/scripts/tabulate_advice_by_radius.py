@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.benchmark.bootstrap import errors_from
+from palpate.benchmark.comparison import errors_from
 from palpate.run.job import job, write_table
 from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time
 from palpate.studies.tradeoff.advice import advise

@@ -3,9 +3,9 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
-from palpate.benchmark.estimates import read_estimates
 from palpate.files import read_table
 from palpate.run.job import job, write_table
+from palpate.studies.tradeoff.error_estimates import read_estimates
 
 
 def of(paths, body, regime):

@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from palpate.benchmark.sample_table import read_samples, sample_peaks, split_counts
+from palpate.benchmark.split import read_samples, sample_peaks, split_counts
 from palpate.run.job import job, write_table
 
 with job(snakemake.log[0]):

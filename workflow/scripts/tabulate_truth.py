@@ -1,6 +1,6 @@
 import pandas as pd
 
-from palpate.benchmark.truth_file import load_truth
+from palpate.benchmark.truth import load_truth
 from palpate.run.job import job, write_table
 from palpate.studies.tradeoff.truth_table import truth_table
 

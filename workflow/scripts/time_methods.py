@@ -1,10 +1,10 @@
 import pandas as pd
 
 from palpate.benchmark.database import read
-from palpate.benchmark.sample_table import read_samples, sides
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
 from palpate.models.enrichment.methods import build
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance
 from palpate.studies.enrichment.online_cost import choose_samples, cost_table, solves, timing_table

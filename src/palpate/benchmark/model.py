@@ -10,11 +10,28 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load, displacement_of
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.solvers.compliance import Compliance
 
 Setting = dict[str, Any]
 """A model's setting: name → int, float, str or bool."""
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """The options that methods of enrichment are fitted with.
+
+    neighbours : nodes of the contact-ordered feature, l
+    sigma_relative : min, max and count of the σ tried, relative to the median distance of training features
+    folds : parts of the cross-validation
+    split : "samples" or "contacts"; folds hold out what the split holds out
+    seed : of the folds
+    """
+
+    neighbours: int
+    sigma_relative: Mapping[str, float]
+    folds: int
+    split: str
+    seed: int
 
 
 @dataclass(frozen=True, eq=False)

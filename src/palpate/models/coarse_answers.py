@@ -1,6 +1,8 @@
 """Get the coarse answer that a method makes a fine one of: stored, stopped early, loose or converged.
 
 Whoever learns from coarse answers learns from such as its queries get.
+
+Combine a coarse answer with a method that makes a fine one of it, as all models that learn from it do.
 """
 
 from collections.abc import Iterable
@@ -10,9 +12,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from palpate.benchmark.load import loads_of
+from palpate.benchmark.accuracy import Method
+from palpate.benchmark.load import Load, Refused, loads_of
 from palpate.benchmark.model import Case, Setting, distinct
-from palpate.models.enrichment.fit_inputs import Fitting
+from palpate.benchmark.timing import held_mb
+from palpate.models.enrichment.fitting import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
@@ -74,3 +78,23 @@ def fitting_to(case: Case) -> Fitting:
     """
     db = case.use_training()
     return Fitting.of(db, np.arange(len(db.contact)), "live", case.options)
+
+
+class Enriched:
+    """``method`` on top of the ``coarse`` answer; both are part of what a query costs."""
+
+    def __init__(self, method: Method, coarse: Simulation | LinearCoarse):
+        self._method, self._coarse = method, coarse
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB]."""
+        return held_mb(self)
+
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under one force at a coarse node; errors as ``Solver``."""
+        contact, force = load.single()
+        moved = self._coarse.displacement(load)
+        if contact >= len(moved):
+            raise Refused("presses at nodes of the coarse mesh are answered, which samples press, and not at others")
+        return self._method.predict(moved, contact, force)

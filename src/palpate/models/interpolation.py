@@ -1,13 +1,37 @@
-"""Interpolate the coarse answer linearly: what any user has before learning anything."""
+"""Interpolate linearly: the rival that any user has before learning anything.
+
+Interpolate the coarse answer linearly: what any user has before learning anything.
+"""
 
 import numpy as np
 from scipy import sparse
 
+from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.timing import held_mb
 from palpate.models.coarse_answers import coarse_settings, coarse_solver
+from palpate.models.enrichment.fitting import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
-from palpate.models.memory import held_mb
+
+
+class Interpolation:
+    """Fine displacements by the prolongation alone: one sparse product."""
+
+    sigma_m = np.nan
+
+    def __init__(self, db: Database):
+        self._prolongation = db.prolongation
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        return self._prolongation @ coarse
+
+
+def fit(fitting: Fitting) -> Interpolation:
+    """Take the meshes; nothing is learnt."""
+    return Interpolation(fitting.db)
+
 
 SEES, LAW = "deformation", "the body's"
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed, refuse_regions
+from palpate.benchmark.timing import held_mb
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.memory import held_mb
 
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"

@@ -11,13 +11,13 @@ import numpy as np
 
 from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed
+from palpate.benchmark.timing import held_mb
 from palpate.bodies.body import Body
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.memory import held_mb
-from palpate.models.reduction.vibration import vibrations
+from palpate.models.reduced_body import vibrations
 from palpate.solvers.equilibrium import Equilibrium
 
 LAW = "quadratic_neo_hookean"

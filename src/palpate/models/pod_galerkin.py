@@ -1,9 +1,12 @@
-"""Answer with one reduced model of the whole body: POD modes of the samples, and few cells that give its energy.
+"""Proper orthogonal decomposition of displacements in the energy that they take from rest.
+
+Answer with one reduced model of the whole body: POD modes of the samples, and few cells that give its energy.
 
 Proper orthogonal decomposition, a Galerkin projection and energy-conserving sampling and weighting (Farhat, Avery,
 Chapman and Cortial 2014): the textbook's way, whose modes have to do at contacts that no sample has pressed.
 """
 
+from collections.abc import Sequence
 from time import perf_counter
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -12,15 +15,34 @@ import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, loads_of
 from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.timing import held_mb
 from palpate.errors import NotConverged
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
+from palpate.models.contact_modes.snapshots import DEPENDENT
+from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import ContactShares, Simulation
-from palpate.models.memory import held_mb
-from palpate.models.reduction.cells import cells_of
-from palpate.models.reduction.elements_at_rest import ElementsAtRest
-from palpate.models.reduction.energy_pod import energy_pod
-from palpate.models.reduction.reduced_contact import ReducedContact
 from palpate.solvers.fast_equilibrium import FastEquilibrium
+
+
+def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return mixes (s, r) of s ``answers`` (n, 3) [m] that make modes, and the coordinates (r, s) of these answers.
+
+    Σ answer · mix are the modes: the stiffness at rest is the identity in them, and no other r ≤ ``count`` modes hold
+    more of the answers' energy, each answer by itself over its own (method of snapshots, Sirovich 1987). Answers that
+    depend on others, to DEPENDENT, make none.
+    """
+    flat = np.array([answer.ravel() for answer in answers])
+    stiff = np.array([elements.multiply(np.ascontiguousarray(answer)).ravel() for answer in answers])
+    products = flat @ stiff.T
+    products = 0.5 * (products + products.T)
+    size = np.sqrt(products.diagonal())
+    values, vectors = np.linalg.eigh(products / np.outer(size, size))
+    values, vectors = values[::-1][:count], vectors[:, ::-1][:, :count]
+    kept = values > DEPENDENT * values[0]
+    mixes = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
+    return mixes, mixes.T @ products
+
 
 REDUCES, LAW = "p2", "the body's"
 RESIDUAL = 1e-3

@@ -11,12 +11,12 @@ import numpy as np
 
 from palpate.benchmark.load import Load, Refused
 from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed
+from palpate.benchmark.timing import held_mb
 from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
-from palpate.models.fem_starts import BEFORE
+from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.memory import held_mb
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Xpbd

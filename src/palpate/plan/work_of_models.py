@@ -89,7 +89,8 @@ def modes(job: Job, case: Case) -> Amounts:
 
 def paper(job: Job, case: Case) -> Amounts:
     """Count coarse answers and shares for each kind of feature and of weights, and the neighbours of ordered ones."""
-    from palpate.models.enrichment.blend_kinds import FEATURES, WEIGHTS
+    from palpate.models.enrichment.features import FEATURES
+    from palpate.models.enrichment.paper_enrichment import WEIGHTS
 
     grid, named = _grid(job, case), case.config["tradeoff"]["models"]
     kinds = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]

@@ -12,8 +12,7 @@ from palpate.bodies.bed import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.models.springs import mass_spring
-from palpate.models.springs.fit_spring_moduli import _Search, fit
-from palpate.models.springs.spring_statics import Network
+from palpate.models.springs.mass_spring import Network, _Search, fit_moduli
 
 KINDS = ("springs", "springs_volume", "springs_nodal", "springs_nodal_volume")
 
@@ -50,8 +49,8 @@ def test_slopes_are_those_of_the_misfit(slab_case, network):
 
 def test_a_fit_finds_what_made_the_samples(network, own_samples):
     samples, young = own_samples
-    one = fit(network, samples, False, True, (8, 40))
-    each = fit(network, samples, True, True, (8, 40))
+    one = fit_moduli(network, samples, False, True, (8, 40))
+    each = fit_moduli(network, samples, True, True, (8, 40))
     assert one.misfit < 0.06 and each.misfit < 0.5 * one.misfit
     assert 0.8 * young.mean() < one.young_pa[0] < 1.2 * young.mean()
     assert np.corrcoef(np.log(each.young_pa), np.log(young))[0, 1] > 0.5

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from fixtures.judged_slab import *  # noqa: F403
 
-from palpate.benchmark import general_loads
-from palpate.benchmark.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
 from palpate.benchmark.load import Answer, Doubted, Load
 from palpate.benchmark.model import Model
 from palpate.bodies.contacts import contacts_of, places_between
@@ -18,7 +16,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.tradeoff import general_loads
 from palpate.studies.tradeoff.any_load import COLUMNS, measure_any
+from palpate.studies.tradeoff.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
 
 RADIUS_M = 0.02
 

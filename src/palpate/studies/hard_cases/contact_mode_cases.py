@@ -3,9 +3,9 @@
 import numpy as np
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of
 from palpate.benchmark.model import Case
-from palpate.benchmark.pressed_samples import SETTINGS, database_of
 from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
@@ -14,6 +14,7 @@ from palpate.models import fem
 from palpate.models.contact_modes import contact_modes
 from palpate.studies.hard_cases.hard_case import Answer
 from palpate.studies.hard_cases.hard_case import Case as HardCase
+from palpate.studies.hard_cases.pressed_samples import SETTINGS
 
 MODEL = "contact_modes"
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case
-from palpate.benchmark.pressed_samples import SETTINGS, database_of
 from palpate.models import fem, pod_galerkin, pod_of_loads
 from palpate.studies.hard_cases.contact_mode_cases import NEWTONS, RADIUS_M, bar
 from palpate.studies.hard_cases.hard_case import Answer
 from palpate.studies.hard_cases.hard_case import Case as HardCase
+from palpate.studies.hard_cases.pressed_samples import SETTINGS
 
 MODELS = ("pod_galerkin", "pod_gaussian", "pod_network")
 TOP = [[x, 0.025, 0.05] for x in (0.1, 0.125, 0.15, 0.175)]

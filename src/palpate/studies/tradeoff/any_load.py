@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import truth_errors
-from palpate.benchmark.findings import LABELS, labels_of
-from palpate.benchmark.general_loads import Question
 from palpate.benchmark.load import Answer, Doubted, Load, Refused
+from palpate.benchmark.measure import LABELS, labels_of
 from palpate.benchmark.model import Case, Model, Solver, checked, setting_text
 from palpate.benchmark.timing import said, time_calls
 from palpate.errors import InputError, NotConverged
+from palpate.studies.tradeoff.general_loads import Question
 
 MEANS = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error"]
 MOST = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.findings import LABELS, labels_of
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
+from palpate.benchmark.measure import LABELS, labels_of
 from palpate.benchmark.model import Case, Model, Solver, setting_text
 from palpate.bodies.quadratic import prolongation
 from palpate.errors import NotConverged
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes.workshop import Workshop
 
 TIMES = {"as designed": 1.0, "1.5 times": 1.5, "2 times": 2.0, "3 times": 3.0}
 TANGENTIAL, PULLING = "tangential", "pulling"

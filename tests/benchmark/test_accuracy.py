@@ -14,7 +14,7 @@ class Nothing:
     sigma_m = 0.25
 
     def predict(self, coarse, contact, force):
-        return np.zeros((50, 3))
+        return np.zeros((722, 3))
 
 
 def test_errors_by_hand():

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, load_truth, save_truth, truth_levels, truth_of
@@ -129,11 +130,11 @@ def test_four_levels_where_a_body_has_them_and_three_for_who_does_without(slab, 
     there = int(corner["contact"][0])
     found = truth_of(small, loads.assign(contact=there, radius_m=0.06), {3})
     assert np.isfinite(found.levels[0]).all() and np.isnan(found.levels[1, 3]).all() and found.level == 3
-    first, second = (truth.limit(found.levels[0][part]) for part in (slice(0, 3), slice(1, 4)))
+    first, second = (module.limit(found.levels[0][part]) for part in (slice(0, 3), slice(1, 4)))
     assert np.allclose(found.displacement[0], second)
     patch = patch_nodes(small.fine, there, 0.06)
     assert np.allclose(found.own[0], truth_errors(2 * second - first, second, patch))
-    assert np.allclose(found.displacement[1], truth.limit(found.levels[1][:3]))
+    assert np.allclose(found.displacement[1], module.limit(found.levels[1][:3]))
 
 
 def test_levels_of_another_shape_are_left_out(slab):
@@ -173,14 +174,14 @@ def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(truth):
 
 def test_every_objection_has_its_words(slab, loads, truth, monkeypatch):
     levels = list(truth.levels[0])
-    each = truth.Ascent(loads.iloc[0], range(3), levels, 0.01)
-    assert truth._judge(slab, each)[3] == ""
+    each = module.Ascent(loads.iloc[0], range(3), levels, 0.01)
+    assert module._judge(slab, each)[3] == ""
     each.least_det = -0.01
-    assert truth._judge(slab, each)[3] == "an element is inverted (det F -0.01)"
+    assert module._judge(slab, each)[3] == "an element is inverted (det F -0.01)"
     each.clamped = True
-    assert truth._judge(slab, each)[3].endswith("; the Hessian had to be clamped")
-    slow = truth.Ascent(loads.iloc[0], range(3), [levels[0], levels[1], 1.5 * levels[1] - 0.5 * levels[0]], 0.9)
-    assert truth._judge(slab, slow)[3] == "the ratio 2 is not within 2.2 to 8"
+    assert module._judge(slab, each)[3].endswith("; the Hessian had to be clamped")
+    slow = module.Ascent(loads.iloc[0], range(3), [levels[0], levels[1], 1.5 * levels[1] - 0.5 * levels[0]], 0.9)
+    assert module._judge(slab, slow)[3] == "the ratio 2 is not within 2.2 to 8"
 
 
 def test_it_is_the_same_when_read_again(truth, tmp_path):

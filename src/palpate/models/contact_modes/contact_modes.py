@@ -25,7 +25,7 @@ from palpate.models.contact_modes.workshop import (
     Change,
     Workshop,
     bearing,
-    brought,
+    bring_to_surface,
     fitted,
     reduced_level,
     target_change,
@@ -102,7 +102,7 @@ def _brought(
     """Take a reduced model to the surface, as the target of ``setting`` has it."""
     kind, target = _shown(setting), setting["target"]
     shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
-    rest, linear, bent = brought(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
+    rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
     weights, known = _disc_weights(case, nodes), bearing(shop, nodes, kind)
     hard = [
         float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)

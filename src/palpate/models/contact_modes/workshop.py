@@ -42,7 +42,7 @@ from palpate.models.contact_modes.snapshots import (
     linear_columns,
     press_contact,
 )
-from palpate.models.fem_statics import with_unknowns
+from palpate.models.fem_statics import to_surface, with_unknowns
 
 LEVEL_STEPS, COARSER_RESIDUAL = 20, 1e-3
 """Steps of L-BFGS on the coarser level, which is cheap, and the residual that ends them."""
@@ -89,7 +89,9 @@ def change_from_coarser(
         )
         for s, force in enumerate(forces)
     ]
-    return Change(forces, answers, brought(ups[0], answers) - brought(ups[1], np.stack(moved, axis=2)))
+    return Change(
+        forces, answers, bring_to_surface(ups[0], answers) - bring_to_surface(ups[1], np.stack(moved, axis=2))
+    )
 
 
 def _settled(shown: ContactSnapshots, k: int) -> np.ndarray:
@@ -135,10 +137,10 @@ def change_to_finer(
         return Change(np.empty((0, 3)), shown.answers[:, :, :0], np.empty((ups[0].shape[0], 3, 0)))
     before = np.stack(answers, axis=2)
     after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
-    return Change(np.array(forces), before, brought(ups[1], after) - brought(ups[0], before))
+    return Change(np.array(forces), before, bring_to_surface(ups[1], after) - bring_to_surface(ups[0], before))
 
 
-def brought(up: sparse.csr_array, moved: np.ndarray) -> np.ndarray:
+def bring_to_surface(up: sparse.csr_array, moved: np.ndarray) -> np.ndarray:
     """Return (n_surface, 3, k) of displacements ``moved`` (n, 3, k) by the interpolation ``up`` (n_surface, n)."""
     return (up @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:])
 
@@ -206,7 +208,7 @@ class Workshop:
 
     def up(self, level: int) -> Any:
         """Return the interpolation (n_surface, n) from the nodes of the quadratic elements of a level."""
-        return self.make(("up", level), lambda: brought(self._body, level, ORDER))
+        return self.make(("up", level), lambda: to_surface(self._body, level, ORDER))
 
     def refine(self, level: int) -> Any:
         """Return the interpolation (n_finer, n) from the nodes of a level's quadratic elements to the next level's."""
@@ -224,7 +226,7 @@ class Workshop:
 
     def columns_before(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level before."""
-        return brought(self.up(self.level - 1), self._linear_before(node))
+        return bring_to_surface(self.up(self.level - 1), self._linear_before(node))
 
     def from_coarser(self, node: int, modes: str) -> Change:
         """Return what the hardest answers of ``shown`` have changed since the level before."""
@@ -236,7 +238,7 @@ class Workshop:
 
     def reduced_columns(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
-        return brought(self.up(self.level), self.shown(node, "columns").linear)
+        return bring_to_surface(self.up(self.level), self.shown(node, "columns").linear)
 
     def pressed_once(self, node: int, level: int) -> np.ndarray:
         """Return the linear response (n_surface, 3) [m/N] of a level to a unit force into ``node``.

@@ -13,7 +13,7 @@ from palpate.bodies.material import LAWS
 from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.models.contact_modes.contact_modes import FAR, GUARD, HARD, ContactModes, Prepared
-from palpate.models.contact_modes.workshop import Workshop, brought
+from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
 from palpate.press.portable.calibrate import calibrate
 from palpate.press.portable.runtimes.palpate_model import SCALARS, VERSION, PortableModel
 from palpate.press.portable.surface_basis import SurfaceBasis, fitted_compliance, surface_basis
@@ -162,7 +162,7 @@ def _responses(
     elements, parts = shop.elements(level), []
     for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
         loads = np.dstack([elements.nodal(*shop.disc(int(node), level), np.eye(3)) for node in some])
-        parts.append(to_columns(brought(shop.up(level), elements.solve(loads, NEAR))))
+        parts.append(to_columns(bring_to_surface(shop.up(level), elements.solve(loads, NEAR))))
     return np.hstack(parts)
 
 

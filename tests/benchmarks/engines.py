@@ -116,7 +116,7 @@ def measure(results: Path, scene: str) -> pd.DataFrame:
         law = made.law_of(case)
         reference = references[law if law in LAWS else quadratic_neo_hookean.__file__]
         for setting in OWN.get(name) or made.settings(case):
-            solver = made.prepare(case, setting)
+            solver = made.offline(case).online(setting)
             for load in loads if name not in ENGINES else loads[:1]:  # what the first call compiles or prepares
                 answered(solver, load, case.n_surface)
             answers, took = zip(*(answered(solver, load, case.n_surface) for load in loads), strict=True)

@@ -53,7 +53,7 @@ def main(folder: Path, regime: str, radius_m: float, names: list[str]) -> None:
     coarser, up = Simulation(case, level, 1e-3, None, 2, FastEquilibrium), to_surface(body, level, 2)
     second = [up @ coarser.displacement(each) for each in loads]
     for name in names:
-        solver, rows = model(name, {}).prepare(case, ASKED[name]), []
+        solver, rows = model(name, {}).offline(case).online(ASKED[name]), []
         for i, each in enumerate(loads):
             try:
                 getattr(solver, "precede", lambda load: None)(each)

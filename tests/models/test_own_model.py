@@ -60,13 +60,13 @@ def test_a_file_may_say_what_its_model_sees_and_what_precedes_a_query(tmp_path):
     file.write_text(SETTINGS + SOLVER % "return self.frame" + PREPARE)
     made = load_own("mine", file)
     assert (made.sees, made.prepared, made.reduces) == ("load", False, "")
-    assert not hasattr(made.prepare(None, {}), "precede")
+    made.offline(None).online({}).precede(3)
     before = "    def precede(self, load):\n        self.frame = load\n"
     told = "SEES, PREPARED, REDUCES = 'deformation', True, 'p2'\n"
     file.write_text(told + SETTINGS + SOLVER % "return self.frame" + before + PREPARE)
     made = load_own("mine", file)
     assert (made.sees, made.prepared, made.reduces) == ("deformation", True, "p2")
-    solver = made.prepare(None, {})
+    solver = made.offline(None).online({})
     solver.precede(3)
     assert solver.respond(4) == 3
 

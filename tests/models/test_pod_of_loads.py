@@ -17,7 +17,7 @@ SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}
 @pytest.fixture(scope="module")
 def learnt(slab_case):
     case = replace(slab_case[0], grid={**slab_case[0].grid, "pod_of_loads": GRID})
-    return case, {name: pod_of_loads.prepare(case, setting, name) for name, setting in SETTINGS.items()}
+    return case, {name: pod_of_loads.Learnt(case, setting, name) for name, setting in SETTINGS.items()}
 
 
 @pytest.mark.parametrize("learner", SETTINGS)
@@ -44,7 +44,7 @@ def test_it_has_learnt_its_samples(learnt, learner, most):
 def test_modes_are_those_of_the_samples(learnt):
     """With fewer modes the answer lies in fewer dimensions, those in which the samples vary most."""
     case, _ = learnt
-    solver = pod_of_loads.prepare(case, {"modes": 2}, "gaussian")
+    solver = pod_of_loads.Learnt(case, {"modes": 2}, "gaussian")
     db = case.database
     found = np.array([solver.respond(Load.at(c, f)).ravel() for c, f in zip(db.contact, db.force, strict=True)])
     assert np.linalg.matrix_rank(found, tol=1e-9 * np.linalg.norm(found)) == 2

@@ -7,11 +7,11 @@ Tabulate what no model can be better or should be worse than: the truth's own er
 
 import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -19,11 +19,12 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.comparison import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.judge import SIDES, Judge
-from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.load import Answer, Doubted, Load, Refused
 from palpate.benchmark.model import Case, Model, Setting, Solver, checked, setting_text
 from palpate.benchmark.timing import said, time_calls
 from palpate.errors import InputError, NotConverged
 
+Given, Made = TypeVar("Given"), TypeVar("Made")
 ERRORS = list(TruthErrors._fields)
 SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak"]
 """The errors whose median and 95th percentile over the test samples are tabulated beside their means."""
@@ -160,35 +161,68 @@ def measure(
     """
     from threadpoolctl import threadpool_limits
 
-    findings, settings = [], model.settings(case)
-    texts = [setting_text(setting) for setting in settings]
+    findings, texts = [], [setting_text(setting) for setting in model.settings(case)]
     if twice := [text for text in texts if texts.count(text) > 1]:
         raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
-    kind = {"sees": model.sees, "law": model.law_of(case)}
+    kind, given = {"sees": model.sees, "law": model.law_of(case)}, (model.place, model.reduces != "")
     with threadpool_limits(limits=1):
-        for setting, text in zip(progress(settings), texts, strict=True):
-            fresh = replace(case, used={})
-            start = perf_counter()
-            solver = _prepared(model, fresh, setting)
-            offline = perf_counter() - start
-            more = None
-            if isinstance(solver, NotConverged):
-                asked, memory = Asked.failed(solver, len(judge.numbers)), 0.0
+        for one in prepared_settings(case, model, progress=progress):
+            more, memory = None, 0.0
+            if isinstance(one.solver, NotConverged):
+                asked, offline = Asked.failed(one.solver, len(judge.numbers)), one.offline_s
             else:
-                given = model.place, model.reduces != ""
-                asked = ask(solver, judge, repeats, budget_s, *given)
-                memory = float(solver.memory_mb)
-            offline += sum(fresh.used.values())  # with the contacts that were prepared when they were asked for
-            if not isinstance(solver, NotConverged) and judge.more and _asks_more(more_of, text, fresh):
-                more = ask(solver, judge.more, 0, 0.0, *given)
-            told = kind | {"prepared": model.needs_contacts(setting)}
-            findings.append(Finding(labels_of(case, name, text), asked, offline, memory, told, more))
+                asked, memory = ask(one.solver, judge, repeats, budget_s, *given), float(one.solver.memory_mb)
+                offline = one.offline_s  # with the contacts that were prepared when they were asked for
+                if judge.more and "training" not in one.used and more_of is not None and re.search(more_of, one.text):
+                    more = ask(one.solver, judge.more, 0, 0.0, *given)
+            about = kind | {"prepared": model.needs_contacts(one.setting)}
+            findings.append(Finding(labels_of(case, name, one.text), asked, offline, memory, about, more))
     return found_rows(findings, judge)
 
 
-def _asks_more(pattern: str | None, text: str, case: Case) -> bool:
-    """Return whether a setting has learnt nothing of training contacts, and is to be asked there too."""
-    return "training" not in case.used and pattern is not None and re.search(pattern, text) is not None
+class Prepared(NamedTuple):
+    """A model prepared with a setting, or why it cannot be; ``text`` is the setting as tables have it.
+
+    seconds : what preparing has taken; used : what was used beside, with its cost [s], which grows with queries
+    """
+
+    setting: Setting
+    text: str
+    solver: Solver | NotConverged
+    seconds: float
+    used: dict[str, float]
+
+    @property
+    def offline_s(self) -> float:
+        """The offline time [s] so far."""
+        return self.seconds + sum(self.used.values())
+
+
+def prepared_settings(case: Case, model: Model, pattern: str = "", progress: Callable = iter) -> Iterator[Prepared]:
+    """Prepare, one after another, the settings of ``model`` in whose text the regular expression ``pattern`` is found.
+
+    Each is charged the offline stage that all share. Trap: ``used`` is that of the setting until the next is prepared.
+    """
+    charged = replace(case, used={})
+    chosen = [setting for setting in model.settings(case) if re.search(pattern, setting_text(setting))]
+    if not chosen:
+        return
+    begin = perf_counter()
+    stage = _or_failure(model.offline, charged)
+    shared_s, shared = perf_counter() - begin, dict(charged.used)
+    for setting in progress(chosen):
+        charged.used.clear()
+        charged.used.update(shared)
+        begin = perf_counter()
+        solver = stage if isinstance(stage, NotConverged) else _or_failure(stage.online, setting)
+        yield Prepared(setting, setting_text(setting), solver, shared_s + perf_counter() - begin, charged.used)
+
+
+def _or_failure(prepare: Callable[[Given], Made], given: Given) -> Made | NotConverged:
+    try:
+        return prepare(given)
+    except NotConverged as failure:
+        return failure
 
 
 def ask(
@@ -213,42 +247,79 @@ def ask(
             if isinstance(answer, Answer) and answer.error is not None:
                 estimated[i] = answer.error
 
-    timed = time_calls(_Queries(solver, judge), repeats, budget_s, receive)
+    def load_of(i: int) -> Load:
+        return Load.at(judge.samples.contact[i], judge.samples.force[i].copy())
+
+    timed = time_calls(Queries(solver, count, load_of), repeats, budget_s, receive)
     for i, failure in enumerate(timed.failures):
         if failure:
             found[i], operator[i] = None, np.nan
     return Asked(found, operator, timed.failures, timed.seconds, estimated, coarser)
 
 
-class _Queries(Sequence):
-    """One query for each sample; looked up, it has a copy of the load for the solver, which may prepare for it."""
+class Queries(Sequence):
+    """One query for each of ``count`` loads; what comes before it is done when it is looked up, off the clock.
 
-    def __init__(self, solver: Solver, judge: Judge):
-        self._solver, self._samples = solver, judge.samples
-        self._precede: Callable[[Load], object] | None = getattr(solver, "precede", None)
+    ready : by the nodes that are pressed at once, seconds a press that preparing them took, which is added to; or None
+        if no preparation is measured apart, and a load that cannot be pressed stops the run
+    refused : loads that the model does not answer; doubted : those whose answer it does not believe
+    prepared : what ``ready`` says of each load's nodes, once
+    """
+
+    def __init__(
+        self,
+        solver: Solver,
+        count: int,
+        load_of: Callable[[int], Load],
+        ready: dict[tuple[int, ...], float] | None = None,
+    ):
+        self._solver, self._count, self._load_of, self._ready = solver, count, load_of, ready
+        self._counted: set[tuple[int, ...]] = set()
+        self.refused: set[int] = set()
+        self.doubted: set[int] = set()
+        self.prepared: list[float] = []
 
     def __len__(self) -> int:
-        return len(self._samples.contact)
+        return self._count
 
     def __getitem__(self, i: Any) -> Any:  # a slice has no meaning here
-        load = Load.at(self._samples.contact[i], self._samples.force[i].copy())
-        if self._precede:
-            try:
-                self._precede(load)
-            except NotConverged as failure:
-                return partial(_raise, failure)
-        return partial(self._solver.respond, load)
+        load = self._load_of(i)
+        try:
+            if self._ready is not None:
+                self._prepare(load, self._ready)
+            self._solver.precede(load)
+        except (NotConverged, InputError) as failure:
+            return partial(self._fail, i, failure)
+        return partial(self._solver.respond, load) if self._ready is None else partial(self._respond, i, load)
 
+    def _prepare(self, load: Load, ready: dict[tuple[int, ...], float]) -> None:
+        nodes = tuple(press.node for press in load.presses)
+        if nodes in self._counted:
+            return
+        if nodes not in ready:
+            seconds = self._solver.prepare_nodes(nodes)
+            if seconds is None:
+                return
+            ready[nodes] = seconds / len(nodes)
+        self._counted.add(nodes)
+        self.prepared.append(ready[nodes])
 
-def _raise(failure: NotConverged) -> None:
-    raise failure
+    def _respond(self, i: int, load: Load) -> np.ndarray | Answer:
+        try:
+            return self._solver.respond(load)
+        except Doubted:
+            self.doubted.add(i)
+            raise
+        except (Refused, InputError) as failure:
+            return self._fail(i, failure)
 
-
-def _prepared(model: Model, case: Case, setting: Setting) -> Solver | NotConverged:
-    try:
-        return model.prepare(case, setting)
-    except NotConverged as failure:
-        return failure
+    def _fail(self, i: int, failure: NotConverged | InputError) -> np.ndarray:
+        """Raise the failure; where preparation is measured, a contact that is not prepared counts as refused."""
+        if isinstance(failure, Refused | InputError):
+            self.refused.add(i)
+        if isinstance(failure, InputError) and self._ready is not None:
+            raise Refused(str(failure))
+        raise failure
 
 
 def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
@@ -261,7 +332,7 @@ UNPREPARED: dict[str, str | bool] = {"sees": "load", "prepared": False}
 
 
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tabulate the models "truth" and "zero" as ``measure_model.measure`` does: a row a sample, a row a setting.
+    """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
 
     The time of the truth is that of its solutions on all levels; the answer zero has none.
     """

@@ -16,21 +16,20 @@ from dataclasses import replace
 from math import sqrt
 from time import perf_counter
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Answer, Load, displacement_of, loads_of
-from palpate.benchmark.model import Case, Setting, Solver
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
 from palpate.benchmark.truth import RATIOS, doubt, limit, ratio
 from palpate.bodies.contacts import row_of
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.warped_compliance import WarpedResponse
 
+PREPARED, REDUCES, LAW = True, "p2", "the body's"
 _SHARE = (1 / 3, 1 / 1.2)
 """Of the last halving's change, what all further ones add: ratios of convergence of 4 and of 2.2, where two levels
 show none."""
@@ -91,7 +90,7 @@ LAST = "last"
 """The level of a stage's setting that is the body's finest."""
 
 
-class Stage(NamedTuple):
+class CascadeStage(NamedTuple):
     """A prepared model and the factor of its estimate.
 
     own : whether the estimate is the model's own, which is known once it has answered
@@ -149,7 +148,7 @@ def _second_order(answer: Any, small: float) -> np.ndarray:
     return found / small**2
 
 
-def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> Stage:
+def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> CascadeStage:
     """Prepare the model of an ``entry`` of the grid, and find its factor; what it does not answer is no part of it."""
     solver = _prepared(case, entry["model"], entry.get("setting", {}))
     contact, errors, turned, own = [], [], [], []
@@ -164,7 +163,7 @@ def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[
         own.append(own_estimate(answer))
     by_itself = bool(contact) and bool(np.isfinite(own).all())
     factor = bound_factor(np.array(errors) / np.array(own if by_itself else turned), np.array(contact))
-    return Stage(solver, factor, by_itself)
+    return CascadeStage(solver, factor, by_itself)
 
 
 def _prepared(case: Case, name: str, given: Mapping[str, Any]) -> Solver:
@@ -180,7 +179,7 @@ def _prepared(case: Case, name: str, given: Mapping[str, Any]) -> Solver:
         raise InputError(f"{place}.level is {setting['level']}; the body has the levels 0 to {last}, or {LAST}.")
     limits = case.used.pop("training", None)
     try:
-        solver = stage.prepare(case, setting)
+        solver = stage.offline(case).online(setting)
     except KeyError as missing:
         raise InputError(f"{place} lacks the setting {missing} or does not know it; see docs/glossary.md.") from missing
     if "training" in case.used:
@@ -195,11 +194,6 @@ def own_estimate(answer: np.ndarray | Answer) -> float:
     return max(answer.error, _LEAST) if isinstance(answer, Answer) and answer.error is not None else np.inf
 
 
-PREPARED, REDUCES, LAW = True, "p2", "the body's"
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""What was prepared, by training samples: it serves all settings."""
-
-
 class Prepared(NamedTuple):
     """All that settings share.
 
@@ -209,7 +203,7 @@ class Prepared(NamedTuple):
 
     turning: Turning
     unknown: float
-    stages: list[Stage]
+    stages: list[CascadeStage]
     case: Case
 
 
@@ -218,20 +212,25 @@ def settings(case: Case) -> list[Setting]:
     return [{"asked": error} for error in sorted(case.grid["cascade"]["asked_errors"], reverse=True)]
 
 
-def prepare(case: Case, setting: Setting) -> "Cascade":
-    """Prepare every stage, and find its factor on the training samples."""
-    known, entries = _kept.setdefault(case.database, {}), case.grid["cascade"]["stages"]
-    if (key := str(entries)) not in known:
-        begin = perf_counter()
-        limits = Limits(case)
-        turning = Turning(case, limits.beyond)
-        stages = [prepared_stage(case, turning, limits, entry) for entry in entries]
-        case.charge("stages", perf_counter() - begin)
-        known[key] = Prepared(turning, limits.unknown, stages, case)
-    return Cascade(case, known[key], setting["asked"])
+class Offline(Stage):
+    """The stages with the factors of their bounds, which all settings share."""
+
+    _prepared: Prepared | None = None
+
+    def online(self, setting: Setting) -> "Cascade":
+        """Prepare every stage, and find its factor on the training samples."""
+        if self._prepared is None:
+            case = replace(self.case, used={})
+            begin = perf_counter()
+            limits = Limits(case)
+            turning = Turning(case, limits.beyond)
+            stages = [prepared_stage(case, turning, limits, entry) for entry in case.grid["cascade"]["stages"]]
+            case.charge("stages", perf_counter() - begin)
+            self._prepared = Prepared(turning, limits.unknown, stages, case)
+        return Cascade(self.case, self._prepared, setting["asked"])
 
 
-class Cascade:
+class Cascade(Solver):
     """Try one stage after another; where none is sure enough the surest answers, and says how sure it is."""
 
     def __init__(self, case: Case, prepared: Prepared, asked: float):
@@ -247,8 +246,7 @@ class Cascade:
     def precede(self, load: Load) -> None:
         """Do what stages do before a query, such as preparing its contact; not timed, but charged."""
         for stage in self._prepared.stages:
-            if before := getattr(stage.solver, "precede", None):
-                before(load)
+            stage.solver.precede(load)
         self._charge()
 
     def respond(self, load: Load) -> Answer:
@@ -278,16 +276,19 @@ class Cascade:
                 failure = failed
         raise failure
 
-    def _answer(self, stage: Stage, load: Load, turned: float) -> Answer:
+    def _answer(self, stage: CascadeStage, load: Load, turned: float) -> Answer:
         """Return a stage's answer with the bound of its error, if the training contacts are enough for one."""
         answer = stage.solver.respond(load)
         bound = self._bound(stage, own_estimate(answer) if stage.own else turned)
         return Answer(displacement_of(answer), error=bound if bound < np.inf else None)
 
-    def _bound(self, stage: Stage, estimate: float) -> float:
+    def _bound(self, stage: CascadeStage, estimate: float) -> float:
         return self._prepared.unknown + stage.factor * estimate
 
     def _charge(self) -> None:
         """Add what the stages have used so far, in whichever setting's turn."""
         for what, seconds in self._prepared.case.used.items():
             self._case.charge(what, seconds)
+
+
+offline = Offline

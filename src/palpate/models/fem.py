@@ -4,27 +4,22 @@ Answer with corotational finite elements on a level of the body, stopped early o
 """
 
 from collections.abc import Callable
-from time import perf_counter
 from typing import Protocol
-from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting, distinct
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Kept, Setting, Solver, distinct, one_stage
 from palpate.bodies.contacts import row_of
 from palpate.effects.patch_load import Patch
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.solvers.equilibrium import Equilibrium
 
+LAW = "the body's"
 BEFORE = 0.97
 """Share of the load under which the frame before stood: a finger that presses within half a second at 60 frames a
 second adds so much a frame."""
-
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""Linear columns with what they took [s], and frames, by training samples and elements: one setting's serve all."""
 
 
 class Start(Protocol):
@@ -61,15 +56,9 @@ class LinearStart:
     """Begin at the linear response of the same elements, whose columns were stored for each prepared contact."""
 
     def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
-        kept = _kept.setdefault(case.database, {})
-        if elements in kept:
-            self._columns, seconds = kept[elements]
-            case.charge("columns", seconds)  # spent before, for another setting
-        else:
-            begin = perf_counter()
-            self._columns = simulation.linear_columns(case.prepared_contacts)
-            kept[elements] = self._columns, perf_counter() - begin
         self._contacts = case.prepared_contacts
+        name = "columns", case.database, *elements
+        self._columns = case.share(name, lambda: simulation.linear_columns(self._contacts), "columns")
 
     def at(self, load: Load) -> np.ndarray | None:
         """Return the linear response; InputError for a contact that is not prepared.
@@ -94,22 +83,21 @@ class FrameBefore:
     """
 
     def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
-        self._simulation, self._database, self._elements = simulation, ref(case.database), elements
+        self._simulation = simulation
+        self._frames = case.share(("frames", case.database, *elements), Kept)
         self._asked: tuple[bytes | int, ...] | None = None
         self._frame: np.ndarray | None = None
 
     def precede(self, load: Load) -> None:
         """Find the frame before; not timed."""
         self._asked = load.key
-        database = self._database()
-        kept = {} if database is None else _kept.setdefault(database, {})
-        frames = kept.setdefault(("frames", *self._elements), {})
-        if self._asked not in frames:
+        if self._asked not in self._frames:
             try:
-                frames[self._asked] = self._simulation.settled(load.times(BEFORE))
+                frame: np.ndarray | None = self._simulation.settled(load.times(BEFORE))
             except NotConverged:
-                frames[self._asked] = None
-        self._frame = frames[self._asked]
+                frame = None
+            self._frames[self._asked] = frame, 0.0
+        self._frame = self._frames[self._asked][0]
 
     def at(self, load: Load) -> np.ndarray | None:
         """Return the frame that ``precede`` has found for this load, or None for rest."""
@@ -122,9 +110,6 @@ STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Start]] = {
     "frame": FrameBefore,
 }
 """The starts by the names that settings have."""
-
-
-LAW = "the body's"
 
 
 def settings(case: Case, order: int) -> list[Setting]:
@@ -152,27 +137,21 @@ def settings(case: Case, order: int) -> list[Setting]:
     return distinct(found)
 
 
-def prepare(case: Case, setting: Setting, order: int) -> "Fem":
-    """Make matrix patterns and the preconditioner of the rest state, and with ``start`` linear store its columns."""
-    return Fem(case, setting, order)
-
-
-class Fem:
+class Fem(Solver):
     """Finite elements of ``order``, brought to the fine surface with their own shape functions.
+
+    Offline are matrix patterns, the preconditioner of the rest state, and with the start "linear" its columns.
 
     solver : how their equilibrium is found
     """
+
+    presses_anywhere = True
 
     def __init__(self, case: Case, setting: Setting, order: int, solver: type[Equilibrium] = Equilibrium):
         level, tolerance = setting["level"], setting.get("tolerance", case.tolerance)
         self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order, solver)
         self._start = STARTS[setting["start"]](case, self._simulation, (level, order))
         self._up = to_surface(case.body, level, order)
-
-    @property
-    def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
-        return held_mb(self)
 
     def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
@@ -189,3 +168,6 @@ class Fem:
         """
         moved, forces = self._simulation.answer(load, self._start.at(load))
         return self._up @ moved if forces is None else Answer(self._up @ moved, forces)
+
+
+offline = one_stage(Fem)

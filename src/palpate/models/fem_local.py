@@ -8,14 +8,12 @@ of its own, made in advance for the prepared ones, and at the first query for ot
 
 from dataclasses import replace
 from time import perf_counter
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, Stage
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.local_refinement import LocalBody, LocalRefinement
@@ -79,9 +77,6 @@ class SurfaceMap:
 
 PREPARED, LAW = True, "the body's"
 
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""Local meshes with what they took [s], by body, and there by radius, depth, reach and order: one serves all."""
-
 
 def settings(case: Case) -> list[Setting]:
     """List the meshes from small to large; each is stopped early from the frame before, and solved from rest."""
@@ -91,29 +86,30 @@ def settings(case: Case) -> list[Setting]:
     return [mesh | end for mesh in grid["meshes"] if mesh["depth"] <= finest for end in ends]
 
 
-def prepare(case: Case, setting: Setting) -> "LocalFem":
-    """Make the mesh of each prepared contact, and matrix patterns and the preconditioner on it."""
-    return LocalFem(case, setting)
+class Offline(Stage):
+    """Meshes of contacts, by depth, reach and order: one serves all settings that have them."""
+
+    def __init__(self, case: Case):
+        super().__init__(case)
+        self._meshes: dict[tuple, _Meshes] = {}
+
+    def online(self, setting: Setting) -> "LocalFem":
+        """Make the mesh of each prepared contact, and matrix patterns and the preconditioner on it."""
+        mesh = setting["depth"], setting["reach"], setting["order"]
+        if mesh not in self._meshes:
+            self._meshes[mesh] = _Meshes(self.case, *mesh)
+        self._meshes[mesh].prepare(self.case)
+        return LocalFem(self.case, setting, self._meshes[mesh], mesh)
 
 
-class LocalFem:
+class LocalFem(Solver):
     """Finite elements on a mesh for each contact, brought to the fine surface with their own shape functions."""
 
-    def __init__(self, case: Case, setting: Setting):
-        mesh = setting["depth"], setting["reach"], setting["order"]
-        kept = _kept.setdefault(case.body, {})
-        if (case.radius_m, *mesh) not in kept:
-            kept[case.radius_m, *mesh] = _Meshes(case, *mesh)
-        self._meshes = kept[case.radius_m, *mesh]
-        self._meshes.prepare(case)
+    def __init__(self, case: Case, setting: Setting, meshes: "_Meshes", mesh: tuple[float, ...]):
+        self._meshes = meshes
         self._stop = setting.get("tolerance", case.tolerance), setting.get("iterations")
         start = FrameBefore if setting["start"] == "frame" else Rest
         self._start = start(case, self._meshes, mesh)
-
-    @property
-    def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
-        return held_mb(self)
 
     def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
@@ -167,3 +163,6 @@ class _Meshes:
     def settled(self, load: Load) -> np.ndarray:
         """Return displacements (n_nodes, 3) [m] on the mesh of the one contact, converged to the case's tolerance."""
         return self.of(load.alone().node)[0].settled(load)
+
+
+offline = Offline

@@ -9,8 +9,7 @@ to a depth bears the force of which the sum moves it so far.
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, one_stage
 from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
 from palpate.models.enrichment.fitting import Fitting
@@ -52,15 +51,10 @@ def settings(case: Case) -> list[Setting]:
     return [{}]
 
 
-def prepare(case: Case, setting: Setting) -> "Linear":
-    """Take the compliance, which is all that it costs."""
-    return Linear(case)
-
-
-class Linear:
+class Linear(Solver):
     """Three stored columns for each contact."""
 
-    def __init__(self, case: Case):
+    def __init__(self, case: Case, setting: Setting):
         self._linear, self._discs = LinearFem(case.use_compliance()), Discs(case)
 
     @property
@@ -79,3 +73,6 @@ class Linear:
         forces = self._discs.linear_forces(load)
         presses = [(press.node, force) for press, force in zip(load.presses, forces, strict=True)]
         return Answer(self._linear.superpose(presses), forces)
+
+
+offline = one_stage(Linear)

@@ -1,22 +1,20 @@
-"""Load models of the user's own from their files, and name the file in whatever goes wrong in them.
-
-Load a model from where it lives: a module of palpate, or a Python file of the user's.
-"""
+"""Load a model from where it lives: a module of palpate, or a Python file of the user's, which errors name."""
 
 import importlib
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
+from time import perf_counter
 from typing import Any
 
-from palpate.benchmark.model import Case, Model, Setting, Solver, declared
+import numpy as np
+
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.model import Case, Model, Setting, Solver, declared, one_stage
 from palpate.errors import InputError, NotConverged
 from palpate.own_file import MODEL_FUNCTIONS, failure, import_file
 
 GUIDE = "see docs/add-a-model.md"
-CALLED = ("respond", "precede")
-"""The functions of a prepared model; the second one is optional."""
 
 
 def load_own(name: str, path: Path) -> Model:
@@ -37,10 +35,38 @@ def load_own(name: str, path: Path) -> Model:
         if not (hasattr(solver, "respond") and hasattr(solver, "memory_mb")):
             raise InputError(f"{path}: what prepare returns lacks respond or memory_mb; {GUIDE}.")
 
-        asked = {name: partial(_named, path, getattr(solver, name)) for name in CALLED if hasattr(solver, name)}
-        return SimpleNamespace(**asked, memory_mb=solver.memory_mb)
+        return _Own(path, solver)
 
-    return Model(settings, prepare, str(path), **declared(module, str(path)))
+    return Model(settings, one_stage(prepare), str(path), **declared(module, str(path)))
+
+
+class _Own(Solver):
+    """What a user's file prepares: an object with ``respond`` and ``memory_mb``, and if it likes with more."""
+
+    def __init__(self, path: Path, own: Any):
+        self._path, self._own = path, own
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory [MB] that it says it holds."""
+        return float(self._own.memory_mb)
+
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return its answer."""
+        return _named(self._path, self._own.respond, load)
+
+    def precede(self, load: Load) -> None:
+        """Do what it does before a query, if anything."""
+        if hasattr(self._own, "precede"):
+            _named(self._path, self._own.precede, load)
+
+    def prepare_nodes(self, nodes: tuple[int, ...]) -> float | None:
+        """Prepare contacts, if it does so, and return what that took [s]."""
+        if not hasattr(self._own, "prepare_contact"):
+            return None
+        begin = perf_counter()
+        _named(self._path, self._own.prepare_contact, *nodes)
+        return perf_counter() - begin
 
 
 def _named(path: Path, call: Callable, *arguments: Any) -> Any:
@@ -62,5 +88,5 @@ def load_model(name: str, place: str, keywords: Mapping[str, Any]) -> Model:
     if place.endswith(".py"):
         return load_own(name, Path(place))
     module = importlib.import_module(place)
-    functions = partial(module.settings, **keywords), partial(module.prepare, **keywords)
+    functions = partial(module.settings, **keywords), partial(module.offline, **keywords)
     return Model(*functions, place, **declared(module, place))

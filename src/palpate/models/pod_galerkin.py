@@ -9,13 +9,11 @@ Chapman and Cortial 2014): the textbook's way, whose modes have to do at contact
 from collections.abc import Sequence
 from time import perf_counter
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, loads_of
-from palpate.benchmark.model import Case, Setting
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
@@ -54,9 +52,6 @@ GUARD, FAR = 0.4, 2.0
 """Smallest det F of an answer's cells, and its largest energy norm over that of the farthest sample; beyond either the
 model says that it does not know."""
 
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""What all settings share, by training samples, and there by radius and size."""
-
 
 class Volumes(NamedTuple):
     """Training samples on all nodes of quadratic elements.
@@ -79,25 +74,26 @@ def settings(case: Case) -> list[Setting]:
     ]
 
 
-def prepare(case: Case, setting: Setting) -> "PodGalerkin":
-    """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
-    return PodGalerkin(case, setting)
+class Offline(Stage):
+    """The elements that are reduced, and the training samples' volumes; InputError or NotConverged as of ``online``."""
+
+    def online(self, setting: Setting) -> "PodGalerkin":
+        """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
+        case, sizes = self.case, (self.case.radius_m, self.case.grid["pod_galerkin"]["nodes"])
+        case.use_training()
+        shop = case.share(("galerkin", case.body, *sizes), lambda: Workshop(case.body, *sizes))
+        name = "volumes", case.database, *sizes
+        return PodGalerkin(case, setting, shop, case.share(name, lambda: _volumes(case, shop.level)))
 
 
-class PodGalerkin:
+class PodGalerkin(Solver):
     """A Galerkin projection of quadratic elements; on the surface its modes are those of the samples themselves.
 
     ``modes`` of a setting are at most so many; with ``thinned`` 0 all points of all elements are cells.
     """
 
-    def __init__(self, case: Case, setting: Setting):
-        database = case.use_training()
-        kept = _kept.setdefault(case.database, {})
-        key = case.radius_m, case.grid["pod_galerkin"]["nodes"]
-        if key not in kept:
-            shop = Workshop(case.body, *key)
-            kept[key] = shop, _volumes(case, shop.level)
-        shop, volumes = kept[key]
+    def __init__(self, case: Case, setting: Setting, shop: Workshop, volumes: Volumes):
+        database = case.database
         case.charge("volumes", volumes.seconds)
         elements = shop.elements(shop.level)
         mixes, coordinates = energy_pod(elements, volumes.answers, setting["modes"])
@@ -173,3 +169,6 @@ def _reduced(
     share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, TINY)))
     ways = [part * q for q in coordinates.T[chosen] for part in PARTS]
     return model.thinned(ways, min(1.0, share) * tolerance)
+
+
+offline = Offline

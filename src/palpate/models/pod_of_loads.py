@@ -12,8 +12,7 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, FitOptions, Setting
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, FitOptions, Setting, Solver, held_mb, one_stage
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
@@ -213,17 +212,14 @@ def settings(case: Case, learner: str) -> list[Setting]:
     return [{"modes": modes[len(modes) // 2], "hidden": count} for count in grid["hidden"]]
 
 
-def prepare(case: Case, setting: Setting, learner: str) -> "Learnt":
-    """Fit the learner to all training samples."""
-    return Learnt(case, setting)
-
-
-class Learnt:
+class Learnt(Solver):
     """Modes, and what gives their coefficients."""
 
-    def __init__(self, case: Case, setting: Setting):
+    memory_mb = 0.0
+
+    def __init__(self, case: Case, setting: Setting, learner: str):
         fitting = fitting_to(case)
-        learn = network(setting["hidden"]) if "hidden" in setting else gaussian_process
+        learn = network(setting["hidden"]) if learner == "network" else gaussian_process
         self._contacts = contacts_of(case.body)
         self._pod = PodOfLoads(fitting.db, fitting.training, setting["modes"], learn, fitting.options)
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
@@ -241,3 +237,6 @@ class Learnt:
         if not far <= FAR:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
         return moved
+
+
+offline = one_stage(Learnt)

@@ -12,8 +12,7 @@ from scipy.optimize import OptimizeResult, minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, distinct, refuse_bed, refuse_regions
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, distinct, held_mb, one_stage, refuse_bed, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import goal_shapes
@@ -159,8 +158,10 @@ def prepare(case: Case, setting: Setting) -> "ShapesAtRest":
     return ShapesAtRest(shapes, setting["steps"])
 
 
-class ShapesAtRest:
+class ShapesAtRest(Solver):
     """Shapes that are given so many ``steps`` from rest to settle."""
+
+    memory_mb = 0.0
 
     def __init__(self, shapes: Shapes, steps: int):
         self._shapes, self._steps = shapes, steps
@@ -169,3 +170,6 @@ class ShapesAtRest:
     def respond(self, load: Load) -> np.ndarray:
         """Return the displacement (n_surface, 3) [m] under ``load``; InputError for a bad contact."""
         return self._shapes.up @ self._shapes.settle(*load.single(), self._steps)
+
+
+offline = one_stage(prepare)

@@ -24,8 +24,7 @@ from scipy import sparse
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, FitOptions, Setting, training_counts
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, FitOptions, Setting, Solver, held_mb, one_stage, training_counts
 from palpate.bodies.contacts import row_of
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
@@ -193,7 +192,7 @@ class LoadResidual:
         return residual.ravel() if kind == "response" else self._views.view(contact).to_slots(residual)
 
 
-class Stored:
+class Stored(Solver):
     """The answer of ``base``, and what was learnt beyond it if ``samples`` are learnt from."""
 
     def __init__(self, case: Case, base: Base, samples: int):
@@ -236,3 +235,6 @@ def settings(case: Case) -> list[Setting]:
 def prepare(case: Case, setting: Setting) -> Stored:
     """Find the rotations of every stored response, and fit the residual."""
     return Stored(case, WarpedResponse(case.meshes, case.use_compliance()), setting["samples"])
+
+
+offline = one_stage(prepare)

@@ -45,7 +45,7 @@ def test_a_press_that_squeezes_nothing_is_believed_without_a_trial_on_the_finer_
 def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept(slab_case):
     case, contact, force = replace(slab_case[0], radius_m=RADIUS), int(slab_case[1].contact[0]), slab_case[1].force[0]
     setting = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
-    solver, load = contact_modes.prepare(case, setting), Load.at(contact, 0.5 * force)
+    solver, load = contact_modes.offline(case).online(setting), Load.at(contact, 0.5 * force)
     expected = solver.respond(load)
     kept = solver.prepared[contact,]
     most = 1.0 / float((kept.bearing @ load.single()[1]).max())

@@ -8,13 +8,11 @@ union of their contacts' shapes.
 
 from collections.abc import Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load
-from palpate.benchmark.model import Case, Setting
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
 from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
@@ -168,9 +166,6 @@ TINY = 1e-9
 OWN = 1e-3
 """RMSE over peak that an answer as far as the farthest snapshot says of itself; bounds find the factor to it."""
 
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""Workshops by body, and there by radius and size: what one setting has made serves the others."""
-
 
 def settings(case: Case) -> list[Setting]:
     """List columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer, by target.
@@ -188,38 +183,36 @@ def settings(case: Case) -> list[Setting]:
     return [kind | {"target": target} for kind in kinds for target in grid["targets"]]
 
 
-def prepare(case: Case, setting: Setting) -> "ContactModes":
-    """Set up the elements; each contact is prepared when it is asked for first, and charged then.
+class Offline(Stage):
+    """The workshop of the body, in which what one setting makes serves the others, and the cascade."""
 
-    InputError for words that it does not know.
-    """
-    for name, known in WORDS.items():
-        if setting[name] not in known:
-            raise InputError(f"contact_modes: {name} is {setting[name]}; take one of {', '.join(known)}.")
-    return ContactModes(case, setting)
+    def __init__(self, case: Case):
+        super().__init__(case)
+        sizes = case.radius_m, case.grid["contact_modes"]["nodes"]
+        self._shop = case.share(("workshop", case.body, *sizes), lambda: Workshop(case.body, *sizes))
+
+    def online(self, setting: Setting) -> "ContactModes":
+        """Set up the elements; each contact is prepared when it is asked for first, and charged then.
+
+        InputError for words that it does not know.
+        """
+        for name, known in WORDS.items():
+            if setting[name] not in known:
+                raise InputError(f"contact_modes: {name} is {setting[name]}; take one of {', '.join(known)}.")
+        return ContactModes(self.case, setting, self._shop)
 
 
-class ContactModes:
+class ContactModes(Solver):
     """Reduced models of contacts; a contact that is not prepared is, when it is asked for.
 
-    prepared : what answers, by the nodes that are pressed at once
+    shop : the workshop of its contacts; prepared : what answers, by the nodes that are pressed at once
     """
 
-    def __init__(self, case: Case, setting: Setting):
-        most = case.grid["contact_modes"]["nodes"]
-        kept = _kept.setdefault(case.body, {})
-        key = case.radius_m, most
-        if key not in kept:
-            kept[key] = Workshop(case.body, *key)
-        self._shop, self._case, self._setting = kept[key], case, setting
+    def __init__(self, case: Case, setting: Setting, shop: Workshop):
+        self.shop, self._case, self._setting = shop, case, setting
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0
-        self._shop.elements(self._shop.level), self._shop.up(self._shop.level)
-
-    @property
-    def shop(self) -> Workshop:
-        """The workshop of its contacts, for those who need more of them than answers."""
-        return self._shop
+        shop.elements(shop.level), shop.up(shop.level)
 
     @property
     def memory_mb(self) -> float:
@@ -236,14 +229,15 @@ class ContactModes:
         InputError for a node that is held or not of the surface.
         """
         if nodes not in self.prepared:
-            self.prepared[nodes] = prepare_contacts(self._shop, self._case, self._setting, nodes)
-            self._seconds += self.seconds_of(*nodes)
+            self.prepared[nodes] = prepare_contacts(self.shop, self._case, self._setting, nodes)
+            self._seconds += spent(self.shop, self._setting, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
 
-    def seconds_of(self, *nodes: int) -> float:
-        """Return the time [s] that preparing these contacts takes, what other settings have made included."""
-        return spent(self._shop, self._setting, nodes)
+    def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
+        """Prepare these contacts; return what that takes [s], what other settings have made included."""
+        self.prepare_contact(*nodes)
+        return spent(self.shop, self._setting, nodes)
 
     def respond(self, load: Load) -> Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, and the forces found if a disc is pushed.
@@ -302,3 +296,6 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
     elif not hard <= HARD:
         why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
     return q, why, residual
+
+
+offline = Offline

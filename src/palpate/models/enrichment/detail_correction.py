@@ -22,7 +22,7 @@ import numba
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import Case, FitOptions, Setting, training_counts
+from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.signed_svd import signed_svd
@@ -244,3 +244,6 @@ def prepare(case: Case, setting: Setting) -> Enriched:
         db = seen_with(case, setting, coarse).first(setting["samples"]).use_training()
         method.learn(gather(db, np.arange(len(db.contact)), "live", case.options), case.options)
     return Enriched(method, coarse)
+
+
+offline = one_stage(prepare)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
-from palpate.benchmark.model import Case, FitOptions, Setting, training_counts
+from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.features import Features, describe, in_slots, kinds
 from palpate.models.enrichment.fitting import Fitting, Training
@@ -225,3 +225,6 @@ def prepare(case: Case, setting: Setting, features: str, weights: str) -> Enrich
     method = fit(fitting, features, weights, setting.get("neighbours"))
     method.order_ahead(fitting.db.coarse_surface)
     return Enriched(method, coarse)
+
+
+offline = one_stage(prepare)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, Setting, one_stage
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.fitting import Fitting, Training
 from palpate.models.enrichment.paper_enrichment import median_distance, squared_distances
@@ -93,3 +93,6 @@ def prepare(case: Case, setting: Setting) -> Enriched:
     """Choose kernel and width by cross-validation on the training samples."""
     coarse = coarse_solver(case, setting)
     return Enriched(fit(fitting_to(seen_with(case, setting, coarse)), setting["modes"]), coarse)
+
+
+offline = one_stage(prepare)

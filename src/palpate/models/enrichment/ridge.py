@@ -9,7 +9,7 @@ Put ridge regression to fine displacements, linear or through a kernel, on top o
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import Case, FitOptions, Setting, training_counts
+from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.fitting import Fitting, Training
 from palpate.models.enrichment.paper_enrichment import gaussian, median_distance, squared_distances
@@ -140,3 +140,6 @@ def prepare(case: Case, setting: Setting, kernel: bool) -> Enriched:
     coarse = coarse_solver(case, setting)
     seen = seen_with(case, setting, coarse).first(setting["samples"])
     return Enriched(fit(fitting_to(seen), kernel), coarse)
+
+
+offline = one_stage(prepare)

@@ -6,8 +6,6 @@ Answer with mass-spring networks as fitted: springs on a level's edges, whose eq
 """
 
 from dataclasses import dataclass, replace
-from time import perf_counter
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
@@ -15,8 +13,7 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, refuse_bed, refuse_regions
-from palpate.benchmark.timing import held_mb
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb, refuse_bed, refuse_regions
 from palpate.bodies.particles import particles_of
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
@@ -227,9 +224,6 @@ def _slopes(network: Network, x: np.ndarray, adjoint: np.ndarray) -> tuple[np.nd
 REDUCES, LAW = "p2", "springs"
 """They are fitted to its responses."""
 
-_fits: WeakKeyDictionary = WeakKeyDictionary()
-"""Moduli and what they took [s], by training samples, level and kind: the fit of one setting serves all."""
-
 
 def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
     """List iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
@@ -240,34 +234,35 @@ def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
     return found
 
 
-def prepare(case: Case, setting: Setting, nodal: bool, volume: bool) -> "SpringsAtRest":
-    """Fit moduli to the training samples, and factorise the stiffness at rest.
+class Offline(Stage):
+    """Moduli by level, fitted once for all settings.
 
     nodal : a modulus a node, not one for all; volume : with paper 2's volume force
-    Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
     """
-    network = Network(case, setting["level"])
-    moduli = _fitted(case, network, setting["level"], nodal, volume)
-    network.stiffen(moduli.young_pa, moduli.volume_n_m)
-    return SpringsAtRest(network, setting["iterations"])
+
+    def __init__(self, case: Case, nodal: bool, volume: bool):
+        super().__init__(case)
+        self._kind = nodal, volume
+
+    def online(self, setting: Setting) -> "SpringsAtRest":
+        """Fit moduli to the training samples, and factorise the stiffness at rest.
+
+        Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
+        """
+        case, level, grid = self.case, setting["level"], self.case.grid["mass_spring"]
+        network = Network(case, level)
+        samples = (case.first(grid["middle_samples"]) if level else case).use_training()
+        evaluations = grid["evaluations_uniform"], grid["evaluations_nodal"]
+        name = "moduli", case.database, level, *self._kind
+        moduli = case.share(name, lambda: fit_moduli(network, samples, *self._kind, evaluations), "moduli")
+        network.stiffen(moduli.young_pa, moduli.volume_n_m)
+        return SpringsAtRest(network, setting["iterations"])
 
 
-def _fitted(case: Case, network: Network, level: int, nodal: bool, volume: bool) -> Moduli:
-    grid, kind = case.grid["mass_spring"], (level, nodal, volume)
-    samples = (case.first(grid["middle_samples"]) if level else case).use_training()
-    known = _fits.setdefault(case.database, {})
-    if kind in known:
-        moduli, seconds = known[kind]
-        case.charge("moduli", seconds)  # spent before, for another setting
-        return moduli
-    begin = perf_counter()
-    moduli = fit_moduli(network, samples, nodal, volume, (grid["evaluations_uniform"], grid["evaluations_nodal"]))
-    known[kind] = moduli, perf_counter() - begin
-    return moduli
-
-
-class SpringsAtRest:
+class SpringsAtRest(Solver):
     """A network that makes so many quasi-Newton ``iterations`` from rest."""
+
+    memory_mb = 0.0
 
     def __init__(self, network: Network, iterations: int):
         self._network, self._iterations = network, iterations
@@ -278,3 +273,6 @@ class SpringsAtRest:
         network = self._network
         network.press(*load.single())
         return network.up @ (network.approach(self._iterations) - network.rest)
+
+
+offline = Offline

@@ -98,7 +98,7 @@ def _asked(times: float, along: bool, body: dict[str, float], model: str) -> Ans
     along : whether the forces are turned about _AXIS, away from the normal
     """
     learnt, held = _case(**body)
-    solver, fine = cascade.prepare(learnt, {"asked": 0.05}), _fine(learnt)
+    solver, fine = cascade.offline(learnt).online({"asked": 0.05}), _fine(learnt)
     up, db = to_surface(learnt.body, len(learnt.body.levels) - 1, 2), held.database
     forces = times * (np.cross(db.force, _AXIS) if along else db.force)
     loads = loads_of(db.contact, forces)

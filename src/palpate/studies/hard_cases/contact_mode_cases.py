@@ -61,8 +61,8 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
 def _pressed(body: Body, direction: list[float]) -> Answer:
     """Press the bar and compare with quadratic elements."""
     load, case = pressing(body, direction), case_of(body)
-    found = displacement_of(contact_modes.prepare(case, SETTING).respond(load))
-    expected = displacement_of(fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
+    found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))
+    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
     return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
 
 

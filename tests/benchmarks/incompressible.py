@@ -22,6 +22,7 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
 
 import numpy as np
 
+from palpate.benchmark.truth import limit, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
 from palpate.bodies.quadratic import prolongation
@@ -29,7 +30,6 @@ from palpate.bodies.refinement import finer
 from palpate.effects import elements
 from palpate.effects.patch_load import patch_at, spread
 from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.models.richardson import limit, ratio
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -7,7 +7,7 @@ import meshio
 import pytest
 import yaml
 
-from palpate.benchmark.bootstrap import read_errors
+from palpate.benchmark.comparison import read_errors
 from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark.model import FitOptions
 from palpate.errors import InputError
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.studies.enrichment.database_memory import memory_rows
 from palpate.studies.enrichment.premise_samples import changed, prepare
 from palpate.studies.enrichment.premise_tables import Settings, compare

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.benchmark.loads import force_of
+from palpate.benchmark.presses import force_of
 from palpate.bodies.contacts import kept_contacts
 from palpate.bodies.material import Tissue
 from palpate.studies.law.growing_presses import growing_presses

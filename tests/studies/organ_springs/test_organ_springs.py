@@ -10,7 +10,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material, Tissue
 from palpate.errors import InputError
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs.spring_motion import simulate
 from palpate.run.settings import defaults
 from palpate.studies.organ_springs import mass_motion, organ_fit, rivals
 from palpate.studies.organ_springs.organ import organ, references

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import nnls
 
+from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Load, Press
 from palpate.errors import NotConverged
-from palpate.models.conformal import bound_factor
 from palpate.models.contact_modes.contact_modes import ContactModes
 from palpate.press.portable.runtimes.palpate_model import APART, PortableModel
 

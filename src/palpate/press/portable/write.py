@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate.models.contact_modes.prepared_contacts import Prepared
+from palpate.models.contact_modes.contact_modes import Prepared
 from palpate.press.portable.runtimes.palpate_model import HEAD, MAGIC, SCALARS, VERSION
 from palpate.press.portable.surface_basis import SurfaceBasis
 

@@ -15,9 +15,8 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from palpate.models.enrichment.blend_weights import inverse
-from palpate.models.enrichment.gaussian_kernel import gaussian, query_weights, squared_distances
-from palpate.models.enrichment.nearest_first import nearest_first
+from palpate.models.enrichment.features import nearest_first
+from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
 
 
 class Operation(NamedTuple):

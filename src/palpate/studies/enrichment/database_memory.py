@@ -4,11 +4,10 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database
-from palpate.models.enrichment.blend import Known
-from palpate.models.enrichment.blend_weights import inverse
-from palpate.models.enrichment.feature_vectors import Features, kinds
-from palpate.models.enrichment.gaussian_kernel import gaussian
-from palpate.models.enrichment.training_samples import FitOptions, gather
+from palpate.benchmark.model import FitOptions
+from palpate.models.enrichment.features import Features, kinds
+from palpate.models.enrichment.fitting import gather
+from palpate.models.enrichment.paper_enrichment import Known, gaussian, inverse
 
 
 def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.benchmark.database import read
-from palpate.benchmark.sample_table import read_samples, sides
+from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
 from palpate.run.job import stem, steps
 
@@ -14,9 +14,9 @@ def evaluate_methods(input, output, params, wildcards):
     import h5py
 
     from palpate.benchmark.accuracy import accuracy_rows, predict
+    from palpate.benchmark.model import FitOptions
     from palpate.files import write_whole
     from palpate.models.enrichment.methods import build
-    from palpate.models.enrichment.training_samples import FitOptions
     from palpate.solvers.compliance import load_compliance
     from palpate.studies.enrichment.sigma_sweep import sweep_rows
 
@@ -36,7 +36,7 @@ def evaluate_methods(input, output, params, wildcards):
 
 
 def compare_premises(input, params, say):
-    from palpate.models.enrichment.training_samples import FitOptions
+    from palpate.benchmark.model import FitOptions
     from palpate.studies.enrichment.premise_tables import Settings, compare
 
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
@@ -46,8 +46,8 @@ def compare_premises(input, params, say):
 
 
 def time_methods(input, params, wildcards):
+    from palpate.benchmark.model import FitOptions
     from palpate.models.enrichment.methods import build
-    from palpate.models.enrichment.training_samples import FitOptions
     from palpate.solvers.compliance import load_compliance
     from palpate.studies.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
 
@@ -69,7 +69,7 @@ def time_complexity(params):
 
 
 def tabulate_samples(input):
-    from palpate.benchmark.sample_table import sample_peaks, split_counts
+    from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
 
     tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}

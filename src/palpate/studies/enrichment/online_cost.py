@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
-from palpate.benchmark.loads import nodal_forces
+from palpate.benchmark.presses import nodal_forces
 from palpate.benchmark.timing import Call, measure, timing_rows
 from palpate.bodies.body import Body
-from palpate.models.enrichment.fit_inputs import Method
 from palpate.solvers.equilibrium import Equilibrium
 
 PAPERS_TABLE = {

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
 from palpate.studies.enrichment.database_memory import memory_rows
 from palpate.studies.enrichment.premise_samples import prepare
 from palpate.studies.enrichment.premises import growing_errors, moved_share, split_errors, summarise

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database
-from palpate.models.enrichment.feature_vectors import kinds
+from palpate.models.enrichment.features import kinds
 
 ALIKE_RAD = np.radians(5.0)
 """Angle between two presses up to which they have the same direction."""

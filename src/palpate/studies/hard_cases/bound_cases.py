@@ -5,10 +5,10 @@ from functools import cache, partial
 
 import numpy as np
 
+from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Answer as Told
 from palpate.benchmark.load import loads_of
 from palpate.benchmark.model import Case
-from palpate.benchmark.pressed_samples import SETTINGS, database_of
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.contacts import contacts_of
@@ -19,6 +19,7 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.solvers.compliance import compute_compliance
 from palpate.studies.hard_cases.hard_case import Answer, finite
 from palpate.studies.hard_cases.hard_case import Case as Hard
+from palpate.studies.hard_cases.pressed_samples import SETTINGS
 from palpate.studies.hard_cases.stage import SOFT
 
 CONTACTS, ASKED, RADIUS_M, DEPTH = 14, 4, 0.03, 0.04
@@ -97,7 +98,7 @@ def _asked(times: float, along: bool, body: dict[str, float], model: str) -> Ans
     along : whether the forces are turned about _AXIS, away from the normal
     """
     learnt, held = _case(**body)
-    solver, fine = cascade.prepare(learnt, {"asked": 0.05}), _fine(learnt)
+    solver, fine = cascade.offline(learnt).online({"asked": 0.05}), _fine(learnt)
     up, db = to_surface(learnt.body, len(learnt.body.levels) - 1, 2), held.database
     forces = times * (np.cross(db.force, _AXIS) if along else db.force)
     loads = loads_of(db.contact, forces)

@@ -3,9 +3,9 @@
 import numpy as np
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of
 from palpate.benchmark.model import Case
-from palpate.benchmark.pressed_samples import SETTINGS, database_of
 from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
@@ -14,6 +14,7 @@ from palpate.models import fem
 from palpate.models.contact_modes import contact_modes
 from palpate.studies.hard_cases.hard_case import Answer
 from palpate.studies.hard_cases.hard_case import Case as HardCase
+from palpate.studies.hard_cases.pressed_samples import SETTINGS
 
 MODEL = "contact_modes"
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
@@ -60,8 +61,8 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
 def _pressed(body: Body, direction: list[float]) -> Answer:
     """Press the bar and compare with quadratic elements."""
     load, case = pressing(body, direction), case_of(body)
-    found = displacement_of(contact_modes.prepare(case, SETTING).respond(load))
-    expected = displacement_of(fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
+    found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))
+    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
     return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
 
 

@@ -47,7 +47,7 @@ def _pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
     case = case_of(replace(body, material=replace(body.material, law=law)))
     load = pressing(body, [0.0, 0.0, -times])
     with locking_is_measured():
-        found = displacement_of(made.prepare(case, SETTINGS[engine]).respond(load))
-        converged = fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 1)
+        found = displacement_of(made.offline(case).online(SETTINGS[engine]).respond(load))
+        converged = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 1)
         expected = displacement_of(converged.respond(load))
     return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)

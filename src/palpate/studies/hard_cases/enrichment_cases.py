@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.pressed_samples import (
+from palpate.models.enrichment.paper_enrichment import gaussian, squared_distances
+from palpate.studies.hard_cases.hard_case import Answer, Case, finite
+from palpate.studies.hard_cases.pressed_samples import (
     BLENDS,
     METHODS,
     PHYSICAL,
@@ -19,8 +21,6 @@ from palpate.benchmark.pressed_samples import (
     pressed,
     scaled,
 )
-from palpate.models.enrichment.gaussian_kernel import gaussian, squared_distances
-from palpate.studies.hard_cases.hard_case import Answer, Case, finite
 
 ALL, ASKED = np.arange(TRAIN), np.arange(TRAIN, TRAIN + 4)
 ERROR = "largest difference from what is expected / its peak"

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case
-from palpate.benchmark.pressed_samples import SETTINGS, database_of
 from palpate.models import fem, pod_galerkin, pod_of_loads
 from palpate.studies.hard_cases.contact_mode_cases import NEWTONS, RADIUS_M, bar
 from palpate.studies.hard_cases.hard_case import Answer
 from palpate.studies.hard_cases.hard_case import Case as HardCase
+from palpate.studies.hard_cases.pressed_samples import SETTINGS
 
 MODELS = ("pod_galerkin", "pod_gaussian", "pod_network")
 TOP = [[x, 0.025, 0.05] for x in (0.1, 0.125, 0.15, 0.175)]
@@ -60,14 +61,14 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
         contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(WAYS[0]), (2, 1))
     none = np.zeros((len(contacts), *body.coarse.nodes.shape))
     case = Case(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, SETTINGS, 1e-8, GRID)
-    elements = fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
+    elements = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements
 
 
 def _answer(model: str, case: Case, load: Load) -> np.ndarray:
     if model == "pod_galerkin":
-        return displacement_of(pod_galerkin.prepare(case, {"modes": 20, "thinned": 0.01}).respond(load))
+        return displacement_of(pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.01}).respond(load))
     learner = model.removeprefix("pod_")
     setting = {"modes": 12} | ({"hidden": 8} if learner == "network" else {})
-    return displacement_of(pod_of_loads.prepare(case, setting, learner).respond(load))
+    return displacement_of(pod_of_loads.Learnt(case, setting, learner).respond(load))

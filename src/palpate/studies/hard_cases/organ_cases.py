@@ -5,9 +5,8 @@ import numpy as np
 from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.segmentation import segment
-from palpate.models.springs.calibration.cma_es import cma_es
-from palpate.models.springs.calibration.fitness import Range
-from palpate.models.springs.calibration.genetic_algorithm import Rules, evolve
+from palpate.models.springs.evolution import Rules, cma_es, evolve
+from palpate.models.springs.fitness import Range
 from palpate.studies.hard_cases.hard_case import Answer, Case
 
 RADIUS_M = 0.03

@@ -12,10 +12,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.loads import force_of, nodal_forces
-from palpate.benchmark.nested_levels import truth_levels
+from palpate.benchmark.presses import force_of, nodal_forces
 from palpate.benchmark.truth import OWN as ERRORS
-from palpate.benchmark.truth import Truth, truth_of
+from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies.body import Body
 from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import eigsh
 
 from palpate.bodies.particles import Particles
 from palpate.effects.linear_elements import LinearElements
-from palpate.models.springs.calibration.fem_motion import reference_motion
+from palpate.models.springs.spring_motion import reference_motion
 from palpate.studies.organ_springs.organ import Motion, Organ, deviation
 
 MODES = 3

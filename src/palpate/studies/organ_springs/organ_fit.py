@@ -6,12 +6,11 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs.calibration import closed_forms, genetic_algorithm
-from palpate.models.springs.calibration.cma_es import cma_es
-from palpate.models.springs.calibration.fitness import Fit, Fitness
-from palpate.models.springs.calibration.gradient_descent import descend
-from palpate.models.springs.calibration.spring_model import SpringModel
-from palpate.models.springs.calibration.spring_motion import Settings, simulate
+from palpate.models.springs import evolution
+from palpate.models.springs.descent import descend
+from palpate.models.springs.evolution import cma_es
+from palpate.models.springs.fitness import Fit, Fitness
+from palpate.models.springs.spring_motion import Settings, SpringModel, simulate
 from palpate.studies.organ_springs.organ import Organ, Reference
 
 METHODS = ("van_gelder", "lloyd", "uniform", "genetic", "cma_es", "gradient")
@@ -63,12 +62,12 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
 
     start = np.full(nodes, float(material.young_pa))
     if method in ("van_gelder", "lloyd"):
-        return closed(getattr(closed_forms, method))
+        return closed(getattr(fitness, method))
     if method == "uniform":
-        return found.model, closed_forms.uniform(fitness, nodes, found.limits)
+        return found.model, fitness.uniform(fitness, nodes, found.limits)
     if method == "genetic":
-        rules = genetic_algorithm.Rules(searches["population"], found.limits, seed)
-        return found.model, genetic_algorithm.evolve(fitness, nodes, rules, searches["generations"], report=report)
+        rules = evolution.Rules(searches["population"], found.limits, seed)
+        return found.model, evolution.evolve(fitness, nodes, rules, searches["generations"], report=report)
     if method == "cma_es":
         return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
     return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])

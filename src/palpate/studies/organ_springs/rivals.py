@@ -12,8 +12,8 @@ from palpate.effects import shape_matching
 from palpate.effects.held import Held
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
-from palpate.models.shape_statics import cubes
-from palpate.models.springs.calibration.fem_motion import Load, reference_motion
+from palpate.models.shape_matching import cubes
+from palpate.models.springs.spring_motion import Load, reference_motion
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 from palpate.studies.organ_springs.organ import Organ, Reference, deviation

@@ -86,7 +86,7 @@ def cores(count: int, meter: "Meter") -> Size:
     """Compute a generation of paper 2's genetic algorithm on ``count`` cores."""
     import numba
 
-    from palpate.models.springs.calibration.genetic_algorithm import Genetic, Rules
+    from palpate.models.springs.evolution import Genetic, Rules
     from palpate.studies.springs.spring_experiment import experiment
 
     found = experiment(CUBE, 0.3)

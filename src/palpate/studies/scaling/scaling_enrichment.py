@@ -10,7 +10,8 @@ from palpate.studies.scaling.scaling_components import LENGTH_M, MATERIAL, Size
 
 if TYPE_CHECKING:
     from palpate.benchmark.database import Database
-    from palpate.models.enrichment.training_samples import FitOptions, Training
+    from palpate.benchmark.model import FitOptions
+    from palpate.models.enrichment.fitting import Training
     from palpate.studies.scaling.measure_scaling import Meter
 
 SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
@@ -42,8 +43,8 @@ def samples(count: int, meter: "Meter") -> Size:
 
 def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: "Meter") -> None:
     """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
-    from palpate.models.enrichment.blend import Blend, Known
-    from palpate.models.enrichment.feature_vectors import kinds
+    from palpate.models.enrichment.features import kinds
+    from palpate.models.enrichment.paper_enrichment import Blend, Known
 
     def prepare() -> Blend:
         known = Known(kinds(db, settings.neighbours)["ordered"], training, settings)
@@ -59,8 +60,9 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     The cost of blending does not depend on the displacements.
     """
     from palpate.benchmark.database import Database
+    from palpate.benchmark.model import FitOptions
     from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
-    from palpate.models.enrichment.training_samples import FitOptions, gather
+    from palpate.models.enrichment.fitting import gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)
     among, n = mesh.surface, len(mesh.nodes)

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs.calibration.fitness import Fit
-from palpate.models.springs.calibration.gradient_descent import descend_with_volume
+from palpate.models.springs.descent import descend_with_volume
+from palpate.models.springs.fitness import Fit
 from palpate.studies.springs.spring_experiment import Experiment, Motion
 from palpate.studies.springs.spring_fit import Budget, Fitted, find, judge
 

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material, Tissue
-from palpate.studies.law.variants import variants
+from palpate.studies.law.compare_laws import variants
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.studies.measured.carried import Carried
+from palpate.studies.measured.specimen import Carried
 
 PLACES = np.array([[0.2, 0.005, 0.016], [0.1, -0.006, 0.004], [0.15, 0.005, 0.01]])
 """Beyond the tip's upper edge, beside the bar, and on its top."""

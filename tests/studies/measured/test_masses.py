@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.studies.measured.masses import mass_matrix
+from palpate.studies.measured.specimen import mass_matrix
 
 
 @pytest.mark.parametrize("order", [1, 2])

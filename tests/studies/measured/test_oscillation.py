@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError
-from palpate.studies.measured.oscillation import fit_oscillation
+from palpate.studies.measured.records import fit_oscillation
 
 
 def made_up(t, hz=7.74, ratio=0.052, creep=6e-4, noise=0.0):

@@ -6,8 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InputError
-from palpate.studies.measured.records import read_record
-from palpate.studies.measured.registration import register
+from palpate.studies.measured.records import read_record, register
 
 MARKERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.05, 0.01], [0.02, 0.0, 0.08]])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.studies.measured.experiment import Marker, Weight
-from palpate.studies.measured.natural_frequency import natural_frequency
+from palpate.studies.measured.predict import natural_frequency
 from palpate.studies.measured.specimen import Bench, FemSpecimen, SpringSpecimen
 
 LENGTH, SIDE, YOUNG, DENSITY = 0.2, 0.01, 1e6, 1000.0

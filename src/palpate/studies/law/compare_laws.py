@@ -1,4 +1,8 @@
-"""Press a body under each law, and set what the choice of the law changes beside the error of the mesh.
+"""Names in law.csv: what is changed in a body, and the meshes whose errors stand beside that.
+
+Bodies as they might have been described: under another law, with another Poisson's ratio, or of one material.
+
+Press a body under each law, and set what the choice of the law changes beside the error of the mesh.
 
 Both are found on the same nested levels of quadratic elements. What a law changes is its answer minus that of the body
 as it is described, on the finest level of both, where the errors of the mesh cancel. What the mesh costs is the answer
@@ -7,6 +11,8 @@ on a coarser level minus the limit of all levels, for each law by itself.
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,11 +23,52 @@ from palpate.benchmark.nested_levels import truth_levels
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_of
 from palpate.bodies.body import Body
+from palpate.bodies.material import Material, Tissue
 from palpate.effects.locking import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.law.names import MESHES
-from palpate.studies.law.variants import Variant, variants
+
+OWN, LAW, POISSON, REGIONS = "nothing", "law", "poisson", "regions"
+"""What differs from the body as it is described."""
+MESHES = ("linear", "quadratic", "finest")
+"""Whose errors are measured: linear elements on the finest level, quadratic ones with the same nodes, and on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """A body, and what has been ``changed`` in it."""
+
+    changed: str
+    body: Body
+
+
+def variants(body: Body, laws: Sequence[str], poissons: Sequence[float]) -> list[Variant]:
+    """Return the body as it is described, then each with one thing changed.
+
+    laws, poissons : those to try; where they are the body's own already, nothing is changed and there is no variant
+    A body with regions is also tried without them, of its own material alone.
+    """
+    found = [Variant(OWN, body)]
+    found += [Variant(LAW, _changed(body, law=law)) for law in laws if law != body.material.law]
+    for poisson in poissons:
+        if any(each.poisson != poisson for each in _materials(body)):
+            found.append(Variant(POISSON, _changed(body, poisson=poisson)))
+    if body.regions is not None:
+        found.append(Variant(REGIONS, replace(body, regions=None)))
+    return found
+
+
+def _materials(body: Body) -> Sequence[Material]:
+    return [body.material] if body.regions is None else [body.material, *body.regions.materials]
+
+
+def _changed(body: Body, **change: Any) -> Body:
+    """Return ``body`` with a field of every material changed; Young's moduli and densities stay."""
+    regions = body.regions
+    if regions is not None:
+        regions = Tissue([replace(each, **change) for each in regions.materials], regions.region)
+    return replace(body, material=replace(body.material, **change), regions=regions)
+
 
 TOLERANCE = 1e-3
 """Relative residual on every level but the first; 1e-4 moves no change of a law by more than a fiftieth of it."""

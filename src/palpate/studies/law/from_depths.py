@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.studies.law.names import MESHES, OWN
+from palpate.studies.law.compare_laws import MESHES, OWN
 
 VARIANT = ["body", "changed", "law", "poisson"]
 COLUMNS = [*VARIANT, "contact", "mesh", "from_depth"]

@@ -10,9 +10,8 @@ from palpate.bodies.make_body import make_body
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.studies.law.check import check_laws
-from palpate.studies.measured.experiment import Experiment, experiment_of
-from palpate.studies.measured.observed import check_down, follow
-from palpate.studies.measured.placed import check_places, off_box
+from palpate.studies.measured.experiment import Experiment, check_places, experiment_of, off_box
+from palpate.studies.measured.records import check_down, follow
 
 
 def check(config: dict, file: Path) -> None:

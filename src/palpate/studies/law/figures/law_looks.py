@@ -2,7 +2,7 @@
 
 from pathlib import PurePath
 
-from palpate.studies.law.names import OWN, POISSON, REGIONS
+from palpate.studies.law.compare_laws import OWN, POISSON, REGIONS
 
 LAWS = {
     "corotational": ("corotational", "#009e73"),

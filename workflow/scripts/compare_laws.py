@@ -1,7 +1,6 @@
 from palpate.bodies.body_file import load
 from palpate.run.job import job, steps, write_table
-from palpate.studies.law.compare_laws import compare_laws
-from palpate.studies.law.growing_presses import growing_presses
+from palpate.studies.law.compare_laws import compare_laws, growing_presses
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     body, params = load(snakemake.input.body), snakemake.params

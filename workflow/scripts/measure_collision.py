@@ -1,6 +1,5 @@
 from palpate.run.job import job, write_table
-from palpate.studies.collision.compare_trees import measure
-from palpate.studies.collision.rival_trees import installed
+from palpate.studies.collision.compare_trees import installed, measure
 
 with job(snakemake.log[0]) as say:
     for package in installed()[1]:

@@ -1,6 +1,5 @@
 from palpate.run.job import job, write_table
-from palpate.studies.shape_matching.shape_matching_growth import exponents, headline
-from palpate.studies.shape_matching.shape_matching_timing import measure, rotation_speedup
+from palpate.studies.shape_matching.shape_matching_timing import exponents, headline, measure, rotation_speedup
 
 with job(snakemake.log[0]) as say:
     table = measure(**snakemake.params.settings)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from palpate.collision.moving_surfaces import two_bodies
 from palpate.collision.trees.build_tree import CHILD
 from palpate.collision.trees.tree import Tree
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision import apart_bodies
-from palpate.studies.collision.separated_surfaces import two_bodies
-from palpate.studies.collision.volume_tests import searched_pairs
+from palpate.studies.collision.apart_bodies import searched_pairs
 
 GAPS = [0.004, 0.05]
 

@@ -5,9 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from palpate.collision.moving_surfaces import folding_sheet, random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing, overlapping
 from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
-from palpate.studies.collision.deforming_surfaces import folding_sheet, random_soup, two_livers
 
 SCENES = [two_livers(0), folding_sheet(10), random_soup(80, seed=3)]
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from palpate.collision.moving_surfaces import folding_sheet, random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision import compare_trees
-from palpate.studies.collision.deforming_surfaces import folding_sheet, random_soup, two_livers
 
 FRAMES = 4
 

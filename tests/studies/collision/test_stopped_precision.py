@@ -6,8 +6,7 @@ import pytest
 from palpate.collision.contact_points import ContactPoints
 from palpate.collision.trees.tree_query import Counts
 from palpate.studies.collision import stopped_precision
-from palpate.studies.collision.stopped_precision import Frame
-from palpate.studies.collision.surface_distance import Overlap
+from palpate.studies.collision.stopped_precision import Frame, Overlap
 
 FRAMES = 5
 

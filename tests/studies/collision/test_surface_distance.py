@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
 from palpate.collision.trees.tree import Tree
-from palpate.studies.collision.surface_distance import distance, overlap
+from palpate.studies.collision.stopped_precision import distance, overlap
 
 CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 FACES = np.array([

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.studies.law.from_depths import COLUMNS, crossing, from_depths
+from palpate.studies.law.compare_laws import DEPTH_COLUMNS, crossing, from_depths
 
 DEPTHS = np.array([0.01, 0.03, 0.06, 0.1])
 
@@ -23,7 +23,7 @@ def test_what_is_always_or_never_larger():
 
 def test_every_change_contact_and_mesh(law_table):
     found = from_depths(law_table)
-    assert list(found.columns) == COLUMNS
+    assert list(found.columns) == DEPTH_COLUMNS
     assert set(found["changed"]) == {"law", "poisson"}
     liver = found[(found["body"] == "liver") & (found["law"] == "st_venant_kirchhoff")].set_index("mesh")["from_depth"]
     # the change is 0.3 of the depth, the meshes' errors 0.05, 0.02 and 0.005

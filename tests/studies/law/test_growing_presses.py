@@ -8,7 +8,7 @@ import pytest
 from palpate.benchmark.loads import force_of
 from palpate.bodies.contacts import kept_contacts
 from palpate.bodies.material import Tissue
-from palpate.studies.law.growing_presses import growing_presses
+from palpate.studies.law.compare_laws import growing_presses
 
 
 def test_each_contact_is_pressed_to_each_depth(beam):

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from palpate.studies.shape_matching import cluster_goals
-from palpate.studies.shape_matching.clustered_column import column
+from palpate.studies.shape_matching import clusters
+from palpate.studies.shape_matching.clusters import column
 
 
 @pytest.fixture(scope="module")
 def table():
-    return cluster_goals.measure(0.15, 0.5, 0.8).set_index(["kind", "goals"])
+    return clusters.cluster_goals(0.15, 0.5, 0.8).set_index(["kind", "goals"])
 
 
 def test_added_pulls_are_unstable_from_four_over_the_eigenvalue_on(table):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from palpate.studies.shape_matching import clustered_column
+from palpate.studies.shape_matching import clusters
 
 
 @pytest.fixture(scope="module")
 def table():
-    return clustered_column.measure(0.15, 0.5, 0.8)
+    return clusters.clustered_column(0.15, 0.5, 0.8)
 
 
 def test_more_clusters_bend_farther_and_finer(table):
@@ -32,4 +32,4 @@ def test_what_is_held_stays_and_the_rest_is_symmetric(table):
 
 
 def test_comes_out_the_same_again(table):
-    assert table.equals(clustered_column.measure(0.15, 0.5, 0.8))
+    assert table.equals(clusters.clustered_column(0.15, 0.5, 0.8))

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from palpate.studies.shape_matching import deformation_modes
+from palpate.studies.shape_matching import clusters
 
 
 @pytest.fixture(scope="module")
 def table():
-    return deformation_modes.measure()
+    return clusters.deformation_modes()
 
 
 def best(rest, x, quadratic):

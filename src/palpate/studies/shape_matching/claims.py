@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.report.claims import Claim, percent, verdict
 from palpate.studies.shape_matching.findings import held, limit, moved, tips
-from palpate.studies.shape_matching.shape_matching_growth import HEADLINE, exponents, headline
+from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, exponents, headline
 
 TABLES = ("integrator_stability", "body_springs", "clusters", "shape_matching_timing")
 

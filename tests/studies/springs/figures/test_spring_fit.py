@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.report import tables
-from palpate.studies.springs.figures import spring_fit, spring_looks
+from palpate.report import spring_looks, tables
+from palpate.studies.springs.figures import spring_fit
 
 
 def test_a_band_is_the_range_of_seeds_and_a_run_that_ended_keeps_its_best(spring_results):

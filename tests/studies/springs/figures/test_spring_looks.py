@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.errors import InputError
-from palpate.studies.springs.figures import spring_looks
+from palpate.report import spring_looks
 
 
 def test_an_unknown_way_has_no_colour():

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from palpate.report import style
-from palpate.studies.collision.collision_growth import STAGES, exponents
+from palpate.studies.collision.compare_trees import STAGES, exponents
 from palpate.studies.collision.figures.collision_looks import depths_of, look, ranked
 
 TABLES = ("collision_scaling",)

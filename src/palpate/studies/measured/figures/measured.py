@@ -8,9 +8,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.report import style, tables
+from palpate.report.law_looks import law_label
 from palpate.report.model_looks import look
 from palpate.report.number_format import percent
-from palpate.studies.law.figures.law_looks import law_label
 
 TABLES = ("measured",)
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}

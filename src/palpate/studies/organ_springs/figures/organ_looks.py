@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from palpate.errors import InputError
+from palpate.report.spring_looks import FITS
 from palpate.report.style import Look
-from palpate.studies.springs.figures.spring_looks import FITS
 
 
 @dataclass(frozen=True)

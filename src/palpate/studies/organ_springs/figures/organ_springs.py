@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
+from palpate.report.spring_looks import DASHES, FITS, FORCES
 from palpate.studies.organ_springs.figures.organ_looks import look
-from palpate.studies.springs.figures.spring_looks import DASHES, FITS, FORCES
 
 TABLES = ("organ_springs",)
 APART = 1.16

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from palpate.report import style, tables
-from palpate.studies.scaling.scaling_growth import LEAST_MB
+from palpate.studies.scaling.measure_scaling import LEAST_MB
 
 TABLES = ("scaling",)
 COMPONENTS = {

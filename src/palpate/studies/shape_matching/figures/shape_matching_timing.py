@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from palpate.report import style
-from palpate.studies.shape_matching.shape_matching_growth import HEADLINE, exponents, headline
+from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, exponents, headline
 
 TABLES = ("shape_matching_timing",)
 _MODES = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}

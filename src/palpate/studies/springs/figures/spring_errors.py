@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.studies.springs.figures.spring_looks import DASHES, FITS, FORCES, look
+from palpate.report.spring_looks import DASHES, FITS, FORCES, look
 
 TABLES = ("spring_errors",)
 SHOWN = ["uniform", "genetic", "gradient", "gradient_smooth", "gradient_all"]

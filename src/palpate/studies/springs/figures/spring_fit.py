@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.report import style, tables
-from palpate.studies.springs.figures.spring_looks import FITS, FORCES, look
+from palpate.report.spring_looks import FITS, FORCES, look
 
 TABLES = ("spring_history",)
 _POINTS = 200

@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.studies.springs.figures.spring_looks import DASHES, FITS, FORCES
+from palpate.report.spring_looks import DASHES, FITS, FORCES
 
 TABLES = ("spring_floor",)
 OWN = 0.25

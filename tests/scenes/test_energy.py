@@ -19,7 +19,7 @@ from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene, scene_of
 from palpate.schema import read_schema
 from palpate.solvers import backward_euler
-from palpate.studies.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance
+from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
 ROOT = Path(__file__).parents[2]
 SHORTER = {

@@ -1,7 +1,7 @@
 from palpate.benchmark.database import read
 from palpate.models.enrichment.training_samples import FitOptions
 from palpate.run.job import job, steps, write_table
-from palpate.studies.enrichment.premise_tables import Settings, compare
+from palpate.studies.enrichment.premises import Settings, compare
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     params = snakemake.params

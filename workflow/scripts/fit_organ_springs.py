@@ -4,8 +4,8 @@ import pandas as pd
 
 from palpate.bodies.body_file import load
 from palpate.run.job import job, rarely, write_table
-from palpate.studies.organ_springs import mass_motion, organ_fit, rivals
-from palpate.studies.organ_springs.organ import organ, references
+from palpate.studies.organ_springs import organ_fit
+from palpate.studies.organ_springs.organ import mass_motion, organ, references
 
 with job(snakemake.log[0]) as say:
     found = organ(load(snakemake.input.body), snakemake.params.settings)
@@ -15,9 +15,9 @@ with job(snakemake.log[0]) as say:
         found, motions, snakemake.params.seed, lambda method: rarely(say, f"{method}: how far, best fitness")
     )
     tables = {
-        "organ_springs": pd.concat([errors, rivals.measure(found, motions)]),
+        "organ_springs": pd.concat([errors, organ_fit.rivals(found, motions)]),
         "organ_history": history.assign(body=found.body.name),
-        "mass_motion": mass_motion.measure(found),
+        "mass_motion": mass_motion(found),
     }
     for path in snakemake.output:
         write_table(tables[Path(path).stem], path)

@@ -2,7 +2,7 @@ from palpate.run.job import job, steps, write_table
 from palpate.scenes import motion
 from palpate.scenes.scene import scene_of
 from palpate.scenes.scene_bodies import load_particles
-from palpate.studies.scenes.effect_cost import left_out
+from palpate.studies.scenes.measurements import left_out
 
 with job(snakemake.log[0]) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)

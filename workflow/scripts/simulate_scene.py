@@ -4,7 +4,7 @@ from palpate.scenes.build_system import decisions
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
 from palpate.scenes.scene_bodies import load_particles
-from palpate.studies.scenes.energy_balance import warn_of_gain
+from palpate.studies.scenes.measurements import warn_of_gain
 
 with job(snakemake.log[0], snakemake.output.warned) as say:
     scene = scene_of(snakemake.wildcards.scene, **snakemake.params.scene)

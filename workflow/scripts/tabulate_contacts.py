@@ -2,7 +2,7 @@ import pandas as pd
 
 from palpate.run.job import job, write_table
 from palpate.scenes import motion
-from palpate.studies.scenes.contact_force import contact_force
+from palpate.studies.scenes.measurements import contact_force
 
 with job(snakemake.log[0]):
     motions = [motion.load(path) for path in snakemake.input.motions]

@@ -2,7 +2,7 @@ import pandas as pd
 
 from palpate.run.job import job, write_table
 from palpate.scenes import motion
-from palpate.studies.scenes.energy_balance import energy_balance
+from palpate.studies.scenes.measurements import energy_balance
 
 with job(snakemake.log[0]):
     inputs, out = snakemake.input, snakemake.output

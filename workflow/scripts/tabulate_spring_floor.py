@@ -1,6 +1,6 @@
 from palpate.run.job import job, write_table
 from palpate.studies.springs.spring_experiment import experiment, load_references
-from palpate.studies.springs.spring_floor import INCOMPRESSIBLE, measure
+from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
 with job(snakemake.log[0]):
     calibration = snakemake.params.calibration

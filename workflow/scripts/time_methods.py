@@ -7,7 +7,7 @@ from palpate.models.enrichment.methods import build
 from palpate.models.enrichment.training_samples import FitOptions
 from palpate.run.job import job, write_table
 from palpate.solvers.compliance import load_compliance
-from palpate.studies.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
+from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
 
 with job(snakemake.log[0]):
     given, params, name = snakemake.input, snakemake.params, snakemake.wildcards.body

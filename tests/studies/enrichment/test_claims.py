@@ -9,7 +9,7 @@ import pytest
 from palpate.files import read_yaml
 from palpate.report.claims import BOUND, CONFIRMED, OUTSIDE, REFUTED
 from palpate.studies.enrichment.claims import FEATURES, SIGMA, TIMES_AS_FAST, UNIT_M, claims
-from palpate.studies.enrichment.complexity import OPERATIONS, complexity_rows
+from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows
 
 PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/enrichment/captions/published.yaml")
 

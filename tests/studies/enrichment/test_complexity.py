@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.studies.enrichment.complexity import OPERATIONS, complexity_rows, fit_exponents
+from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows, fit_exponents
 
 R, K = (grid.ravel() for grid in np.meshgrid([300.0, 600, 1200, 2400, 4800], [25.0, 50, 100, 200]))
 

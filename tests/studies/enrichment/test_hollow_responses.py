@@ -12,7 +12,7 @@ from palpate.effects.springs import Springs
 from palpate.effects.triangles import make
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
-from palpate.studies.enrichment.hollow_responses import (
+from palpate.studies.enrichment.premise_samples import (
     hinge_parts,
     hollow_responses,
     membrane_parts,

@@ -8,12 +8,18 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.models.enrichment.training_samples import FitOptions
-from palpate.studies.enrichment.database_memory import memory_rows
-from palpate.studies.enrichment.premise_samples import changed, prepare
-from palpate.studies.enrichment.premise_tables import Settings, compare
-from palpate.studies.enrichment.premises import growing_errors, moved_share, split_errors, summarise
-from palpate.studies.enrichment.pressed_alike import choose_alike, feature_rows
-from palpate.studies.enrichment.sample_counts import sample_counts
+from palpate.studies.enrichment.premise_samples import changed, prepare, sample_counts
+from palpate.studies.enrichment.premises import (
+    Settings,
+    choose_alike,
+    compare,
+    feature_rows,
+    growing_errors,
+    memory_rows,
+    moved_share,
+    split_errors,
+    summarise,
+)
 
 OPTIONS = FitOptions(10, {"min": 0.1, "max": 10, "count": 5}, 3, "contacts", 1)
 PAD = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError, NotConverged
-from palpate.studies.hard_cases import enrichment_cases, hard_case, locking
+from palpate.studies.hard_cases import enrichment_cases, fem_cases, hard_case
 from palpate.studies.hard_cases.declared import FAMILIES, declared, measure
 from palpate.studies.hard_cases.hard_case import OUTCOMES, Answer, Case, finite, judge
 
@@ -22,7 +22,7 @@ def test_hard_case(case):
 
 def test_wrong_is_declared_for_known_faults_alone():
     known = {(case.name, model) for case in CASES for model in case.models if "wrong" in case.acceptable(model)}
-    locked = {("locking", model) for model in locking.LOCKED}
+    locked = {("locking", model) for model in fem_cases.LOCKED}
     assert known == locked | {("near_singular", model) for model in enrichment_cases.AMBIGUOUS}
     assert "nan" not in {outcome for case in CASES for model in case.models for outcome in case.acceptable(model)}
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.scenes.motion import Motion, Moved, load, save
-from palpate.studies.scenes.contact_force import closed, contact_force, nearest
+from palpate.studies.scenes.measurements import closed, contact_force, nearest
 
 
 @pytest.fixture

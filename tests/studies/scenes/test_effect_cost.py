@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
-from palpate.studies.scenes.effect_cost import REST, cost, left_out
+from palpate.studies.scenes.measurements import REST, cost, left_out
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
 LOAD |= {"hold_s": 1, "release_s": 0.1}

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.scenes.scene import Scene
-from palpate.studies.scenes.energy_balance import FAILS, HOLDS, UNKNOWN, energy_balance, warn_of_gain
+from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN, energy_balance, warn_of_gain
 from palpate.studies.scenes.tables import TABLES
 
 ROWS = {"scene": "a", "time_s": [0.0, 1.0, 2.0], "kinetic_j": 0.0, "springs_j": [0.0, 1.0, 0.5]}

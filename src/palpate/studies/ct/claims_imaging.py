@@ -5,9 +5,8 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 
 from palpate.report.claims import Claim, verdict
-from palpate.studies.ct.compositing import BACK, FRONT, SOLID, TRANSLUCENT
-from palpate.studies.ct.mask_interpolation import BETWEEN
-from palpate.studies.ct.surface_normals import CORNERS, GRADIENT, TRIANGLES
+from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, TRIANGLES
+from palpate.studies.ct.ray_casting import BACK, FRONT, SOLID, TRANSLUCENT
 
 TABLES = ("mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing")
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from palpate.errors import InputError, describe_unknown
-from palpate.studies.enrichment.sample_counts import sample_counts
+from palpate.studies.enrichment.premise_samples import sample_counts
 
 
 def check(config: dict, file: Path) -> None:

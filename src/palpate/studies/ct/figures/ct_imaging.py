@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from palpate.bodies.ct.image import Image
 from palpate.report import style, tables
-from palpate.studies.ct.imaging import Pictures
-from palpate.studies.ct.mask_interpolation import BETWEEN
+from palpate.studies.ct.imaging import BETWEEN, Pictures
 
 _INCHES = 10.5
 _FOUND, _TRUE = "#d55e00", "#009e73"

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.studies.scenes.energy_balance import whole
+from palpate.studies.scenes.measurements import whole
 
 TABLES = ("energy",)
 _COLUMNS, _INCHES = 3, (3.7, 2.4)

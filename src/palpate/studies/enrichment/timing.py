@@ -4,20 +4,29 @@ Building A is measured whole and without the inversion of Φ: the paper's O(r k�
 inversion out, so its order can only hold for the assembly of Φ. Sizes are large enough for the cost of
 calling numpy to vanish, except where the whole of building A is measured: there feature lengths are those of
 the paper, because that is where the inversion it leaves out counts.
+
+Time what a query costs at run time, and tabulate it in two tables.
 """
 
 import time
 import timeit
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
+from palpate.benchmark.database import Database
+from palpate.benchmark.loads import nodal_forces
+from palpate.benchmark.timing import Call, measure, timing_rows
+from palpate.bodies.body import Body
 from palpate.models.enrichment.blend_weights import inverse
+from palpate.models.enrichment.fit_inputs import Method
 from palpate.models.enrichment.gaussian_kernel import gaussian, query_weights, squared_distances
 from palpate.models.enrichment.nearest_first import nearest_first
+from palpate.solvers.equilibrium import Equilibrium
 
 
 class Operation(NamedTuple):
@@ -60,7 +69,7 @@ OPERATIONS = {
 }
 
 
-def measure(samples: Sequence[int], seed: int) -> pd.DataFrame:
+def complexity(samples: Sequence[int], seed: int) -> pd.DataFrame:
     """Measure the seconds of each operation on random data over its lengths × ``samples``: operation, r, k, seconds.
 
     Processor time of the one thread, the fastest of three turns: a long call is interrupted by what else the
@@ -120,3 +129,85 @@ def fit_exponents(r: np.ndarray, k: np.ndarray, seconds: np.ndarray) -> tuple[np
     variance = np.sum((logs - design @ coefficients) ** 2) / freedom
     spread = np.sqrt(variance * np.linalg.inv(design.T @ design).diagonal())
     return coefficients[:2], stats.t.ppf(0.975, freedom) * spread[:2]
+
+
+PAPERS_TABLE = {
+    "unordered": "unordered_nonnegative_a",
+    "contact_ordered": "ordered_nonnegative_a",
+    "detail_correction": "detail_correction",
+}
+"""Rows of the paper's tables 4 and 5 and the methods that stand there."""
+DEFORMATIONS = 5
+"""The paper times five of them, d1 to d5."""
+FEM_REPEATS = 5
+"""A fine simulation takes long and is no online method."""
+
+
+def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:
+    """Make one call for each row of ``loads``, which simulates it from rest on one level."""
+    solver = Equilibrium(body, level)
+    nodal = [nodal_forces(body, level, load) for _, load in loads.iterrows()]
+    return [partial(solver.solve, forces, tolerance) for forces in nodal]
+
+
+def queries(db: Database, method: Method, protocol: str, samples: Sequence[int]) -> list[Call]:
+    """Make one call for each sample, which predicts its fine response from the coarse one of ``protocol``."""
+    coarse = db.coarse(protocol)
+    return [partial(method.predict, coarse[i], int(db.contact[i]), db.force[i]) for i in samples]
+
+
+def timing_table(
+    db: Database,
+    methods: Mapping[str, Mapping[str, Method]],
+    fine: list[Call],
+    coarse: list[Call],
+    samples: Sequence[int],
+    body: str,
+    repeats: int,
+    means: Mapping[str, float],
+) -> pd.DataFrame:
+    """Tabulate enrichment_timing.csv: fine FEM, the paper's two features, and detail
+    correction without and with its coarse simulation.
+
+    methods : by protocol and name; fine, coarse : one simulation a sample
+    means : the paper's mean seconds, by row
+    """
+    online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
+    corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
+    online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
+    return pd.concat(
+        [timing_rows(body, {"fine_fem": fine}, FEM_REPEATS, means), timing_rows(body, online, repeats, means)]
+    )
+
+
+def cost_table(
+    db: Database,
+    methods: Mapping[str, Mapping[str, Method]],
+    coarse: list[Call],
+    samples: Sequence[int],
+    body: str,
+    repeats: int,
+) -> pd.DataFrame:
+    """Tabulate online_cost.csv: body, method, protocol, online_median_s, online_p95_s over all ``samples``.
+
+    In the live protocol the coarse simulation is part of a query, at its median; linear FEM needs none.
+    """
+    simulated = measure(coarse, repeats).median_s
+    rows = []
+    for protocol, fitted in methods.items():
+        for name, method in fitted.items():
+            query = measure(queries(db, method, protocol, samples), repeats)
+            before = simulated if protocol == "live" and name != "linear_fem" else 0.0
+            rows.append([body, name, protocol, before + query.median_s, before + query.p95_s])
+    return pd.DataFrame(rows, columns=["body", "method", "protocol", "online_median_s", "online_p95_s"])
+
+
+def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
+    """Choose five of the samples ``test`` from the smallest to the largest of their peaks (k,) [m], evenly."""
+    ranked = test[np.argsort(peaks[test], kind="stable")]
+    return ranked[np.linspace(0, len(ranked) - 1, DEFORMATIONS).round().astype(int)]
+
+
+def _in_turn(first: Call, second: Call) -> None:
+    first()
+    second()

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from palpate.report.claims import CONFIRMED, NOT_TESTABLE, REFUTED
-from palpate.studies.collision.claims import claims
+from palpate.studies.collision.claims import composite_trees
 
 COLUMNS = ["scene", "structure", "depths", "rival", "triangles", "build_ms", "refit_ms", "query_ms"]
 COLUMNS += ["triangle_tests", "pairs"]
@@ -30,7 +30,9 @@ def table():
 
 def found(table, claim, depths=""):
     """Return the one row of this claim, of the composite tree of these depths."""
-    rows = [row for row in claims({"collision": table}) if row.claim == claim and row.premise.startswith(depths)]
+    rows = [
+        row for row in composite_trees({"collision": table}) if row.claim == claim and row.premise.startswith(depths)
+    ]
     assert len(rows) == 1
     return rows[0]
 
@@ -87,4 +89,6 @@ def test_a_scene_in_which_nothing_is_tested_counts_too(table):
 
 def test_a_table_read_from_its_file_gives_the_same(table, tmp_path):
     table.to_csv(tmp_path / "collision.csv", index=False)
-    assert list(claims({"collision": pd.read_csv(tmp_path / "collision.csv")})) == list(claims({"collision": table}))
+    assert list(composite_trees({"collision": pd.read_csv(tmp_path / "collision.csv")})) == list(
+        composite_trees({"collision": table})
+    )

@@ -4,12 +4,12 @@ import pandas as pd
 import pytest
 
 from palpate.report.claims import CONFIRMED, OUTSIDE, REFUTED
-from palpate.studies.collision.claims_precision import TABLES, claims
+from palpate.studies.collision.claims import bounding_volumes
 
 
 @pytest.fixture
 def tables(collision_results):
-    found = {name: collision_results[name].copy() for name in TABLES}
+    found = {name: collision_results[name].copy() for name in ("collision", "collision_precision", "collision_apart")}
     for name in ("collision", "collision_apart"):
         tight = found[name][found[name]["structure"] == "aabb"].assign(structure="obb")
         slow = [column for column in ("build_ms", "refit_ms", "query_ms") if column in tight]
@@ -20,11 +20,11 @@ def tables(collision_results):
 
 
 def said(tables):
-    return {claim.claim.split(":")[0]: claim for claim in claims(tables)}
+    return {claim.claim.split(":")[0]: claim for claim in bounding_volumes(tables)}
 
 
 def test_every_row_is_whole(tables):
-    rows = list(claims(tables))
+    rows = list(bounding_volumes(tables))
     assert len(rows) == len({row.claim for row in rows}) == 9
     for row in rows:
         assert (row.paper, row.section) == (3, "4") and all(row)

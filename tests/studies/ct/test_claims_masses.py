@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from palpate.studies.ct.claims_masses import claims
+from palpate.studies.ct.claims import node_masses
 
 
 def table(raw, own, density):
@@ -12,11 +12,11 @@ def table(raw, own, density):
 
 
 def test_masses_as_the_paper_has_them_confirm_it():
-    found = list(claims(table([-0.03, -0.007], [0.02, 0.002], [1065.0, 1066.0])))
+    found = list(node_masses(table([-0.03, -0.007], [0.02, 0.002], [1065.0, 1066.0])))
     assert [claim.verdict for claim in found] == ["confirmed"] * 4
     assert found[1].ours == "my liver 2.3 %"
 
 
 def test_others_refute_it():
-    found = claims(table([-0.11, -0.2], [0.02, -0.02], [1065.0, 1100.0]))
+    found = node_masses(table([-0.11, -0.2], [0.02, -0.02], [1065.0, 1100.0]))
     assert [claim.verdict for claim in found] == ["refuted"] * 4

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes, liver_side, shape_shares
 from palpate.report.table import columns
-from palpate.studies.ct import claims_imaging, imaging, ray_casting
+from palpate.studies.ct import claims, imaging, ray_casting
 
 VOXEL_M = 0.004
 
@@ -84,14 +84,14 @@ def test_each_scan_is_segmented(measured):
 
 def test_claims_follow_the_tables(measured):
     tables = measured[0]
-    found = list(claims_imaging.claims(tables))
+    found = list(claims.imaging(tables))
     assert all(claim.paper == 3 and claim.section.startswith("2") for claim in found) and len(found) == 8
     told = {claim.claim: claim.verdict for claim in found}
     same = "compositing back to front and front to back give one picture"
     assert told[same] == "confirmed"
     wrong = tables | {"compositing": tables["compositing"].assign(difference=0.01)}
-    assert {claim.claim: claim.verdict for claim in claims_imaging.claims(wrong)}[same] == "refuted"
+    assert {claim.claim: claim.verdict for claim in claims.imaging(wrong)}[same] == "refuted"
     drawn = "an organ that is drawn on every n-th slice can be interpolated between"
     assert told[drawn] == "confirmed"
     wrong = tables | {"mask_interpolation": tables["mask_interpolation"].assign(dice=0.9)}
-    assert {claim.claim: claim.verdict for claim in claims_imaging.claims(wrong)}[drawn] == "refuted"
+    assert {claim.claim: claim.verdict for claim in claims.imaging(wrong)}[drawn] == "refuted"

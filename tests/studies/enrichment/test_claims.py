@@ -8,7 +8,7 @@ import pytest
 
 from palpate.files import read_yaml
 from palpate.report.claims import BOUND, CONFIRMED, OUTSIDE, REFUTED
-from palpate.studies.enrichment.claims import FEATURES, SIGMA, TIMES_AS_FAST, UNIT_M, claims
+from palpate.studies.enrichment.claims import FEATURES, SIGMA, TIMES_AS_FAST, UNIT_M, method
 from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows
 
 PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/enrichment/captions/published.yaml")
@@ -86,7 +86,7 @@ def judged(**changed):
         "mesh_sizes": sizes(changed.get("fine", 2210)),
         "premise_bodies": share(changed.get("moved", 0.7)),
     }
-    found = list(claims(tables))
+    found = list(method(tables))
     assert all(row.ours and row.premise for row in found)
     return found
 
@@ -128,7 +128,7 @@ def test_resolutions_correspond_where_interpolation_is_as_good():
     rows = accuracy(0.05, 0.1)
     rows.loc[rows["method"] == "interpolation", "rmse_of_peak"] = 0.01
     tables = {"enrichment_accuracy": rows, "sigma_sweep": sweep({"liver": 0.2}), "complexity": complexity(2.0)}
-    found = claims(tables | {"enrichment_timing": timing(1.0), "mesh_sizes": sizes(), "premise_bodies": share(0.7)})
+    found = method(tables | {"enrichment_timing": timing(1.0), "mesh_sizes": sizes(), "premise_bodies": share(0.7)})
     assert find(list(found), "do not correspond", "liver") == REFUTED
 
 

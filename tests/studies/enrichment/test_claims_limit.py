@@ -3,7 +3,7 @@
 import pandas as pd
 
 from palpate.report.claims import CONFIRMED, REFUTED
-from palpate.studies.enrichment.claims_limit import claims
+from palpate.studies.enrichment.claims import limit
 
 
 def judged(moved=(0.1, 0.4, 0.8), linear=2.0):
@@ -16,7 +16,7 @@ def judged(moved=(0.1, 0.4, 0.8), linear=2.0):
     ]
     names = ["premise", "held_out", "train", "features", "weights", "rmse_of_peak"]
     bodies = pd.DataFrame({"premise": ["bedded", "held", "bent"], "moved_share": moved})
-    return list(claims({"premises": pd.DataFrame(rows, columns=names), "premise_bodies": bodies}))
+    return list(limit({"premises": pd.DataFrame(rows, columns=names), "premise_bodies": bodies}))
 
 
 def test_errors_that_rise_with_what_moves_confirm_the_limit():

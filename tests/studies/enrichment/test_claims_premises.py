@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from palpate.report.claims import CONFIRMED, OUTSIDE, REFUTED
-from palpate.studies.enrichment import claims_premises, claims_speed
+from palpate.studies.enrichment import claims
 
 
 def tables(body="cylinder", moved=0.1, ratio=0.5, width=0.1, few=0.05):
@@ -46,19 +46,19 @@ def tables(body="cylinder", moved=0.1, ratio=0.5, width=0.1, few=0.05):
     ],
 )
 def test_errors_are_judged_by_their_interval_and_the_premise(changes, verdict):
-    first, *_ = claims_premises.claims(tables(**changes))
+    first, *_ = claims.premises(tables(**changes))
     assert first.verdict == verdict and first.paper == 1
     assert first.ours.endswith("9.00 [9.00, 9.00] with contacts held out")
 
 
 @pytest.mark.parametrize(("few", "verdict"), [(0.09, CONFIRMED), (0.11, REFUTED)])
 def test_fewer_samples_have_to_reach_the_error_of_all(few, verdict):
-    found = list(claims_premises.claims(tables(few=few)))[1]
+    found = list(claims.premises(tables(few=few)))[1]
     assert found.verdict == verdict and "with 6 samples" in found.ours and "with 18" in found.ours
 
 
 def test_memory_is_less_for_features_and_more_in_all():
-    features, total = list(claims_premises.claims(tables()))[2:]
+    features, total = list(claims.premises(tables()))[2:]
     assert (features.verdict, total.verdict) == (CONFIRMED, REFUTED)
     assert features.ours == "10 kB against 100 kB" and total.premise == "cylinder: all that a query may need"
 
@@ -73,6 +73,6 @@ def test_speed_counts_the_coarse_simulation_too():
         ],
         columns=["body", "method", "mean_s", "paper_mean_s"],
     )  # fmt: skip
-    alone, whole = claims_speed.claims({"enrichment_timing": timing})
+    alone, whole = claims.speed({"enrichment_timing": timing})
     assert (alone.published, alone.ours, alone.verdict) == ("385 times", "5000 times", CONFIRMED)
     assert (whole.ours, whole.verdict) == ("98 times", REFUTED)

@@ -7,14 +7,14 @@ import pytest
 
 from palpate.files import read_yaml
 from palpate.report.claims import CONFIRMED, REFUTED
-from palpate.studies.shape_matching.claims import FRAMES_1_S, claims
+from palpate.studies.shape_matching.claims import FRAMES_1_S, experiments
 
 PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/shape_matching/captions/published.yaml")
 
 
 def verdict(tables, claim):
     """Return what becomes of the one claim that begins so."""
-    (word,) = [row.verdict for row in claims(tables) if row.claim.startswith(claim)]
+    (word,) = [row.verdict for row in experiments(tables) if row.claim.startswith(claim)]
     return word
 
 
@@ -23,7 +23,7 @@ def test_published_numbers_are_those_of_the_figures():
 
 
 def test_all_hold_in_tables_where_they_do(shape_matching_results):
-    assert {row.verdict for row in claims(shape_matching_results)} == {CONFIRMED}
+    assert {row.verdict for row in experiments(shape_matching_results)} == {CONFIRMED}
 
 
 @pytest.mark.parametrize(("measured", "word"), [(2.001, CONFIRMED), (2.03, REFUTED), (np.inf, REFUTED)])

@@ -1,17 +1,17 @@
 """Claims that follow from paper 3's formulas are judged by them."""
 
 from palpate.report.claims import CONFIRMED, REFUTED
-from palpate.studies.shape_matching import claims_formulas
+from palpate.studies.shape_matching import claims
 
 
 def judged():
-    return {(row.claim.split()[0], row.premise.split()[-1]): row for row in claims_formulas.claims({})}
+    return {(row.claim.split()[0], row.premise.split()[-1]): row for row in claims.formulas({})}
 
 
 def test_a_force_that_depends_on_position_would_be_noticed(monkeypatch):
     assert judged()["forces", "1"].verdict == CONFIRMED
-    recursion = claims_formulas._run
-    monkeypatch.setattr(claims_formulas, "_run", lambda x, alpha, force: recursion(x, alpha + 0.1 * force.any(), force))
+    recursion = claims._run
+    monkeypatch.setattr(claims, "_run", lambda x, alpha, force: recursion(x, alpha + 0.1 * force.any(), force))
     assert judged()["forces", "1"].verdict == REFUTED
 
 

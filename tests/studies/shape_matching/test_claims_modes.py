@@ -3,11 +3,11 @@
 import numpy as np
 from fixtures.results import *  # noqa: F403
 
-from palpate.studies.shape_matching import claims_creep, claims_modes
+from palpate.studies.shape_matching import claims
 
 
-def verdicts(tables, module=claims_modes):
-    return [claim.verdict for claim in module.claims({name: tables[name] for name in module.TABLES})]
+def verdicts(tables, judge=claims.modes_and_clusters):
+    return [claim.verdict for claim in judge(tables)]
 
 
 def test_they_are_judged_by_what_the_tables_say(shape_matching_results):
@@ -22,8 +22,8 @@ def test_they_are_judged_by_what_the_tables_say(shape_matching_results):
 
 
 def test_creep_is_judged_by_the_closed_solution(shape_matching_results):
-    assert verdicts(shape_matching_results, claims_creep) == ["confirmed"]
+    assert verdicts(shape_matching_results, claims.creep) == ["confirmed"]
     table = shape_matching_results["maxwell_creep"]
-    assert verdicts({"maxwell_creep": table.assign(creep_m=1.1 * table["closed_m"])}, claims_creep) == ["refuted"]
+    assert verdicts({"maxwell_creep": table.assign(creep_m=1.1 * table["closed_m"])}, claims.creep) == ["refuted"]
     still = table.assign(creep_m=0.01, closed_m=0.01)
-    assert verdicts({"maxwell_creep": still}, claims_creep) == ["refuted"]
+    assert verdicts({"maxwell_creep": still}, claims.creep) == ["refuted"]

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from palpate.files import read_yaml
 from palpate.report.claims import CONFIRMED, NOT_TESTABLE, REFUTED
-from palpate.studies.springs.claims import FITNESS_M, GENERATIONS, SECONDS, claims
+from palpate.studies.springs.claims import FITNESS_M, GENERATIONS, SECONDS, searches
 
 PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/springs/captions/published.yaml")
 
 
 def verdict(tables, claim):
-    (word,) = [row.verdict for row in claims(tables) if row.claim.startswith(claim)]
+    (word,) = [row.verdict for row in searches(tables) if row.claim.startswith(claim)]
     return word
 
 
@@ -37,7 +37,7 @@ def test_a_search_that_still_gains_has_not_converged(spring_results):
 
 
 def test_what_cannot_be_compared_says_why(spring_results):
-    said = [row.verdict for row in claims(spring_results) if row.verdict.startswith(NOT_TESTABLE)]
+    said = [row.verdict for row in searches(spring_results) if row.verdict.startswith(NOT_TESTABLE)]
     assert len(said) == 3 and any("machine" in word for word in said)
 
 

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from palpate.studies.springs.claims_errors import claims
+from palpate.studies.springs.claims import presses
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def tables():
 
 
 def test_each_claim_has_its_verdict(tables):
-    grown, bound, scaled, least, sign = claims(tables)
+    grown, bound, scaled, least, sign = presses(tables)
     assert [c.verdict for c in (grown, bound, scaled, least)] == [
         "confirmed", "true as a bound", "confirmed", "confirmed",
     ]  # fmt: skip
@@ -39,4 +39,4 @@ def test_other_errors_refute_them(tables):
     errors.loc[(errors["step"] >= 7) & (errors["press"] == "top"), "error_x_m"] = 0.0
     errors["most_m"] *= 30.0
     tables["spring_fit"]["rmse_m"] = [3e-4, 1e-4]
-    assert [claim.verdict for claim in claims(tables)][:4] == ["refuted"] * 4
+    assert [claim.verdict for claim in presses(tables)][:4] == ["refuted"] * 4

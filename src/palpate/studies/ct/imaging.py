@@ -1,13 +1,4 @@
-"""Masks that are drawn on every n-th slice and filled between, against the whole mask (paper 3, chapter 2).
-
-Normals of a surface from grey values and from triangles, against the exact ones (paper 3, chapter 2).
-
-Livers that are segmented from a CT and from an MRI by their grey values, against the truth (paper 3, chapter 2).
-
-Tissues that voxels are taken for, against what the synthetic abdomen is made of (paper 3, chapter 2).
-
-Steps from a scan to a picture and a mask that paper 3 describes in chapter 2, each against what is known.
-"""
+"""Steps from a scan to a picture and a mask that paper 3 describes in chapter 2, each against what is known."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -34,16 +25,19 @@ from palpate.bodies.ct.synthetic_abdomen import (
 from palpate.bodies.surfaces.decimate import area_normals, vertex_normals
 from palpate.bodies.surfaces.isosurface import isosurface
 from palpate.errors import InputError
-from palpate.studies.ct import ray_casting
 from palpate.studies.ct.ray_casting import (
+    GREY,
     TISSUES,
     Rays,
     by_percentage,
     by_threshold,
     cast,
+    compositing,
     field_of,
     fit_mixture,
     front,
+    likely,
+    on_white,
     parallel_rays,
     probabilities,
     thresholds,
@@ -245,29 +239,31 @@ def measure(
     found: dict[str, pd.DataFrame] = {}
     for name in progress(["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]):
         if name == "mask_interpolation":
-            parts = [measure(body, *scan, every) for body, scan in masks.items()]
+            parts = [mask_interpolation(body, *scan, every) for body, scan in masks.items()]
             found[name] = pd.concat(parts, ignore_index=True)
-        elif name == "surface_normals" or name == "tissue_classes":
-            found[name] = measure(image)
+        elif name == "surface_normals":
+            found[name] = surface_normals(image)
+        elif name == "tissue_classes":
+            found[name] = tissue_classes(image)
         elif name == "segmented_scans":
-            found[name], mris = measure(image, truth["liver"])
+            found[name], mris = segmented_scans(image, truth["liver"])
         else:
             rays = parallel_rays(image, front(), pixels, STEP)
-            found[name] = ray_casting.measure(field_of(image), rays, ray_casting.likely(image))
+            found[name] = compositing(field_of(image), rays, likely(image))
     return found, Pictures(*_pictures(image, rays), mris, truth["liver"])
 
 
 def _pictures(image: Image, rays: Rays) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Cast the pictures that are drawn: classes by threshold and by probability, both orders of compositing."""
-    field, likely = field_of(image), ray_casting.likely(image)
-    sharp = transfer_of(ray_casting.GREY, by_threshold(ray_casting.GREY))
-    back = cast(field, likely, rays, back_to_front=True)
-    front_first, samples = cast(field, likely, rays, enough=ENOUGH)
+    field, transfer = field_of(image), likely(image)
+    sharp = transfer_of(GREY, by_threshold(GREY))
+    back = cast(field, transfer, rays, back_to_front=True)
+    front_first, samples = cast(field, transfer, rays, enough=ENOUGH)
     shape = rays.height, rays.width
     shown = {
         "classes by threshold": cast(field, sharp, rays)[0],
         "by probability, back to front": back[0],
         f"front to back, ends at {ENOUGH:g}": front_first,
     }
-    pictures = {caption: ray_casting.on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
+    pictures = {caption: on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
     return pictures, (samples / np.maximum(back[1], 1)).reshape(shape)

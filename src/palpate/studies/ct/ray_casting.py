@@ -301,7 +301,7 @@ _SOLID = 10.0
 """Times as many layers of a tissue lie in a millimetre where tissues look solid."""
 
 
-def measure(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
+def compositing(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
     """Compute the rows of compositing.csv.
 
     looks : with the opacities of ``transfer``, or as if tissues were ten times as dense; order, enough : one of ORDERS;

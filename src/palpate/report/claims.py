@@ -1,8 +1,8 @@
 """Judge what papers claim: one row a claim, with the premise that it was tested in."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -61,16 +61,15 @@ def two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def gather(modules: Iterable[str], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Tabulate claims.csv: the claims of some modules, by paper and in the order of the modules, and their study.
+def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Tabulate claims.csv: what functions judge, by paper and in the order of the functions, and their study.
 
-    modules : their full names, palpate.studies.<study>.claims*
-    tables : at least those that the modules name
+    places : "palpate.studies.<study>.claims:function", and the names of the tables that it gets
     """
     rows = []
-    for name in modules:
-        module = cast(Claims, import_module(name))
-        known = {table: tables[table] for table in module.TABLES}
-        rows += [(*claim, name.split(".")[-2]) for claim in module.claims(known)]
+    for place, wanted in places.items():
+        module, _, function = place.partition(":")
+        judge = getattr(import_module(module), function or "claims")
+        rows += [(*claim, module.split(".")[-2]) for claim in judge({name: tables[name] for name in wanted})]
     found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
     return found.sort_values("paper", kind="stable", ignore_index=True)

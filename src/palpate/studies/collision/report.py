@@ -11,7 +11,7 @@ from palpate.report.number_format import seconds
 from palpate.report.paper_claims import counted, found, said
 from palpate.report.words import spaced
 from palpate.studies.collision.compare_trees import STAGES, exponents
-from palpate.studies.collision.figures.collision_looks import look, ranked
+from palpate.studies.collision.figures import look, ranked
 from palpate.studies.collision.report_numbers import precision_numbers
 from palpate.studies.collision.tables import TABLES
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from palpate.studies.collision.figures import collision_apart
-from palpate.studies.collision.figures.collision_looks import look
+from palpate.studies.collision import figures
+from palpate.studies.collision.figures import look
 
 
 def test_each_structure_has_a_curve_and_rivals_only_times(collision_results):
-    figure = collision_apart.draw(collision_results["collision_apart"])
+    figure = figures.draw_collision_apart(collision_results["collision_apart"])
     tests, query, whole = figure.axes[:3]
     assert len(figure.axes) == 6
     (curve,) = [line for line in tests.lines if line.get_color() == look("aabb").colour]

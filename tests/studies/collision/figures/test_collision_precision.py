@@ -2,12 +2,12 @@
 
 import pytest
 
-from palpate.studies.collision.figures import collision_precision
-from palpate.studies.collision.figures.collision_looks import look
+from palpate.studies.collision import figures
+from palpate.studies.collision.figures import look
 
 
 def test_each_structure_has_a_curve_of_its_layers_and_a_mark_of_the_whole_tree(collision_results):
-    figure = collision_precision.draw(collision_results["collision_precision"])
+    figure = figures.draw_collision_precision(collision_results["collision_precision"])
     axes = figure.axes
     assert len(axes) == 3 * 2
     assert [axis.get_title("left").split(",")[0] for axis in axes[:2]] == ["two livers", "livers apart"]
@@ -21,7 +21,7 @@ def test_each_structure_has_a_curve_of_its_layers_and_a_mark_of_the_whole_tree(c
 
 
 def test_panels_without_numbers_say_so(collision_results):
-    axes = collision_precision.draw(collision_results["collision_precision"]).axes
+    axes = figures.draw_collision_precision(collision_results["collision_precision"]).axes
     assert [text.get_text() for text in axes[3].texts] == ["never in contact"]
     assert [text.get_text() for text in axes[4].texts] == ["never apart"]
     assert not axes[3].lines and not axes[4].lines

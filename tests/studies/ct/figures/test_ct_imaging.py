@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.bodies.ct.image import Image
 from palpate.report import style
-from palpate.studies.ct.figures import ct_imaging
+from palpate.studies.ct import figures
 from palpate.studies.ct.imaging import Pictures
 
 
@@ -14,7 +14,7 @@ def test_pictures_and_lines_are_drawn(ct_results, tmp_path):
     liver = np.zeros(image.hu.shape, dtype=bool)
     liver[1:4, 5:15, 5:20] = True
     shown = Pictures(pictures, np.full((30, 40), 0.4), [(image, liver), (image, ~liver & False)], liver)
-    figure = ct_imaging.draw(shown, ct_results["mask_interpolation"])
+    figure = figures.draw_ct_imaging(shown, ct_results["mask_interpolation"])
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     assert titles[:4] == ["a", "b", "c", "samples taken of each ray"]
     lines = figure.axes[-1] if figure.axes[-1].get_xlabel() == "n" else figure.axes[-2]

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.studies.ct.figures import ct_slices
+from palpate.studies.ct import figures
 
 
 def test_the_outline_is_where_the_organ_is(scan):
-    figure = ct_slices.draw(*scan, "ball")
+    figure = figures.draw_ct_slices(*scan, "ball")
     axial, coronal, sagittal = figure.axes
     assert axial.yaxis_inverted() and not coronal.yaxis_inverted()
     for axis, across, up in ((axial, 0.0, -8.0), (coronal, 0.0, 0.0), (sagittal, -8.0, 0.0)):
@@ -20,6 +20,6 @@ def test_the_outline_is_where_the_organ_is(scan):
 
 def test_an_mri_is_drawn_in_its_own_range(scan):
     mri = replace(scan[0], hu=(scan[0].hu + 1000).astype(np.int16), modality="mri")
-    limits = ct_slices.draw(mri, scan[1], "ball").axes[0].images[0].get_clim()
+    limits = figures.draw_ct_slices(mri, scan[1], "ball").axes[0].images[0].get_clim()
     assert limits == (0, np.percentile(mri.hu, 99))
-    assert ct_slices.draw(*scan, "ball").axes[0].images[0].get_clim() == (-160, 240)
+    assert figures.draw_ct_slices(*scan, "ball").axes[0].images[0].get_clim() == (-160, 240)

@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.report import render, style
-from palpate.studies.ct.figures import ct_volume_rendering
+from palpate.studies.ct import figures
 
 
 def test_ray_casting_shows_the_organ_bone_and_gaps_and_repeats(scan):
@@ -15,7 +15,7 @@ def test_ray_casting_shows_the_organ_bone_and_gaps_and_repeats(scan):
     pictures = []
     for shown in (mask, mask, np.zeros_like(mask)):
         with render.Stage(100, 100) as stage:
-            pictures.append(stage.picture(view, [lambda s, m=shown: s.volume(ct_volume_rendering._volume(image, m))]))
+            pictures.append(stage.picture(view, [lambda s, m=shown: s.volume(figures._volume(image, m))]))
     assert np.array_equal(pictures[0], pictures[1])
     middle, corner = pictures[0][50, 50].astype(int), pictures[0][3, 3]
     assert middle[0] > 1.8 * middle[2] and (corner == 255).all()  # the organ is red, the gap is white
@@ -29,7 +29,7 @@ def test_ray_casting_shows_the_organ_bone_and_gaps_and_repeats(scan):
 
 def test_pictures_are_saved(scan, box, tmp_path):
     body = nest("ball", box([2, 2, 2], [0.03, 0.03, 0.03]), 1, np.arange(9), Material(3000.0, 0.3, 1000.0))
-    figure = ct_volume_rendering.draw(*scan, body)
+    figure = figures.draw_ct_volume_rendering(*scan, body)
     assert len([axis for axis in figure.axes if axis.images]) == 3
     assert figure.axes[2].get_xlabel() == f"fine surface: {len(body.fine.surface)} nodes"
     style.save(figure, tmp_path / "ct_volume_ball")

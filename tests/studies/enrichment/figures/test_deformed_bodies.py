@@ -4,12 +4,12 @@ import numpy as np
 from fixtures.drawn import texts
 
 from palpate.report import style
-from palpate.studies.enrichment.figures import deformed_bodies, predictions
+from palpate.studies.enrichment.figures import bodies
 
 
 def test_deformed_bodies_shows_different_contacts_and_true_errors(body, database, predictions_file, tmp_path):
-    found = predictions.read(predictions_file, "paper", "samples", deformed_bodies.METHODS)
-    figure = deformed_bodies.draw(body, database, found, rows=2)
+    found = bodies.read(predictions_file, "paper", "samples", bodies.DEFORMED_BY)
+    figure = bodies.draw_deformed_bodies(body, database, found, rows=2)
     pictures = [axis for axis in figure.axes if axis.images]
     assert len(pictures) == 2 * 6
     shown = [int(t.split(":")[0].split()[1]) for t in texts(figure) if t.startswith("sample")]

@@ -2,11 +2,11 @@
 
 from fixtures.drawn import texts
 
-from palpate.studies.enrichment.figures import error_over_body, predictions
+from palpate.studies.enrichment.figures import bodies
 
 
 def test_error_over_body_ranks_each_method(body, database, predictions_file):
-    found = predictions.read(predictions_file, "paper", "samples", error_over_body.METHODS)
-    figure = error_over_body.draw(body, database, {"paper protocol, samples held out": found})
+    found = bodies.read(predictions_file, "paper", "samples", bodies.JUDGED)
+    figure = bodies.draw_error_over_body(body, database, {"paper protocol, samples held out": found})
     samples = [int(t.split(":")[0].split()[1]) for t in texts(figure) if t.startswith("sample")]
     assert samples == [0, 4, 7] * 3  # conftest: the later the sample the worse

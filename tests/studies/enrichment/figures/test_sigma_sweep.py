@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from palpate.studies.enrichment.figures import sigma_sweep
+from palpate.studies.enrichment.figures import charts
 
 CAPTIONS = Path(__file__).parents[4] / "src/palpate/studies"
 
@@ -16,7 +16,7 @@ def paper():
 
 
 def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results, paper):
-    figure = sigma_sweep.draw(results["sigma_sweep"], results["enrichment_accuracy"], published=paper)
+    figure = charts.draw_sigma_sweep(results["sigma_sweep"], results["enrichment_accuracy"], published=paper)
     assert len(figure.axes) == 4 * 3
     liver, own = figure.axes[0], figure.axes[6]
     marks = {line.get_marker(): line.get_xdata()[0] for line in liver.lines if line.get_marker() in ("o", "D")}

@@ -4,11 +4,11 @@ import numpy as np
 from fixtures.drawn import texts
 
 from palpate.report import style
-from palpate.studies.measured.figures import measured
+from palpate.studies.measured import figures
 
 
 def test_a_panel_a_case_and_quantity(measured_table, tmp_path):
-    figure = measured.draw(measured_table, scene="beam")
+    figure = figures.draw_measured(measured_table, scene="beam")
     titles = [axis.get_title("left") for axis in figure.axes]
     assert (
         titles[0] == "gravity: place" and titles[-1] == "load: creep" and len(titles) == 8
@@ -24,6 +24,6 @@ def test_a_panel_a_case_and_quantity(measured_table, tmp_path):
 
 def test_settings_have_names(measured_table):
     rows = measured_table.assign(setting="level=0 poisson=0.45 step_s=0.002 damping=mass creep").itertuples()
-    assert measured.named(next(rows)) == (
+    assert figures.named(next(rows)) == (
         "quadratic elements (P2), 1701 nodes, ν = 0.45, steps of 2 ms, mass damping, before creep"
     )

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from palpate.report import style, tables
-from palpate.studies.scenes.figures import contact_force
+from palpate.studies.scenes.figures import charts
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def felt() -> pd.DataFrame:
 
 
 def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
-    figure = contact_force.draw(felt, scene="palpation")
+    figure = charts.draw_contact_force(felt, scene="palpation")
     force, depth, loop = figure.axes[:3]
     assert force.lines[0].get_ydata().max() == pytest.approx(0.6)
     assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
@@ -30,7 +30,7 @@ def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
 def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, tmp_path):
     plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
     other = felt.assign(scene="other", instrument="hook")
-    figure = contact_force.draw(pd.concat([felt, plate, other]), scene="palpation")
+    figure = charts.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     assert [title for title in titles if "force on" in title] == [
         "palpation: force on the finger",
@@ -44,10 +44,10 @@ def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, t
 
 
 def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
-    felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
-    empty = tables.read(tmp_path / "contact_force.csv", rows=False)
+    felt.iloc[:0].to_csv(tmp_path / "charts.csv", index=False)
+    empty = tables.read(tmp_path / "charts.csv", rows=False)
     for table in (felt, empty):
-        figure = contact_force.draw(table, scene="other")
+        figure = charts.draw_contact_force(table, scene="other")
         assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
         style.save(figure, tmp_path / "nothing")
-    style.save(contact_force.draw(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
+    style.save(charts.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")

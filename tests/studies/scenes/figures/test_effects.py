@@ -4,7 +4,7 @@ import matplotlib.text
 import numpy as np
 
 from palpate.report import style
-from palpate.studies.scenes.figures import effects as effects_cost
+from palpate.studies.scenes.figures import charts
 
 
 def texts(axis):
@@ -13,7 +13,7 @@ def texts(axis):
 
 
 def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp_path):
-    figure = effects_cost.draw(scene_results["effects"])
+    figure = charts.draw_effects(scene_results["effects"])
     press, press_error, sag, sag_error = figure.axes
     np.testing.assert_allclose([bar.get_width() for bar in press.patches], [0.75, 0.05, 0.2])
     assert texts(press) == ["750 µs, 75 %", "50 µs, 5 %", "200 µs, 20 %"]
@@ -28,6 +28,6 @@ def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp
 
 def test_no_error_is_off_the_axis(scene_results):
     effects = scene_results["effects"].assign(error_if_left_out=1e-9)
-    for axis in effects_cost.draw(effects).axes[1::2]:
+    for axis in charts.draw_effects(effects).axes[1::2]:
         dots = [line.get_xdata()[0] for line in axis.lines if line.get_marker() == "o"]
         assert dots and min(dots) >= axis.get_xlim()[0]

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from palpate.studies.shape_matching.figures import clusters
+from palpate.studies.shape_matching import figures
 
 
 def test_the_figure_shows_each_column_and_how_far_it_moves(shape_matching_results):
     table = shape_matching_results["clusters"]
-    figure = clusters.draw(table)
+    figure = figures.draw_clusters(table)
     columns = table.groupby("clusters")
     assert len(figure.axes) == len(columns) + 2  # the columns, their profiles and a colour bar
     for axis, (count, group) in zip(figure.axes, columns, strict=False):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from palpate.report import spring_looks, tables
-from palpate.studies.springs.figures import spring_fit
+from palpate.studies.springs import figures
 
 
 def test_a_band_is_the_range_of_seeds_and_a_run_that_ended_keeps_its_best(spring_results):
     found = tables.where(spring_results["spring_history"], method="genetic", volume_force=False)
-    curves = spring_fit.best_so_far(found, "seconds", np.array([0.5, 1.0, 11.5, 99.0]))
+    curves = figures.best_so_far(found, "seconds", np.array([0.5, 1.0, 11.5, 99.0]))
     assert np.isnan(curves[:, 0]).all()
     assert curves[:, 1] == pytest.approx(np.array([0.56, 0.566, 0.572]))
     assert curves[:, 2] == pytest.approx(np.array([0.06, 0.066, 0.072]) + 0.25)
@@ -17,7 +17,7 @@ def test_a_band_is_the_range_of_seeds_and_a_run_that_ended_keeps_its_best(spring
 
 
 def test_the_fit_is_drawn_over_generations_and_time(spring_results):
-    figure = spring_fit.draw(spring_results["spring_history"])
+    figure = figures.draw_spring_fit(spring_results["spring_history"])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == [*(look.label for m, look in spring_looks.FITS.items() if m != "gradient_all"), labels[-1]]
     assert labels[-1] == "range of 3 seeds, line: median"

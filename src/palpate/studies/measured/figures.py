@@ -12,7 +12,6 @@ from palpate.report.law_looks import law_label
 from palpate.report.model_looks import look
 from palpate.report.number_format import percent
 
-TABLES = ("measured",)
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
 """The quantities that are drawn, and the titles of their panels."""
 GIVEN = "no"
@@ -20,8 +19,8 @@ BAND = "#e3ebf2"
 ROW = 0.19  # [inch]
 
 
-@style.styled
-def draw(measured, *, scene: str) -> Figure:
+@style.figure("measured", tables=("measured",))
+def draw_measured(measured, *, scene: str) -> Figure:
     """Draw every model's errors in one experiment; the band is as wide as repeats of the measurement differ.
 
     measured : the table of this name; scene : the experiment. Cases that nobody measured have no errors, and no panels.

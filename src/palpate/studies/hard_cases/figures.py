@@ -8,7 +8,6 @@ from palpate.errors import InputError
 from palpate.report import style
 from palpate.report.model_looks import look
 
-TABLES = ("hard_cases",)
 LOOKS = {
     "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
     "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
@@ -30,8 +29,8 @@ CELL = 0.165  # [inch]
 LEFT, LETTER, BELOW = 2.2, 0.056, 0.75  # [inch] for names of cases, a letter of a model's name, and the legend
 
 
-@style.styled
-def draw(hard_cases) -> Figure:
+@style.figure("hard_cases", tables=("hard_cases",))
+def draw_hard_cases(hard_cases) -> Figure:
     """Draw cases (rows) and models (columns), one matrix for families that share models.
 
     A cross marks an outcome that was not declared.

@@ -1,20 +1,58 @@
-"""Error of an organ's springs at the contacts they were fitted to and at others, and what their motion costs."""
+"""Label, colour and marker of each model of an organ: its springs, however fitted, and their rivals.
+
+Error of an organ's springs at the contacts they were fitted to and at others, and what their motion costs.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate.errors import InputError
 from palpate.report import style, tables
 from palpate.report.spring_looks import DASHES, FITS, FORCES
-from palpate.studies.organ_springs.figures.organ_looks import look
+from palpate.report.style import Look
 
-TABLES = ("organ_springs",)
+
+@dataclass(frozen=True)
+class OrganLook(Look):
+    """A look with a ``short`` label, for axes."""
+
+    short: str = ""
+
+
+_SHORT = {
+    "van_gelder": "Van Gelder",
+    "lloyd": "Lloyd",
+    "uniform": "one E",
+    "genetic": "genetic",
+    "cma_es": "CMA-ES",
+    "gradient": "gradient",
+}
+LOOKS = {
+    "zero": OrganLook("no motion", "#9a9a9a", "x", "none"),
+    **{name: OrganLook(FITS[name].label, FITS[name].colour, FITS[name].marker, _SHORT[name]) for name in _SHORT},
+    "coarse_fem": OrganLook("coarse finite elements", "#222222", "^", "coarse FEM"),
+    "shape_matching": OrganLook("shape matching", "#56b4e9", "h", "shapes"),
+}
+"""Every model that may occur in the table."""
+
+
+def look(model: str) -> OrganLook:
+    """Look up the look of a model; raises InputError for an unknown one."""
+    try:
+        return LOOKS[model]
+    except KeyError:
+        raise InputError(f"model {model} has no colour: give it one in palpate/studies/organ_springs/figures") from None
+
+
 APART = 1.16
 """Springs, which all take the same time, are drawn so many times as far to the right as one another."""
 
 
-@style.styled
-def draw(organ_springs) -> Figure:
+@style.figure("organ_springs", tables=("organ_springs",))
+def draw_organ_springs(organ_springs) -> Figure:
     """Draw each model's errors at fitted and tested contacts, and those at tested contacts over time; a row a body.
 
     organ_springs : the table of this name; a dot is a contact and a bar their mean, medians over the seeds

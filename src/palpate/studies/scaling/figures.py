@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 from palpate.report import style, tables
 from palpate.studies.scaling.measure_scaling import LEAST_MB
 
-TABLES = ("scaling",)
 COMPONENTS = {
     "fem": ("finite elements", "#111111", "8"),
     "fine_nodes": ("enrichment, fine nodes", "#d55e00", "o"),
@@ -19,8 +18,8 @@ COMPONENTS = {
 _STAGES = ("#111111", "#d55e00", "#0072b2", "#009e73")
 
 
-@style.styled
-def draw(scaling) -> Figure:
+@style.figure("scaling", tables=("scaling",))
+def draw_scaling(scaling) -> Figure:
     """Draw one panel for each component, one curve with its exponent for each stage, and the memory in the last panel.
 
     scaling : the table of this name

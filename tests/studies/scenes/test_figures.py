@@ -1,15 +1,125 @@
-"""Pictures of motion show what moved, from where it is seen, and repeat byte for byte."""
+"""The force on an instrument is drawn over time and depth."""
 
 from dataclasses import replace
 
+import matplotlib.text
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
-from palpate.report import render, style
+from palpate.report import render, style, tables
 from palpate.scenes.motion import Motion, Moved
-from palpate.studies.scenes.figures import motion
+from palpate.studies.scenes.figures import charts, motion
+
+
+@pytest.fixture
+def felt() -> pd.DataFrame:
+    t = np.linspace(0.0, 1.0, 21)
+    depth = 0.02 * np.sin(np.pi * t) - 0.005
+    force = 40.0 * depth.clip(min=0.0)
+    across = dict.fromkeys(("force_x_n", "force_y_n"), np.zeros(21))
+    table = pd.DataFrame({"time_s": t, **across, "force_z_n": force, "force_n": force, "depth_m": depth})
+    return table.assign(scene="palpation", instrument="finger")
+
+
+def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
+    figure = charts.draw_contact_force(felt, scene="palpation")
+    force, depth, loop = figure.axes[:3]
+    assert force.lines[0].get_ydata().max() == pytest.approx(0.6)
+    assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
+    assert len(loop.collections[0].get_offsets()) == (felt["force_n"] > 0.0).sum()
+    style.save(figure, tmp_path / "felt")
+
+
+def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, tmp_path):
+    plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
+    other = felt.assign(scene="other", instrument="hook")
+    figure = charts.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert [title for title in titles if "force on" in title] == [
+        "palpation: force on the finger",
+        "palpation: force on the plate, which has no depth",
+    ]
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
+    assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
+    style.save(figure, tmp_path / "felt")
+    for axis in (figure.axes[0], figure.axes[-1]):
+        assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
+
+
+def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
+    felt.iloc[:0].to_csv(tmp_path / "charts.csv", index=False)
+    empty = tables.read(tmp_path / "charts.csv", rows=False)
+    for table in (felt, empty):
+        figure = charts.draw_contact_force(table, scene="other")
+        assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
+        style.save(figure, tmp_path / "nothing")
+    style.save(charts.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
+
+
+def texts(axis):
+    """What is written into a panel."""
+    return [t.get_text().replace("\u00a0", " ") for t in axis.findobj(matplotlib.text.Annotation)]
+
+
+def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp_path):
+    figure = charts.draw_effects(scene_results["effects"])
+    press, press_error, sag, sag_error = figure.axes
+    np.testing.assert_allclose([bar.get_width() for bar in press.patches], [0.75, 0.05, 0.2])
+    assert texts(press) == ["750 µs, 75 %", "50 µs, 5 %", "200 µs, 20 %"]
+    assert texts(press_error) == ["–", "100 %", "< 0.001 %"]
+    assert texts(sag_error) == ["–", "100 %", "4000 %", "–"]
+    assert [t.get_text() for t in sag.get_yticklabels()] == ["corotational", "gravity", "held", "integrator"]
+    low, high = press_error.get_xlim()
+    assert (low, high) == sag_error.get_xlim()
+    assert high > 4000
+    style.save(figure, tmp_path / "effects")
+
+
+def test_no_error_is_off_the_axis(scene_results):
+    effects = scene_results["effects"].assign(error_if_left_out=1e-9)
+    for axis in charts.draw_effects(effects).axes[1::2]:
+        dots = [line.get_xdata()[0] for line in axis.lines if line.get_marker() == "o"]
+        assert dots and min(dots) >= axis.get_xlim()[0]
+
+
+def test_balance_is_the_sum_minus_the_work_and_gravity_begins_at_zero(scene_results):
+    table = scene_results["energy"]
+    press, sag = (charts.counted(table[table["scene"] == scene]) for scene in ("press", "sag"))
+    np.testing.assert_allclose(press["balance_j"], -0.5e-3 * press["time_s"], atol=1e-15)
+    assert sag["gravity_j"].iloc[0] == 0 and sag["total_j"].iloc[0] == 0
+    assert sag["gravity_j"].iloc[-1] == pytest.approx(-2e-3)
+    assert charts.of_effects(press) == ["kinetic_j", "springs_j"]
+    assert charts.of_effects(sag) == ["kinetic_j", "gravity_j", "corotational_j"]
+
+
+def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
+    figure = charts.draw_energy(scene_results["energy"])
+    press, sag = figure.axes
+    assert (press.get_title(loc="left"), sag.get_title(loc="left")) == ("press", "sag")
+    assert press.get_ylabel() == "energy [mJ]"
+    # zero, sum, balance, kinetic, springs, outer work; zero, sum, balance, kinetic, corotational, gravity
+    assert (len(press.lines), len(sag.lines)) == (6, 6)
+    np.testing.assert_allclose(press.lines[2].get_ydata()[-1], -0.5)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "springs, corotational" in labels and "gravity" in labels and "sum − external work" in labels
+    style.save(figure, tmp_path / "energy")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 7])
+def test_any_number_of_scenes_has_its_panels(scene_results, count):
+    press = scene_results["energy"].query("scene == 'press'")
+    table = pd.concat([press.assign(scene=f"scene{i}") for i in range(count)])
+    assert len(charts.draw_energy(table).axes) == count
+
+
+def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
+    press = scene_results["energy"].query("scene == 'press'").drop(columns="springs_j")
+    assert not charts.whole(charts.counted(press))
+    (axis,) = charts.draw_energy(press).axes
+    assert len(axis.lines) == 3  # zero, kinetic, outer work
+    assert [text.get_text() for text in axis.texts] == ["its elastic effect has no energy"]
 
 
 def shown(axis):

@@ -20,7 +20,7 @@ from fixtures import kernel_lock
 
 from palpate.benchmark.comparison import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.run.settings import defaults

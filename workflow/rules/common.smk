@@ -7,20 +7,18 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.run.dependencies import digest, files_of
-from palpate.run.environment import check_environment
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.run.job import FAILED, kernel_cache
+from palpate.run.dependencies import digest, files_of
+from palpate.run.estimate import Estimate, jobs_of
+from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
-from palpate.run.kept_warnings import in_logs
-from palpate.run.stale_results import stale_results
+from palpate.run.leftovers import stale_results
 from palpate.run.settings import STUDIES, asked_for, complete, defaults
 from palpate.run.settings_file import read_settings
-from palpate.benchmark.settings import finger_regimes, pressed_bodies
-from palpate.run.estimate import Estimate, jobs_of
-
+from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt
@@ -205,7 +203,7 @@ def conclude():
     """Keep what jobs took, and print what they warned of where it does not scroll by: also those done before this run."""
     if planned is not None:
         planned.remember()
-    if lines := in_logs(sorted({log for job in workflow.dag.jobs for log in job.log})):
+    if lines := warnings_in_logs(sorted({log for job in workflow.dag.jobs for log in job.log})):
         print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
 
 

@@ -113,9 +113,9 @@ def check_claims(input, params):
 
 def write_report(input, output, params):
     from palpate.report.page import write
-    from palpate.run import kept_warnings
+    from palpate.run import job
 
-    out, warned = Path(output[0]), kept_warnings.load(input.warned)
+    out, warned = Path(output[0]), job.load_warnings(input.warned)
     write(out.parent, out, params.studies, params.scenes, params.cts, params.driven, warned, params.more)
 
 

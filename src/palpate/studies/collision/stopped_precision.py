@@ -12,7 +12,7 @@ import pandas as pd
 from scipy.spatial import KDTree
 
 from palpate.bodies.surfaces.decimate import area_normals
-from palpate.bodies.surfaces.polydata import polydata
+from palpate.bodies.surfaces.triangles import polydata
 from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
 from palpate.collision.moving_surfaces import Moving, instrument_approach, instrument_press, livers_apart, two_livers
 from palpate.collision.trees.tree import Tree

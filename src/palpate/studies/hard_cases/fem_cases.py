@@ -13,8 +13,7 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary
-from palpate.bodies.mesh_quality import dihedral_angles
+from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.effect import Effect
 from palpate.effects.elements import PLAIN_POISSON

@@ -7,8 +7,8 @@ import numpy as np
 
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
-from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.masses import density
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.particles import Particles, particles_of

@@ -19,7 +19,7 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import EDGES, Mesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.quadratic import ten_nodes
+from palpate.bodies.refinement import ten_nodes
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.held import Held

@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.liver import liver
 from palpate.bodies.material import Material
+from palpate.bodies.organs import liver
 
 if TYPE_CHECKING:
     from palpate.benchmark.database import Database
@@ -155,7 +155,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     """
     from palpate.benchmark.database import Database
     from palpate.benchmark.model import FitOptions
-    from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
+    from palpate.bodies.surfaces.decimate import fibonacci_sphere
     from palpate.models.enrichment.fitting import gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)

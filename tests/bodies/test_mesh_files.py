@@ -1,11 +1,13 @@
-"""Surface files as exporters write them are read, and cut ones are said to be cut."""
+"""Surface files as exporters write them are read, cut ones are refused, and units are guessed from sizes."""
 
 import struct
+import warnings
 
 import numpy as np
 import pytest
 from fixtures.organs import volume
 
+from palpate.bodies.mesh_file import choose_scale, guess_scale, in_words
 from palpate.bodies.mesh_readers import read
 from palpate.errors import InputError
 
@@ -46,13 +48,13 @@ def stl(head=b"x", count=12, more=b""):
     return head.ljust(80) + struct.pack("<I", count) + records + more
 
 
-ASCII = "".join(
+VTK_READERS_ASCII = "".join(
     "facet normal 0 0 0\nouter loop\n"
     + "".join("vertex {} {} {}\n".format(*CORNERS[c]) for c in t)
     + "endloop\nendfacet\n"
     for t in TRIANGLES
 )
-ASCII = f"solid a cube\n{ASCII}endsolid a cube\n"
+VTK_READERS_ASCII = f"solid a cube\n{VTK_READERS_ASCII}endsolid a cube\n"
 
 
 def ply(order="<", index="int", name="vertex_indices", elements=QUADS):
@@ -67,25 +69,25 @@ def ply(order="<", index="int", name="vertex_indices", elements=QUADS):
     return head.encode() + body + b"".join(struct.pack(f"{order}B{len(e)}{letter}", len(e), *e) for e in elements)
 
 
-CUBES = {f"{name}.obj": text.encode() for name, text in OBJ.items()} | {
+VTK_READERS_CUBES = {f"{name}.obj": text.encode() for name, text in OBJ.items()} | {
     "binary.stl": stl(),
     "solid.stl": stl(b"solid exported\nfacet normal"),
     "longer.stl": stl(more=b"\0" * 20),
     "uncounted.stl": stl(count=0),
-    "ascii.stl": ASCII.encode(),
-    "capitals.stl": ASCII.upper().encode(),
+    "ascii.stl": VTK_READERS_ASCII.encode(),
+    "capitals.stl": VTK_READERS_ASCII.upper().encode(),
     "little.ply": ply(),
     "big.ply": ply(">"),
     "text.ply": ply("", name="vertex_index"),
     "short.ply": ply(index="ushort", elements=TRIANGLES),
 }
 OFF_FACES = "".join("4 {} {} {} {}\n".format(*q) for q in QUADS)
-CUBES["a.off"] = "OFF\n8 6 0\n{}{}".format(V.replace("v ", ""), OFF_FACES).encode()
+VTK_READERS_CUBES["a.off"] = "OFF\n8 6 0\n{}{}".format(V.replace("v ", ""), OFF_FACES).encode()
 
 
-@pytest.mark.parametrize("name", CUBES)
+@pytest.mark.parametrize("name", VTK_READERS_CUBES)
 def test_a_cube_as_exporters_write_it(tmp_path, name):
-    (tmp_path / name).write_bytes(CUBES[name])
+    (tmp_path / name).write_bytes(VTK_READERS_CUBES[name])
     raw = read(tmp_path / name)
     assert len(raw.sheets["triangle"]) == 12
     assert volume(raw.points, raw.sheets["triangle"]) == pytest.approx(1)
@@ -95,14 +97,14 @@ CUT = {
     "binary.stl": (stl()[:-120], "its header announces 12 triangles and 9 are there"),
     "solid.stl": (stl(b"solid")[:-100], "announces 12 triangles and 10 are there"),
     "head.stl": (stl()[:60], "its 60 bytes do not hold even the header"),
-    "ascii.stl": (ASCII[:-300].encode(), "its last line is not endsolid"),
+    "ascii.stl": (VTK_READERS_ASCII[:-300].encode(), "its last line is not endsolid"),
     "little.ply": (ply()[:-40], "announces 8 of vertex and 6 of face, and fewer are there"),
     "points.ply": (ply()[:-180], "fewer are there"),
     "text.ply": (ply("")[:-3], "fewer are there"),
     "head.ply": (ply()[:90], "its header has no end"),
     "line.obj": ((V + faces("{i}"))[:-6].encode(), "its last line is 'f 2'"),
     "points.obj": (V.encode(), "it has points and no faces"),
-    "a.off": (CUBES["a.off"][:-12], "announces 8 points and 6 faces and has 13 lines"),
+    "a.off": (VTK_READERS_CUBES["a.off"][:-12], "announces 8 points and 6 faces and has 13 lines"),
     "a.vtu": (b"<VTKFile><UnstructuredGrid>", "its last line is not </VTKFile>"),
 }
 
@@ -116,3 +118,52 @@ def test_a_cut_file_is_said_to_be_cut(tmp_path, name):
     assert f"{name}: it is cut off: " in str(caught.value)
     assert reason in str(caught.value)
     assert str(caught.value).endswith("; download or export it again.")
+
+
+def box(size):
+    return np.array([[0, 0, 0], [size, size / 2, size / 3]])
+
+
+@pytest.mark.parametrize(
+    ("size", "scale"), [(200, 1e-3), (35, 1e-3), (12, 1e-2), (0.2, 1.0), (2e5, 1e-6), (1.0, None), (5000, None)]
+)
+def test_the_unit_is_one_that_makes_an_organ(size, scale):
+    guess = guess_scale(size)
+    assert (guess[1] if guess else None) == scale
+
+
+def test_a_guess_is_said_with_the_size():
+    with pytest.warns(UserWarning, match=r"^a: scale_m is not given; .* for the millimetre, .* 82 mm long"):
+        assert choose_scale("a", box(82), None) == 1e-3
+
+
+def test_a_size_of_no_unit_asks_for_it():
+    with pytest.raises(InputError, match=r"is 1 units, .*give scale_m, .* \(0\.2 makes it 20 cm long\)\.$"):
+        choose_scale("a", box(1), None)
+
+
+@pytest.mark.parametrize(
+    ("size", "given", "message"),
+    [
+        (82, 1, r"scale_m 1 makes a body 82 m long; if its unit is the millimetre, give scale_m: 0\.001\.$"),
+        (0.08, 1e-3, r"makes a body 0\.08 mm long; if its unit is the metre, give scale_m: 1\.$"),
+        (1, 0, r"scale_m is 0; give the length"),
+        (1, 100, r"makes a body 100 m long; check scale_m\.$"),
+    ],
+)
+def test_an_impossible_scale_is_refused_with_the_likely_one(size, given, message):
+    with pytest.raises(InputError, match=message):
+        choose_scale("a", box(size), given)
+
+
+def test_a_body_of_one_metre_is_accepted_and_one_of_two_said():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert choose_scale("a", box(1), 1.0) == 1.0
+    with pytest.warns(UserWarning, match="makes a body 2 m long, which no organ is"):
+        choose_scale("a", box(1), 2.0)
+
+
+@pytest.mark.parametrize(("length", "words"), [(82, "82 m"), (0.2, "20 cm"), (0.082, "82 mm"), (8e-5, "0.08 mm")])
+def test_lengths_in_words(length, words):
+    assert in_words(length) == words

@@ -1,20 +1,71 @@
+"""Relaxation against integrals and limits, and regions of other materials."""
+
 import warnings
 
 import gmsh
 import meshio
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from palpate.bodies.body import nest
 from palpate.bodies.body_file import load, save
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.make_body import make_body
-from palpate.bodies.material import Material, Tissue
+from palpate.bodies.material import Material, Series, Tissue, prony_fault
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import finer, refine
 from palpate.bodies.regions import share_inside
 from palpate.errors import InputError
+
+SERIES = Series([0.3, 0.2], [0.1, 2.0])
+
+
+def test_the_modulus_falls_from_its_first_value_to_its_last():
+    assert SERIES.modulus(0.0) == pytest.approx(1 / (1 - 0.5), rel=1e-14)
+    assert SERIES.modulus(1e9) == pytest.approx(1.0, rel=1e-14)
+    t = np.linspace(0.0, 3.0, 50)
+    of_first = 1.0 - 0.3 * (1 - np.exp(-t / 0.1)) - 0.2 * (1 - np.exp(-t / 2.0))
+    assert SERIES.modulus(t) == pytest.approx(of_first / 0.5, rel=1e-13)
+
+
+@pytest.mark.parametrize("h", [1e-4, 0.05, 1.0, 30.0])
+def test_a_step_is_the_integral_over_an_even_change_of_strain(h):
+    a, b = SERIES.factors(h)
+    for tau, kept, gained in zip(SERIES.times_s, a, b, strict=True):
+        memory, _ = quad(lambda t, tau=tau: np.exp(-(h - t) / tau) / h, 0.0, h, points=[max(0.0, h - 20 * tau)])
+        assert gained == pytest.approx(memory, rel=1e-9)
+        assert kept == pytest.approx(np.exp(-h / tau), rel=1e-14)
+
+
+@pytest.mark.parametrize("span", [0.0, 1e-300, 1e-17, 1e-9, 1e-3, 1.0, 50.0, 1e3, 1e12, 1e300])
+def test_a_branch_takes_energy_from_every_step(span):
+    """a ≤ b ≤ 1 makes both parts of the argument in Prony hold: a² / b ≤ 1 before, and b ≤ 1 after."""
+    (a,), (b,) = Series([0.5], [1.0]).factors(span)
+    assert 0.0 <= a <= b <= 1.0
+    assert b > 0.0 and (span < 1e3 or b == pytest.approx(1.0 / span, rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("shares", "times", "said"),
+    [
+        ([0.5], [1.0, 2.0], "shares has 1 numbers and times_s 2; give one"),
+        ([], [], "shares has 0 numbers and times_s 0; give one"),
+        ([0.5, -0.1], [1.0, 2.0], "shares has -0.1; give numbers above 0"),
+        ([0.5, 0.495], [1.0, 2.0], "shares has the sum 0.995, of which 0.99 is the most"),
+        ([float("nan")], [1.0], "shares has nan"),
+        ([0.5], [0.0], "times_s has 0; give times"),
+        ([0.5], [float("inf")], "times_s has inf; give times"),
+    ],
+)
+def test_a_series_that_is_none_is_refused(shares, times, said):
+    assert prony_fault({"shares": shares, "times_s": times}).startswith(said)
+
+
+def test_shares_up_to_the_most_are_taken():
+    assert prony_fault({"shares": [0.33, 0.33, 0.33], "times_s": [1, 2, 3]}) == ""
+
 
 STIFF = 30000.0
 BALL = {"center_m": [0.05, 0.05, 0.05], "radius_m": 0.03}
@@ -136,9 +187,7 @@ def test_an_organ_is_meshed_finely_where_a_region_is(entry):
     plain = make_body("liver", organ)
     sphere = {"center_m": [0.02, -0.02, 0.02], "radius_m": 0.012}
     # its volume is right to an eighth, and a seventh of it is elsewhere
-    with pytest.warns(
-        UserWarning, match=r"tumour have 6\.\d+ mL, and what is asked 7\.\d+ mL; 0\.9\d+ mL of the first"
-    ):
+    with pytest.warns(UserWarning, match=r"tumour have 6\.\d+ mL, and what is asked 7\.\d+ mL; 0\.9\d+ mL"):
         body = make_body("liver", organ | {"regions": {"tumour": {"sphere": sphere, "young_pa": STIFF}}})
     held = body.coarse.volumes[body.tissue(0).region == 1].sum()
     assert held == pytest.approx(4 / 3 * np.pi * 0.012**3, rel=0.15)
@@ -169,9 +218,7 @@ def test_cell_data_are_tags(tagged, tmp_path, suffix):
 
 def test_geometrical_tags_of_a_real_mesh(shared_meshes, tagged):
     path = shared_meshes / "liver.msh"
-    with pytest.raises(
-        InputError, match=r"liver\.msh: no tetrahedron has the tag 77; there are \d+ \(596 tetrahedra\)\.$"
-    ):
+    with pytest.raises(InputError, match=r"liver\.msh: no tetrahedron has the tag 77; there are \d+ \(596"):
         tagged(path, part={"tag": 77})
     tag = int(_message(lambda: tagged(path, part={"tag": 77})).split("there are ")[1].split()[0])
     assert (tagged(path, part={"tag": tag}).tissue(0).region == 1).all()
@@ -228,9 +275,7 @@ def test_a_region_inside_one_before_it_is_refused(block):
 def test_a_region_that_the_mesh_is_too_coarse_for_is_told(block):
     small = {"tumour": {"sphere": BALL | {"radius_m": 0.025}, "young_pa": STIFF}}
     coarse = block | {"divisions": [4, 4, 4], "regions": small}
-    with pytest.warns(
-        UserWarning, match=r"bodies\.block: regions .* tumour have [\d.]+ mL, and what is asked [\d.]+ mL"
-    ):
+    with pytest.warns(UserWarning, match=r"bodies\.block: regions .* tumour have [\d.]+ mL, and what is"):
         make_body("block", coarse)
 
 
@@ -246,9 +291,7 @@ def test_a_region_that_reaches_the_surface_by_its_elements_alone_is_told(block):
 
 
 def test_a_contrast_beyond_what_is_tested_is_told(block):
-    with pytest.warns(
-        UserWarning, match=r"moduli of block differ by a factor of 1e\+05, and solvers are tested up to 1"
-    ):
+    with pytest.warns(UserWarning, match=r"moduli of block differ by a factor of 1e\+05, and solvers are"):
         make_body("block", block | {"regions": {"bone": {"sphere": BALL, "young_pa": 3e8}}})
 
 
@@ -265,9 +308,7 @@ def test_tags_of_what_has_none_are_refused(tagged, two_cubes, tmp_path):
     with pytest.raises(InputError, match=r"its cell data a, b could all be tags; name the right one region, or give"):
         tagged(tmp_path / "two.vtk", half={"tag": 1})
     meshio.Mesh(mesh.nodes, [("triangle", mesh.triangles)]).write(tmp_path / "skin.stl")
-    with pytest.raises(
-        InputError, match=r"skin\.stl: it has no tetrahedra and so no tags; give the region by a sphere\.$"
-    ):
+    with pytest.raises(InputError, match=r"skin\.stl: it has no tetrahedra and so no tags; give the region"):
         tagged(tmp_path / "skin.stl", half={"tag": 1})
 
 

@@ -7,12 +7,11 @@ import meshio
 import pytest
 import yaml
 
-from palpate.benchmark.bootstrap import read_errors
+from palpate.benchmark.comparison import read_errors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.supports import choose_anchors
 from palpate.cli import main
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.init import try_body
 from palpate.init.choose import _hold
@@ -20,11 +19,10 @@ from palpate.init.command import program
 from palpate.init.data import HOLDS, recognise, sides_of
 from palpate.init.try_body import MODELS, is_unchanged
 from palpate.report.tables import read
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 from palpate.studies.tradeoff.advice import advise
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +65,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert main(["try", *words]) == 0
     printed = capsys.readouterr().out
     whole, small = (
-        complete(yaml.safe_load((folder / name).read_text()), SCHEMA, folder / name)
-        for name in ("config.yaml", "try.yaml")
+        complete(yaml.safe_load((folder / name).read_text()), folder / name) for name in ("config.yaml", "try.yaml")
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]

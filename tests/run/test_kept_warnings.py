@@ -11,7 +11,7 @@ from palpate.effects import linear_elements
 from palpate.errors import InputError, about
 from palpate.run.job import job, load_warnings, save_warnings, warnings_in_logs
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.hard_cases import locking
+from palpate.studies.hard_cases import fem_cases
 
 
 @pytest.fixture(autouse=True)
@@ -33,10 +33,10 @@ def test_linear_elements_near_incompressibility_warn_and_quadratic_ones_do_not(a
 
 @pytest.mark.parametrize(("poisson", "per_cent"), [(0.3, 6), (0.45, 11), (0.49, 22)])
 def test_a_bar_of_linear_elements_bends_less_the_nearer_it_is_to_incompressible(poisson, per_cent, monkeypatch):
-    monkeypatch.setattr(locking, "POISSON", poisson)
-    monkeypatch.setattr(locking, "reference", locking.reference.__wrapped__)
-    monkeypatch.setitem(locking.CASES, "level_2", (2, poisson, 1))
-    answer = locking.deflection("level_2")
+    monkeypatch.setattr(fem_cases, "POISSON", poisson)
+    monkeypatch.setattr(fem_cases, "reference", fem_cases.reference.__wrapped__)
+    monkeypatch.setitem(fem_cases.CASES, "level_2", (2, poisson, 1))
+    answer = fem_cases.deflection("level_2")
     assert round(100 * answer.error(answer.found)) == per_cent
 
 

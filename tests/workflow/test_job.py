@@ -42,7 +42,7 @@ def test_steps_hands_on_everything_and_says_the_first_and_last():
 def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
     package = tmp_path / "palpate"
     (package / "run").mkdir(parents=True)
-    for name in ("linalg/signed_svd.py", "errors.py"):
+    for name in ("linalg/polar.py", "errors.py"):
         (package / name).parent.mkdir(exist_ok=True)
         shutil.copy(dependencies.PACKAGE / name, package / name)
     monkeypatch.setattr(dependencies, "PACKAGE", package)
@@ -54,7 +54,7 @@ def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
 
     before = digest()
     (package / "errors.py").write_text("NONE = 0\n")
-    svd = package / "linalg/signed_svd.py"
+    svd = package / "linalg/polar.py"
     svd.write_text(f"# a comment\n{svd.read_text()}")
     assert digest() == before
     svd.write_text(f"{svd.read_text()}\nONE = 1\n")

@@ -2,7 +2,7 @@
 
 
 from palpate.bodies.material import LAWS
-from palpate.studies.law.check import changes_of, compared_bodies
+from palpate.studies.law.settings import changes_of, compared_bodies
 
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file

@@ -4,7 +4,7 @@
 include: "functions/press.smk"
 
 
-from palpate.studies.press.check import pressed_here, radius_of
+from palpate.studies.press.settings import pressed_here, radius_of
 
 PRESSED_HERE = pressed_here(config)
 EXPORTED = "results/data/{body}/press"
@@ -26,7 +26,7 @@ rule export_model:
     params:
         **calls("palpate.studies.press.jobs:export_model", ["palpate.models.contact_modes.contact_modes"]),
         settings=some("press", "contacts", "modes", "thinned"),
-        grid={"contact_modes": defaults(SCHEMA, "tradeoff")["settings"]["contact_modes"]},
+        grid={"contact_modes": defaults("tradeoff")["settings"]["contact_modes"]},
         radius_m=lambda wildcards: radius_of(config, wildcards.body),
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],

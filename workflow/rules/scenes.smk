@@ -4,8 +4,8 @@
 include: "functions/scenes.smk"
 
 
-from palpate.scenes import effect_registry
-from palpate.scenes.contact_settings import bodies_in, has_contact, has_moving_instrument
+from palpate.scenes.acting_effects import assumed, has_contact, has_moving_instrument, modules
+from palpate.scenes.scene import bodies_in
 
 SCENES = list(config["scenes"])
 # scenes in which contact acts, and those of them in which an instrument is moved

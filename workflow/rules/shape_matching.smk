@@ -1,7 +1,7 @@
 # Paper 3's own experiments: integrators, modes, clusters, what shape matching costs, dampers, virtual body springs.
 
 
-from palpate.scenes.contact_settings import bodies_in
+from palpate.scenes.scene import bodies_in
 
 MEASURED_HERE = ["integrator_stability", "deformation_modes", "clusters", "cluster_goals", "body_springs"]
 CREEP = (config["shape_matching"]["creep"] or {}).get("scene")

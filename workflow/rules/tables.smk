@@ -75,7 +75,7 @@ if {"tradeoff", "dynamic"} & set(ASKED):
             "results/logs/tabulate_advice.log",
         params:
             **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
-            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults(SCHEMA, "tradeoff")})["tradeoff"]["advice"],
+            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],
             speeds=config.get("dynamic", {}).get("speeds", []),
         script:
             "../job.py"

@@ -1,4 +1,4 @@
-"""The frame of every workflow script: a log with its warnings, one sentence on failure, no process left after its run."""
+"""The frame of every script: a log with its warnings, one sentence on failure, no process left after its run."""
 
 import math
 import os

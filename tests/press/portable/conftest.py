@@ -15,9 +15,8 @@ import pytest
 import palpate.press.portable.runtimes
 from palpate.bodies.make_body import make_body
 from palpate.effects.law import PLAIN
-from palpate.models.contact_modes.prepared_contacts import Prepared
-from palpate.models.reduction.cells import Cells
-from palpate.models.reduction.reduced_contact import ReducedContact
+from palpate.models.contact_modes.contact_modes import Prepared
+from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
 from palpate.press.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel

@@ -1,6 +1,6 @@
 # Scenes as trials of models.
 
-from palpate.scenes.contact_settings import has_contact
+from palpate.scenes.acting_effects import has_contact
 
 
 def trial_of(wildcards):
@@ -30,6 +30,6 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
-        "palpate.models.reduction",
+        "palpate.models.reduced_motion",
         *(["palpate.collision.contact"] if touching else []),
     ]

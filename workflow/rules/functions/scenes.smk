@@ -33,10 +33,6 @@ def scene(wildcards):
 
 
 def called_by(wildcards):
-    """The modules of a scene's effects and integrator; with ``effects: auto`` those of all effects it may call for."""
+    """The modules of the effects that act in a scene, and of its integrator."""
     entry = config["scenes"][wildcards.scene]
-    named = entry["effects"] if entry["effects"] != "auto" else effect_registry.EFFECTS
-    known = [effect_registry.EFFECTS[effect].module for effect in named if effect in effect_registry.EFFECTS]
-    contact = effect_registry.EFFECTS["contact"].module
-    modules = [module for module in known if module != contact or wildcards.scene in TOUCHING]
-    return [*modules, effect_registry.INTEGRATORS[entry["integrator"]]]
+    return modules(entry, assumed(entry, config["bodies"][entry["body"]]))

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import nnls
 
+from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Load, Press
 from palpate.benchmark.model import Case, Setting
 from palpate.bodies.body import Body
@@ -19,11 +20,8 @@ from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
-from palpate.models.conformal import bound_factor
-from palpate.models.contact_modes.contact_modes import FAR, GUARD, HARD, ContactModes
-from palpate.models.contact_modes.contact_workshop import Workshop
-from palpate.models.contact_modes.prepared_contacts import Prepared
-from palpate.models.reduction.nested_targets import to_surface
+from palpate.models.contact_modes.contact_modes import FAR, GUARD, HARD, ContactModes, Prepared
+from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel
 from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
 
@@ -325,7 +323,7 @@ def _responses(
     elements, parts = shop.elements(level), []
     for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
         loads = np.dstack([elements.nodal(*shop.disc(int(node), level), np.eye(3)) for node in some])
-        parts.append(to_columns(to_surface(shop.up(level), elements.solve(loads, NEAR))))
+        parts.append(to_columns(bring_to_surface(shop.up(level), elements.solve(loads, NEAR))))
     return np.hstack(parts)
 
 

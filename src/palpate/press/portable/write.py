@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.models.contact_modes.prepared_contacts import Prepared
+from palpate.models.contact_modes.contact_modes import Prepared
 from palpate.models.fem_statics import to_surface
 from palpate.press.portable.runtimes.palpate_model import HEAD, MAGIC, SCALARS, VERSION
 

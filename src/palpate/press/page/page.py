@@ -172,7 +172,7 @@ def _palette(name: str) -> str:
 def _script(models: Sequence[PressModel]) -> str:
     """Return the page's script, in a scope of its own, with the runtime of models whose file lies in the page."""
     runtime = _runtime() if any(model.file is not None and model.kind == "portable" for model in models) else ""
-    scripts = "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
+    scripts = page_assets.asset("program.js") + "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
     return f'(() => {{\n"use strict";\n{runtime}\n{scripts}}})();\n'
 
 

@@ -33,7 +33,7 @@ for study in ASKED:
             TARGETS[study],
 
 
-offer(ASKED, studies(SCHEMA), files_to_ask_for())
+offer(ASKED, STUDIES, files_to_ask_for())
 
 
 onstart:

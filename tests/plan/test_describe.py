@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from palpate.config import complete
 from palpate.files import read_yaml
 from palpate.plan import describe as describing
 from palpate.plan.describe import case_of, describe, estimates, on_threads
@@ -19,11 +18,10 @@ from palpate.plan.sizes import Level, Size
 from palpate.plan.timings import SHIPPED, Timings
 from palpate.plan.work import Case, Job, amounts, kind_of
 from palpate.plan.work_of_studies import MOST_NODES
-from palpate.schema import read_schema
+from palpate.run.settings import complete, defaults
 
 ROOT = Path(__file__).parents[2]
 RECORDED = Path(__file__).parent / "recorded"
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 GONE = {"image": None, "mask": None, "path": __file__}
 """Files of bodies that are not here now, and what stands in their place."""
 NEW = Timings(read_yaml(SHIPPED), {})
@@ -44,7 +42,7 @@ def recorded(name: str) -> tuple[list[Job], Case, list[float], dict]:
         for body, (levels, contacts) in told["sizes"].items()
     }
     file = ROOT / ("config.yaml" if isinstance(told["settings"], dict) else told["settings"])
-    case = Case(complete(settings, SCHEMA, file), sizes)
+    case = Case(complete(settings, file), sizes)
     return jobs, case, [row[-1] for row in told["jobs"]], told
 
 
@@ -109,8 +107,7 @@ def test_more_cores_take_less_time_and_compiling_takes_more():
 
 def test_a_portable_model_costs_what_its_level_does_not_the_fine_mesh():
     """For palpate try, 32 contacts of SOFA's liver took 57 to 86 s of a core on a mesh that is refined once."""
-    schema = SCHEMA["properties"]["tradeoff"]["properties"]["settings"]["properties"]["contact_modes"]
-    assert schema["properties"]["nodes"]["default"] == MOST_NODES
+    assert defaults("tradeoff")["settings"]["contact_modes"]["nodes"] == MOST_NODES
     jobs, case, took, _ = recorded("default")
     [(job, shipped)] = [(job, took[i]) for i, job in enumerate(jobs) if job.rule == "export_model"]
     [seconds] = estimates([job], case, NEW)

@@ -6,13 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 ROUND = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
 BODIES = {
     "bar": {"kind": "box", "sizes_m": [3, 1, 1], "divisions": [6, 2, 2], "refinements": 0} | ROUND,
@@ -43,7 +41,7 @@ SERIES = {"prony": {"shares": [0.5, 0.3], "times_s": [0.1, 1.0]}}
 
 def check(**scene):
     settings = {"bodies": BODIES, "scenes": {"s": SCENE | scene}}
-    return complete(settings, SCHEMA, Path("my.yaml"))
+    return complete(settings, Path("my.yaml"))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +76,7 @@ def test_effects_that_suit_each_other_pass(scene):
 
 def test_the_shipped_scenes_pass():
     for file in (ROOT / "config.yaml", ROOT / "tests/smoke/config.yaml"):
-        assert complete(read_yaml(file), SCHEMA, file)["scenes"]
+        assert complete(read_yaml(file), file)["scenes"]
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.config import complete
 from palpate.errors import InputError
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 TRADEOFF = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
 
 
@@ -96,7 +94,7 @@ def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, writ
 def test_what_is_wrong_is_said(trading, changes, said):
     trading["tradeoff"] |= changes
     with pytest.raises(InputError) as caught:
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
     assert str(caught.value).startswith(f"config.yaml: {said}")
 
 
@@ -104,20 +102,20 @@ def test_it_needs_bodies_that_are_sampled(trading):
     trading["bodies"] = {"bar": trading["bodies"]["bar"]}
     trading["tradeoff"]["bodies"] = None
     with pytest.raises(InputError, match="tradeoff is there and no body is refined"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
 
 
 def test_a_regime_with_the_name_of_a_finger_is_refused(trading):
     trading["regimes"]["finger_4000_um"] = {"radius_m": 0.01}
     trading["tradeoff"]["finger_radii_m"] = [0.004]
     with pytest.raises(InputError, match=r"regimes\.finger_4000_um has the name of a regime of finger_radii_m; give"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
 
 
 def test_it_needs_regimes_for_bodies_that_are_there(trading):
     trading["regimes"]["small"]["radius_of_body_m"] = {"livr": 0.01}
     with pytest.raises(InputError, match=r"regimes\.small\.radius_of_body_m names livr, which is unknown"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
     del trading["regimes"]
     with pytest.raises(InputError, match="tradeoff is there and there are no regimes"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))

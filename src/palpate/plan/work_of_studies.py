@@ -24,7 +24,7 @@ def _scene(job: Job, case: Case) -> Amounts:
 
 def _compared(job: Job, case: Case) -> Amounts:
     """Count the solutions of all presses of all variants of a body, on the last of three levels."""
-    from palpate.studies.law.check import changes_of
+    from palpate.studies.law.settings import changes_of
 
     body, depths = job.wildcards["body"], len(case.config["law"]["depths"])
     tried, size = changes_of(case.config, body), case.sizes[body]

@@ -32,7 +32,7 @@ def scene(wildcards):
     return {"entry": entry, "seed": config["seed"]}
 
 
-def called_by(name):
+def called_by(wildcards):
     """The modules of the effects that act in a scene, and of its integrator."""
-    entry = config["scenes"][name]
-    return modules(entry, assumed(entry, config["bodies"][entry["body"]]))
+    entry = config["scenes"][wildcards.scene]
+    return acting_effects.modules(entry, acting_effects.assumed(entry, config["bodies"][entry["body"]]))

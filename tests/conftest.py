@@ -23,8 +23,7 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.cylinder import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.files import read_yaml
-from palpate.schema import checked
+from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 
@@ -161,8 +160,7 @@ def trade_off_folder(trade_off, tmp_path) -> Path:
 @pytest.fixture(scope="session")
 def grid() -> dict[str, dict]:
     """The settings that models are tried with, by family, where the config says nothing."""
-    schema = Path(__file__).parents[1] / "workflow/schemas/studies/tradeoff.yaml"
-    return checked({}, read_yaml(schema), schema)["settings"]
+    return defaults("tradeoff")["settings"]
 
 
 @pytest.fixture(scope="session")

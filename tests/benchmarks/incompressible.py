@@ -27,7 +27,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import finer
-from palpate.effects import locking
+from palpate.effects import elements
 from palpate.effects.patch_load import patch_at, spread
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers import equilibrium
@@ -41,7 +41,7 @@ RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999)
 
 def answers(body: Body, whole: Body, order: int, plain: bool, levels: range, newtons: float) -> list[dict]:
     """Press on each of ``levels``, each started from the one before; ``plain`` keeps elements that may lock."""
-    equilibrium.PLAIN_POISSON = 0.5 if plain else locking.PLAIN_POISSON
+    equilibrium.PLAIN_POISSON = 0.5 if plain else elements.PLAIN_POISSON
     found, start = [], None
     contact = farthest(body)
     for level in levels:

@@ -20,13 +20,12 @@ from palpate.benchmark.database import read
 from palpate.benchmark.load import Answer, displacement_of, loads_of
 from palpate.benchmark.model import Case, FitOptions
 from palpate.bodies.body_file import load
-from palpate.config import complete
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import model
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
+from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT = Path(__file__).parents[2]
 ASKED = {
@@ -41,7 +40,6 @@ def main(folder: Path, regime: str, radius_m: float, names: list[str]) -> None:
     """Print a line for each model, kind of error and estimate."""
     config = complete(
         read_settings(ROOT / "config.yaml"),
-        read_schema(ROOT / "workflow/schemas/config.schema.yaml"),
         ROOT / "config.yaml",
     )
     body, db = load(folder / "body.h5"), read(folder / regime / "database.h5")

@@ -10,9 +10,9 @@ from palpate.bodies.box import box
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.sheet import sheet
+from palpate.effects import shape_matching
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.spring_network import edge_stiffness, volume_springs
+from palpate.effects.springs import edge_stiffness, volume_springs
 from palpate.errors import InputError
 
 SOFT, HARD = Material(1e3, 0.3, 1000.0), Material(1e5, 0.4, 2000.0)
@@ -89,7 +89,7 @@ def test_springs_and_shapes_refuse_several_stiffnesses(layered):
     calls = {
         "springs have": lambda p: volume_springs(p),
         "a stiffness that follows from Young's modulus needs": lambda p: edge_stiffness(p),
-        "shape matching has": lambda p: goal_shapes.make(p, shapes),
+        "shape matching has": lambda p: shape_matching.make(p, shapes),
     }
     heavy = merge_particles([block(SOFT), block(replace(SOFT, density_kg_m3=3000.0))], APART, "scene")
     for what, call in calls.items():

@@ -12,7 +12,6 @@ from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.cli import main
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.init import try_body as module
 from palpate.init.choose import _hold
@@ -21,11 +20,10 @@ from palpate.init.data import recognise
 from palpate.init.sides import HOLDS, sides_of
 from palpate.init.small_settings import MODELS, is_unchanged
 from palpate.report.tables import read
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 from palpate.studies.tradeoff.advice import advise
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +66,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert main(["try", *words]) == 0
     printed = capsys.readouterr().out
     whole, small = (
-        complete(yaml.safe_load((folder / name).read_text()), SCHEMA, folder / name)
-        for name in ("config.yaml", "try.yaml")
+        complete(yaml.safe_load((folder / name).read_text()), folder / name) for name in ("config.yaml", "try.yaml")
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]

@@ -8,8 +8,7 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.bodies.material import LAWS, Tissue
-from palpate.effects.law import law_of
-from palpate.effects.own_law import fault
+from palpate.effects.law import fault, law_of
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem, model_registry, quadratic_neo_hookean
 from palpate.studies.hard_cases import engine_cases

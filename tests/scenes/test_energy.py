@@ -11,13 +11,11 @@ from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
-from palpate.config import complete
 from palpate.errors import NotConverged
 from palpate.files import read_yaml
-from palpate.scenes.contact_settings import bodies_in
+from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene, scene_of
-from palpate.schema import read_schema
+from palpate.scenes.scene import Scene, bodies_in, scene_of
 from palpate.solvers import backward_euler
 from palpate.studies.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance
 
@@ -37,23 +35,14 @@ SHORTER = {
 """The shipped scenes, each as far as its work or its weight has acted, some coarser or in longer steps."""
 FINGER = {"kind": "sphere", "name": "finger", "center_m": [0.025, 0.025, 0.0615], "radius_m": 0.01}
 PATH = {"times_s": [0.0, 0.1, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.008], [0.01, 0, 0.01]]}
-POKED = Scene(
-    "poked",
-    ["corotational", "held", "contact", "rayleigh"],
-    "backward_euler",
-    step_s=0.01,
-    duration_s=0.3,
-    settings={
-        "contact": {"instruments": [FINGER | PATH], "friction": 0.3},
-        "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02},
-    },
-)
+BLOCKS = {"contact": {"instruments": [FINGER | PATH], "friction": 0.3}}
+BLOCKS |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02}}
+POKED = Scene("poked", ["corotational", "held", "contact", "rayleigh"], "backward_euler", 0.01, 0.3, settings=BLOCKS)
 
 
 @pytest.fixture(scope="module")
 def config():
-    schema = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
-    return complete(read_yaml(ROOT / "config.yaml"), schema, ROOT / "config.yaml")
+    return complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
 
 
 @pytest.fixture(scope="module")

@@ -16,12 +16,11 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, pressed_contacts
 from palpate.bodies.refinement import finer
-from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import nodal_load
+from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.compliance import Compliance
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 
 LOAD_TOLERANCE = 0.02
 """Relative difference from the wanted peak up to which a force counts as found."""

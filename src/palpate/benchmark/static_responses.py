@@ -26,8 +26,7 @@ from palpate.bodies.refinement import with_midpoints
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.newton import Solution
 
 NESTED = 1e-4

@@ -29,11 +29,11 @@ from palpate.benchmark.presses import force_of
 from palpate.bodies.body import Body
 from palpate.bodies.quadratic import prolongation
 from palpate.bodies.refinement import with_midpoints
-from palpate.effects.enclosed_volume import enclosed_volume
 from palpate.effects.patch_load import patch_at, spread
+from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise
 
 RATIOS = (2.2, 8.0)

@@ -4,7 +4,7 @@ from functools import partial
 
 from palpate.benchmark.model import Case, Setting, distinct, one_stage
 from palpate.models.fem import Fem
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 LAW, REDUCES = "the body's", "p2"
 

@@ -17,7 +17,7 @@ from palpate.benchmark.model import Case, Setting, Solver, Stage
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.local_refinement import LocalBody, LocalRefinement
-from palpate.effects.ball_integral import surface_interpolation
+from palpate.effects.surface_integrals import surface_interpolation
 from palpate.models.fem import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
 

@@ -53,8 +53,11 @@ MODELS: dict[str, tuple[str, dict]] = {
     "cascade": ("palpate.models.cascade", {}),
 }
 
-BESIDE = {"cascade": "contact_modes"}
-"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts."""
+BESIDE = {"cascade": "contact_modes"} | dict.fromkeys(
+    ("linear_residual", "warped_compliance", "detail_correction"), "linear_fem"
+)
+"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts, or read
+their compliance."""
 
 SAVED_AGAINST = "fem_p2"
 """The model of whoever prepares nothing, at its last setting: the finest level, converged from rest."""

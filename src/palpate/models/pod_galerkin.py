@@ -20,7 +20,7 @@ from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_o
 from palpate.models.contact_modes.snapshots import DEPENDENT
 from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import ContactShares, Simulation
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 
 def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:

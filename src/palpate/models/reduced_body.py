@@ -22,7 +22,7 @@ from palpate.effects.effect import Weight
 from palpate.effects.elements import Elements
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
 from palpate.solvers.system import System
 

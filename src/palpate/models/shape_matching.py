@@ -15,7 +15,7 @@ from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case, Setting, Solver, distinct, held_mb, one_stage, refuse_bed, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
-from palpate.effects.shape_matching import goal_shapes
+from palpate.effects import shape_matching
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
 
@@ -65,7 +65,7 @@ class Shapes:
         """Make its shapes as soft as that."""
         self._scale, self._alpha = softness.scale_s2, softness.alpha
         settings = {"mode": self._mode, "alpha": softness.alpha, "beta": softness.beta, "clusters": self._clusters}
-        self._matching = goal_shapes.make(self.particles, settings)
+        self._matching = shape_matching.make(self.particles, settings)
 
     def settle(self, contact: int, force: np.ndarray, steps: int) -> np.ndarray:
         """Return displacements (n, 3) [m] after so many steps from rest under ``force`` (3,) [N].

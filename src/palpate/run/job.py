@@ -9,12 +9,14 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from hashlib import sha256
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
+from palpate.run.dependencies import kernels
 from palpate.run.kept_warnings import WARNED, save
 from palpate.run.system_faults import of_error
 
@@ -68,6 +70,22 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
             fail(f"{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
         else:
             _write(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file)
+
+
+def call(snakemake: Any) -> None:
+    """Run the function that a rule names, with those of snakemake's input, output, params, ... that it names.
+
+    Its tables are written: one to the first output, several to those with their names.
+    """
+    with job(snakemake.log[0], snakemake.output.get("warned")) as say:
+        module, _, name = snakemake.params.call.partition(":")
+        function = getattr(import_module(module), name)
+        wanted = signature(function).parameters
+        found = function(**{key: say if key == "say" else getattr(snakemake, key) for key in wanted})
+        if found is not None:
+            tables = found if isinstance(found, dict) else {0: found}
+            for key, table in tables.items():
+                write_table(table, snakemake.output[key])
 
 
 @contextmanager
@@ -138,7 +156,7 @@ def use_threads(count: int) -> None:
 
 
 def kernel_cache() -> Path:
-    """Return the folder of compiled functions, another one after every edit of a module that has some.
+    """Return the folder of compiled functions, another one after every edit of code in a module that has some.
 
     It is beside the modules, or in .snakemake where these cannot be written to.
 
@@ -146,10 +164,8 @@ def kernel_cache() -> Path:
     file has changed.
     """
     package = Path(__file__).parents[1]
-    sources = [module.read_bytes() for module in sorted(package.rglob("*.py"))]
-    digest = sha256(b"".join(source for source in sources if b"numba" in source)).hexdigest()
     place = package / "__pycache__" if os.access(package, os.W_OK) else Path(".snakemake").absolute()
-    return place / f"kernels-{digest[:12]}"
+    return place / f"kernels-{kernels()}"
 
 
 def write_table(table: "pd.DataFrame", path: str) -> None:

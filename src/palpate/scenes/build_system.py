@@ -1,17 +1,44 @@
 """Compose the system of a scene: exactly the effects that it names."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.particles import Particles
+from palpate.bodies.body_file import load
+from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.effects.effect import Effect
 from palpate.errors import InputError
 from palpate.scenes import effect_registry, own_effect
-from palpate.scenes.auto_effects import decide
+from palpate.scenes.acting_effects import Moved, acting, decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
+
+
+def load_particles(scene: Scene, bodies: Sequence[Path | str]) -> Particles:
+    """Load the particles of a scene from the files ``bodies``, its own body first.
+
+    Raises InputError if the bodies cannot be joined.
+    """
+    parts = [particles_of(load(path), scene.level, scene.surface) for path in bodies]
+    if not scene.others:
+        return parts[0]
+    return merge_particles(parts, [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)], scene.place)
+
+
+def moved(particles: Particles) -> Moved:
+    """Return what decides on effects of ``particles``."""
+    return Moved(
+        "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface",
+        particles.material.law,
+        bool(particles.beds),
+        len(particles.held),
+        float(particles.masses.sum()),
+        particles.material.poisson,
+        particles.thickness_m,
+    )
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
@@ -22,7 +49,7 @@ def effect_names(scene: Scene, particles: Particles) -> list[str]:
     if isinstance(scene.effects, str):  # "auto"
         if wrong := effect_registry.unknown([], scene.own):
             raise InputError(f"{scene.place}.{wrong}")
-        return [decision.effect for decision in decide(scene, particles) if decision.called]
+        return acting(scene.entry, moved(particles), scene.place)
     if wrong := effect_registry.fault(scene.effects, scene.own, scene.settings, scene.held):
         raise InputError(f"{scene.place}.{wrong}")
     elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
@@ -37,7 +64,8 @@ def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
     auto : whether ``effects: auto`` would call it
     """
     chosen = effect_names(scene, particles)
-    rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in decide(scene, particles)]
+    found = decide(scene.entry, moved(particles), scene.place)
+    rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in found]
     return pd.DataFrame(rows, columns=["scene", "effect", "called", "auto", "reason"])
 
 

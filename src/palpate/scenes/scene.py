@@ -53,6 +53,12 @@ class Scene:
         return {"tolerance": self.tolerance, "reduced": REDUCED | reduced}
 
     @property
+    def entry(self) -> dict:
+        """What decides which effects act, as the config has it."""
+        named = {"effects": self.effects, "held": self.held, "start": self.start, "others": self.others}
+        return named | {"own": self.own} | self.settings
+
+    @property
     def place(self) -> str:
         """The name in messages."""
         return f"scenes.{self.name}"
@@ -65,3 +71,8 @@ def scene_of(name: str, entry: dict, seed: int = 1) -> Scene:
     own = {key: Path(value) for key, value in blocks.pop("own", {}).items()}
     extra = blocks.pop("own_settings", {})
     return Scene(name=name, seed=seed, settings=blocks | extra, own=own, **plain)
+
+
+def bodies_in(entry: dict) -> list[str]:
+    """Return the names of all bodies in a scene's entry, its own first."""
+    return [entry["body"], *(other["body"] for other in entry.get("others", []))]

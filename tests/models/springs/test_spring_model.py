@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.effects.spring_network import volume_springs
+from palpate.effects.springs import volume_springs
 from palpate.errors import InputError
 from palpate.models.springs.spring_motion import Press, key_points
 

@@ -5,11 +5,11 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.material import LAWS
 from palpate.bodies.quadratic import POINTS, shape_slopes, ten_nodes
+from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.law import PLAIN, Law, law_of
 from palpate.effects.linear_elements import shape_gradients
-from palpate.effects.locking import PLAIN_POISSON, largest_poisson
 from palpate.errors import NotConverged
-from palpate.linalg.linear_response import linear_response
+from palpate.linalg.conjugate_gradients import linear_response
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.lbfgs import Descent, descend
 

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from palpate.effects import principal
-from palpate.effects.corotational_stress import stresses
+from palpate.effects.corotational import stresses
 from palpate.effects.law import Law
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest

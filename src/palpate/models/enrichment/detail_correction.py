@@ -25,7 +25,7 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, seen_with
 from palpate.models.enrichment.fitting import Fitting, Training, convinces, gather
 from palpate.models.enrichment.ridge import KernelRidge

@@ -23,8 +23,7 @@ from palpate.effects.springs import Springs
 from palpate.effects.volume_force import Volume, rest_distance_sum
 from palpate.errors import InputError
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel, advance, constants, dampings, stiffnesses
-from palpate.solvers.stable_step import stable_step
-from palpate.solvers.system import System
+from palpate.solvers.system import System, stable_step
 
 LANES = (0,) * 16
 """As many individuals are advanced together, one in each lane of vector instructions: 3 times as fast as alone."""

@@ -26,7 +26,7 @@ from palpate.effects import kelvin
 from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.rayleigh import Rayleigh
-from palpate.effects.spring_network import rest_lengths, sum_around_edges
+from palpate.effects.springs import rest_lengths, sum_around_edges
 from palpate.effects.volume_force import add_forces, rest_distance_sum
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.backward_euler import BackwardEuler

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.collision.trees.broad_phase import overlapping_trees
 from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import overlapping_trees
 from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
 from palpate.studies.collision.separated_surfaces import turned, two_bodies
 from palpate.studies.collision.surface_distance import distance

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
-from palpate.collision.trees.stopped_tree import StoppedTree
 from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import StoppedTree
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision.compare_trees import RefittedTrees, timed
 from palpate.studies.collision.deforming_surfaces import Moving, instrument_press, two_livers

@@ -9,7 +9,7 @@ from palpate.bodies.surfaces.decimate import area_normals
 from palpate.bodies.surfaces.polydata import polydata
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import candidates
-from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
+from palpate.collision.triangles.distance import triangle_pairs_distance
 
 PARTS = 3
 """Parts of each edge of a triangle whose overlap is integrated: 9 points of it."""

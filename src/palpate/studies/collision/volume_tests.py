@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.collision.trees.build_tree import CHILD, KIND
 from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.volume_overlap import volumes_overlap
+from palpate.collision.trees.volumes import volumes_overlap
 
 TESTS = 200_000
 """Tests in a loop that is timed, so that it takes a millisecond or more."""

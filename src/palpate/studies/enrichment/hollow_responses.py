@@ -14,7 +14,7 @@ from palpate.effects.bending import hinges
 from palpate.effects.triangles import shape_gradients
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 
 RESIDUAL = 1e-6
 """Largest residual [N] under 1 N; of a surface that can move freely it is far larger, if there is an answer."""

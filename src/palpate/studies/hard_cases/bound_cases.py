@@ -13,7 +13,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.contacts import contacts_of
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.models import cascade
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.solvers.compliance import compute_compliance

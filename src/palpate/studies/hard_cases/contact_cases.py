@@ -9,7 +9,7 @@ from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.bodies.sheet import sheet
-from palpate.collision.contact.pieces import pieces_of
+from palpate.collision.contact.obstacles import pieces_of
 from palpate.scenes.motion import Motion
 from palpate.studies.hard_cases.contact_measures import (
     LANDS,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from palpate.collision.triangles.brute_force import crossing
-from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
+from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.scenes.motion import Motion
 from palpate.studies.hard_cases.hard_case import Answer
 

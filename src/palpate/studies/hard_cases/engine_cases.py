@@ -8,7 +8,7 @@ import numpy as np
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import displacement_of
 from palpate.bodies.material import LAWS
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.models import fem, quadratic_neo_hookean
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.studies.hard_cases.contact_mode_cases import bar, case_of, pressing

@@ -10,8 +10,8 @@ from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
+from palpate.effects.elements import locking_is_measured
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.locking import locking_is_measured
 from palpate.models.relaxed import relaxes
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases.hard_case import Answer, Case

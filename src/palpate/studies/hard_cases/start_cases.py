@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from palpate.scenes.initial_states import initial_positions
+from palpate.scenes.run_scene import initial_positions
 from palpate.studies.hard_cases.drift import returns
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import EXPLICIT, FEM, SHAPES, SPRINGS, Stepper, bar, unbalanced

@@ -6,8 +6,7 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import SOFT
 

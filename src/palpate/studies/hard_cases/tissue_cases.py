@@ -13,7 +13,7 @@ from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.maxwell import Maxwell
 from palpate.effects.springs import Springs
-from palpate.scenes.initial_states import initial_positions
+from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.system import System

@@ -16,7 +16,7 @@ from palpate.benchmark.presses import force_of, nodal_forces
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies.body import Body
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.law.names import MESHES

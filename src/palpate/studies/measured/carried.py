@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import Mesh
-from palpate.linalg.nearest_rotation import rotations
+from palpate.linalg.polar import rotations
 from palpate.studies.measured.surface_points import disc_points, nearest_points
 
 LEAST = 0.02

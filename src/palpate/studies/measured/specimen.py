@@ -9,12 +9,12 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
+from palpate.effects.elements import locking_is_measured
 from palpate.effects.held import Held
-from palpate.effects.locking import locking_is_measured
 from palpate.effects.springs import make as make_springs
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import product
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, minimise
 from palpate.solvers.system import System

@@ -5,7 +5,7 @@ from scipy import sparse
 
 from palpate.bodies.mesh import Mesh
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
-from palpate.effects.ball_integral import ball_points, surface_interpolation
+from palpate.effects.surface_integrals import ball_points, surface_interpolation
 
 
 def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_array:

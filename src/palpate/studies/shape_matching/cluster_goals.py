@@ -7,8 +7,7 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.effects.held import Held
-from palpate.effects.shape_matching.clustering import make_clusters
-from palpate.effects.shape_matching.goal_shapes import OVERLAPS, ShapeMatching
+from palpate.effects.shape_matching import OVERLAPS, ShapeMatching, make_clusters
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System

@@ -6,8 +6,7 @@ import pandas as pd
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
-from palpate.effects import held, velocity_damping
-from palpate.effects.shape_matching import goal_shapes
+from palpate.effects import held, shape_matching, velocity_damping
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
@@ -35,7 +34,7 @@ def measure(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
         settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
         table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(body.nodes))})
         table[["rest_x_m", "rest_y_m", "rest_z_m"]] = body.nodes
-        table[["x_m", "y_m", "z_m"]] = settle(body, goal_shapes.make(body, settings), force_n)
+        table[["x_m", "y_m", "z_m"]] = settle(body, shape_matching.make(body, settings), force_n)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
@@ -52,7 +51,7 @@ def column() -> Particles:
 
 def settle(
     body: Particles,
-    matched: goal_shapes.ShapeMatching,
+    matched: shape_matching.ShapeMatching,
     force_n: float,
     rate_1_s: float = RATE_1_S,
     still_m: float = STILL_M,

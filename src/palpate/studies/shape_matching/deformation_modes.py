@@ -8,8 +8,8 @@ import pandas as pd
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.polynomial_fit import TERMS
+from palpate.effects import shape_matching
+from palpate.effects.shape_matching import TERMS
 
 SPACING_M, DIVISIONS = 0.02, (2, 2, 8)
 STRETCH, SHEAR, BEND_1_M, TWIST_1_M = 1.25, 0.4, 5.0, 8.0
@@ -56,7 +56,7 @@ def measure() -> pd.DataFrame:
         for mode in TERMS:
             settings = {"mode": mode, "alpha": 1.0, "beta": 1.0, "clusters": {"kind": "one"}}
             goal = np.empty_like(x)
-            goal_shapes.make(body, settings).goals(x, goal)
+            shape_matching.make(body, settings).goals(x, goal)
             table = pd.DataFrame({"deformation": deformation, "mode": mode, "particle": np.arange(len(x))})
             for name, places in (("rest_", body.nodes), ("", x), ("goal_", goal)):
                 table[[f"{name}{axis}_m" for axis in "xyz"]] = places

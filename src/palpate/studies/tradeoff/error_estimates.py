@@ -21,7 +21,7 @@ from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
 from palpate.models.linear_fem import LinearFem
 from palpate.models.warped_compliance import WarpedResponse
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 CHEAP = ("linear", "turned", "distance")
 COLUMNS = ["split", "sample", "contact", "model", "setting", "estimate", "rms", "patch", "seconds"]

@@ -15,7 +15,7 @@ from palpate.bodies.contacts import places_between
 from palpate.bodies.quadratic import prolongation
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
 KINDS = (PREPARED, NEW, TWO, DEPTH)

@@ -6,6 +6,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WrapValidator
 from pydantic_core import PydanticCustomError
 
 T = TypeVar("T")
+NAME = "^[a-z][a-z0-9_]*$"
+"""The pattern of names that files and folders get."""
 
 
 class Block(BaseModel):
@@ -74,8 +76,7 @@ Index = Annotated[int, _NUMBER, Field(ge=0), KEPT]
 Count = Annotated[int, _NUMBER, Field(ge=1), KEPT]
 Switch = Annotated[bool, _NUMBER]
 Text = Annotated[str, Field(min_length=1)]
-Name = Annotated[str, Field(pattern="^[a-z][a-z0-9_]*$")]
-"""A name that files and folders get."""
+Name = Annotated[str, Field(pattern=NAME)]
 Axis = Literal["x", "y", "z"]
 Distinct = Annotated[list[T], AfterValidator(_distinct), Field(json_schema_extra={"uniqueItems": True})]
 Some = Annotated[

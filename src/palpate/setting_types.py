@@ -50,6 +50,11 @@ def optional(*description: str, **limits: Any) -> Any:
     return Field(default_factory=lambda: None, validate_default=False, **limits)
 
 
+def rows(names: str, *values: tuple) -> list[dict]:
+    """Return a list of blocks for a default: ``names`` of the keys, and the values of each block."""
+    return [dict(zip(names.split(), row, strict=True)) for row in values]
+
+
 def _as_given(value: Any, validate: Any) -> Any:
     """Keep an integer where a number may stand, and 8.0 where a whole number may."""
     validate(int(value) if isinstance(value, float) and value.is_integer() else value)

@@ -32,7 +32,7 @@ BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean
 # in the place of the shell, so that make's signals reach it
 RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; exec env PALPATE_COMMAND='$(AGAIN)' $(BIN)/python workflow/run.py
 SNAKEMAKE = $(RUN) snakemake $(FLAGS)
-PATHS := src tests examples workflow/scripts
+PATHS := src tests examples workflow/*.py
 # what can be asked for by itself, if its block is in the settings
 STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/settings.py)
 

@@ -9,10 +9,21 @@ from palpate.report.material import Report
 from palpate.report.words import spaced
 from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, NEAREST, TRIANGLES
 from palpate.studies.ct.ray_casting import BACK, FRONT, SOLID, TRANSLUCENT
+from palpate.table import Table
 
 TITLE = "From CT to body"
 ENOUGH_ELEMENTS = 6000
 """The elements from which on paper 2 calls masses good."""
+
+MESH_QUALITY = Table(
+    "mesh_quality",
+    "The extreme angles, the worst shape and the volume of each level of a body's meshes.",
+    """
+    body level: a body, and a level of its meshes
+    min_dihedral_deg max_dihedral_deg: extreme dihedral angles [°]
+    min_radius_ratio volume_m3: worst ratio of radii of in- and circumsphere, and volume [m³]
+    """,
+)
 
 
 def numbers(report: Report) -> dict[str, Any]:

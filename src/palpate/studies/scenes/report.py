@@ -10,8 +10,27 @@ from palpate.report.material import Report
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import spaced
 from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN
+from palpate.table import Table
 
 TITLE = "Scenes in motion"
+
+SCENE_EFFECTS = Table(
+    "scene_effects",
+    "The effects that act in each scene or not, with the reason.",
+    """
+    scene effect called reason: a scene, an effect, whether it acts, and why
+    """,
+)
+
+ENERGY = Table(
+    "energy",
+    "The kinetic energy, the energy of each effect and the work of loads and instruments over time.",
+    """
+    scene time_s: a scene, and a time [s]
+    kinetic_j outer_work_j total_j: kinetic energy, work of loads and instruments, and sum of all energies [J]
+    gain_j: the most that a step has gained beyond its work [J]
+    """,
+)
 
 
 def numbers(report: Report) -> dict[str, Any]:

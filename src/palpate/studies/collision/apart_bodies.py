@@ -93,7 +93,7 @@ def measure(
     gaps_m : distances of the surfaces; placements : how often both bodies are turned at random and placed in a random
     direction from each other; refinements : of the liver; depths : of composite trees; report : called with the name
     of each pair that is done
-    Times are medians over placements, tests of volumes are timed in a loop of nothing else. Trees are refitted to each placement.
+    Times are medians over placements; tests of volumes are timed in a loop. Trees are refitted to each placement.
     """
     rows = []
     for name, bodies in two_bodies(refinements).items():

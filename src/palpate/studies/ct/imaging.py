@@ -119,8 +119,8 @@ SURFACE_NORMALS = Table(
 def surface_normals(image: Image) -> pd.DataFrame:
     """Compute the rows of surface_normals.csv for the liver of the synthetic abdomen's scan ``image``.
 
-    Normals are the gradient of the grey values by central differences; the mean of the triangles around a point, by their
-    areas; or those of each triangle.
+    Normals are the gradient of the grey values by central differences; the mean of the triangles around a point, by
+    their areas; or those of each triangle.
     """
     level, rows = (LIVER_HU + FAT_HU) / 2, []
     for blur in (0.0, 1.0):

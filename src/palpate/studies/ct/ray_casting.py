@@ -308,7 +308,7 @@ COMPOSITING = Table(
 
 
 def compositing(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
-    """Compute the rows of compositing.csv: with the opacities of ``transfer``, and as if tissues were ten times as dense."""
+    """Compute the rows of compositing.csv, with the opacities of ``transfer`` and of tissues ten times as dense."""
     rows = []
     for looks, shown in ((TRANSLUCENT, transfer), (SOLID, solid(transfer))):
         calls = [

@@ -1,8 +1,8 @@
 """Time paper 1's operations over their sizes (table 3), and what a query costs at run time (tables 4 and 5).
 
-Building A is measured whole and without the inversion of Φ: the paper's O(r k²) leaves the k³ of the inversion out, so its
-order can only hold for the assembly of Φ. Sizes are large enough for the cost of calling numpy to vanish, except where the
-whole of building A is measured: there feature lengths are those of the paper, because there the inversion counts.
+Building A is measured whole and without the inversion of Φ: the paper's O(r k²) leaves the k³ of the inversion out, so
+its order can only hold for the assembly of Φ. Sizes are large enough for the cost of calling numpy to vanish, except
+where the whole of building A is measured: there feature lengths are those of the paper, as there the inversion counts.
 """
 
 import time

@@ -1,4 +1,4 @@
-"""Hard cases of motion: steps, masses, twists and springs at which integrators may become unstable, and motion in modes."""
+"""Hard cases of motion: steps, masses, twists and springs at which integrators may fail, and motion in modes."""
 
 from dataclasses import replace
 from functools import partial

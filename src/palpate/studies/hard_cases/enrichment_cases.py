@@ -1,4 +1,4 @@
-"""Hard cases of enrichment: samples, widths and queries at which interpolation may fail, and bounds beyond their loads."""
+"""Hard cases of enrichment: samples, widths and queries at which it may fail, and bounds beyond their loads."""
 
 from dataclasses import replace
 from functools import cache, partial

@@ -1,4 +1,4 @@
-"""Hard cases of elasticity: materials, meshes and loads at which finite elements and their rivals may fail, and locking."""
+"""Hard cases of elasticity: materials, meshes and loads at which elements and their rivals may fail, and locking."""
 
 from functools import cache
 

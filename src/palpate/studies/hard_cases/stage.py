@@ -1,4 +1,4 @@
-"""Small bodies, the models that move them, runs whose every frame is checked, and free bodies that return to their shape."""
+"""Small bodies, the models that move them, and runs whose every frame is checked."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

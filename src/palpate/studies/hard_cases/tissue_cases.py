@@ -1,4 +1,4 @@
-"""Hard cases of what tissue has beside elasticity, and of an organ's way into a model: image, masses, moduli of springs."""
+"""Hard cases of what tissue has beside elasticity, and of an organ's way from its image into a model."""
 
 import numpy as np
 

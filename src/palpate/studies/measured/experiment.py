@@ -1,4 +1,4 @@
-"""An experiment as its entry in the config describes it, checked against the body: loads and markers that are off are refused."""
+"""An experiment as its entry in the config describes it, and the check that loads and markers are on the body."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

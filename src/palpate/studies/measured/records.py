@@ -1,4 +1,4 @@
-"""Evidence of an experiment: records of markers, their rigid registration, and how they moved and swung after the release."""
+"""Evidence of an experiment: records of markers, their registration, and how they moved and swung."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""An organ that is pressed at some contacts, and how it moves: in finite elements, as springs, and with other masses."""
+"""An organ that is pressed at some contacts, and how it moves: as elements, as springs, and with other masses."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple

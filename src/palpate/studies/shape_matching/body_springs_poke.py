@@ -32,7 +32,7 @@ BODY_SPRINGS = Table(
 
 
 def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
-    """Measure the rows of body_springs.csv: one for each case, time and ring of nodes around a poke of ``force_n`` [N]."""
+    """Measure the rows of body_springs.csv, one for each case, time and ring of nodes around a poke."""
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
     damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}

@@ -1,4 +1,4 @@
-"""Methods for spring parameters on paper 2's cube, fitted to one press and evaluated on all, and the least error there is."""
+"""Methods for spring parameters on paper 2's cube, fitted to one press and evaluated on all, and the least error."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields

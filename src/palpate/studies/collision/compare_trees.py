@@ -190,8 +190,8 @@ def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, r
     """Measure the rows of collision.csv: one for each scene and structure.
 
     frames : of each scene; refinements : of the livers; report : called with the name of each scene that is done
-    Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so they
-    are left out where a body collides with itself.
+    Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so
+    they are left out where a body collides with itself.
     """
     tables = []
     for scene in scenes(refinements, seed):

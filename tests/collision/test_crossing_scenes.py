@@ -7,7 +7,7 @@ import pytest
 
 from palpate.collision.moving_surfaces import folding_sheet, random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing, overlapping
-from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
+from palpate.collision.triangles.intersection import triangle_pairs_intersect
 
 SCENES = [two_livers(0), folding_sheet(10), random_soup(80, seed=3)]
 

@@ -8,25 +8,23 @@ import numpy as np
 import pytest
 import yaml
 
-from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
-from palpate.bodies.liver import liver
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.surfaces.decimate import area_normals
+from palpate.bodies.organs import liver
+from palpate.bodies.supports import choose_anchors
+from palpate.bodies.surfaces.triangles import area_normals
 from palpate.cli import main
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.init.choose import BROAD, FINE_TETRAHEDRA, _hold, _patches, _regimes
 from palpate.init.command import _schema, init, init_each
 from palpate.init.data import body_name, recognise
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +54,7 @@ def data(tmp_path_factory) -> Path:
 def written(file: Path) -> tuple[str, dict, dict]:
     """Return the name and the entry of the only body of a configuration, and the whole, which the schema accepts."""
     given = yaml.safe_load(file.read_text(encoding="utf-8"))
-    config = complete(given, SCHEMA, file)
+    config = complete(given, file)
     ((name, entry),) = config["bodies"].items()
     return name, entry, given
 
@@ -298,7 +296,7 @@ def test_what_may_not_be_read_gets_one_sentence(capsys, monkeypatch, data):
 
 
 def test_editors_get_the_schema_only_inside_palpates_folder(tmp_path):
-    assert _schema(ROOT / "mine/config.yaml") == Path("../workflow/schemas/config.schema.yaml")
+    assert _schema(ROOT / "mine/config.yaml") == Path("../.venv/settings.schema.json")
     assert _schema(tmp_path / "config.yaml") is None
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.bodies.body import nest
-from palpate.bodies.liver import liver
+from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
+from palpate.bodies.organs import liver
 from palpate.bodies.particles import particles_of
-from palpate.bodies.sheet import sheet
-from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
 
 TURN = 2 * np.pi
 LENGTH_M = 0.2

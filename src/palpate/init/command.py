@@ -133,9 +133,8 @@ def program() -> str:
 
 def _schema(file: Path) -> Path | None:
     """Return the relative path of the schema, for a file in palpate's folder, which may then move with it."""
-    schema = ROOT / "workflow/schemas/config.schema.yaml"
-    inside = schema.is_file() and file.resolve().is_relative_to(ROOT)
-    return Path(relpath(schema, file.resolve().parent)) if inside else None
+    inside = file.resolve().is_relative_to(ROOT)
+    return Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)) if inside else None
 
 
 def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:

@@ -7,23 +7,17 @@ from typing import Any
 
 import pandas as pd
 
-import palpate
 from palpate.benchmark.database import read
-from palpate.benchmark.folds import fold_sides, read_folds
-from palpate.benchmark.model import Case, Model
+from palpate.benchmark.model import Case, FitOptions, Model
+from palpate.benchmark.split import fold_sides, read_folds
 from palpate.bodies.body_file import load
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.files import read_table
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import families
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
 from palpate.solvers.compliance import load_compliance
-
-SCHEMA = Path(palpate.__file__).parents[2] / "workflow/schemas/config.schema.yaml"
-"""Describes all settings and what they are if they are left out."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +30,7 @@ class FinishedRun:
     @cached_property
     def settings(self) -> dict[str, Any]:
         """All settings; InputError naming the file and what is wrong."""
-        return complete(read_settings(self.config), read_schema(SCHEMA), self.config)
+        return complete(read_settings(self.config), self.config)
 
     @cached_property
     def table(self) -> pd.DataFrame:

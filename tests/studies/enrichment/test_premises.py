@@ -6,16 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark.model import FitOptions
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder, sheet
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
-from palpate.bodies.sheet import sheet
 from palpate.effects.springs import Springs
 from palpate.effects.triangles import make
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.studies.enrichment.premise_samples import (
     changed,
     hinge_parts,

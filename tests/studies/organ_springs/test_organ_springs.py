@@ -10,13 +10,12 @@ from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material, Tissue
 from palpate.errors import InputError
-from palpate.models.springs.calibration.spring_motion import simulate
-from palpate.schema import defaults, read_schema
+from palpate.models.springs.spring_motion import simulate
+from palpate.run.settings import defaults
 from palpate.studies.organ_springs import organ_fit
-from palpate.studies.organ_springs.check import check
 from palpate.studies.organ_springs.organ import frequencies_hz, mass_motion, organ, references
+from palpate.studies.organ_springs.settings import check
 
-SCHEMA = read_schema(Path(__file__).parents[3] / "workflow/schemas/config.schema.yaml")
 SMALL = {
     "fitted": 1,
     "tested": 2,
@@ -40,7 +39,7 @@ def block():
 
 @pytest.fixture(scope="module")
 def found(block):
-    return organ(block, defaults(SCHEMA, "organ_springs") | SMALL)
+    return organ(block, defaults("organ_springs") | SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -117,13 +116,13 @@ def test_a_stiff_region_makes_its_springs_stiff(block):
     region = (block.coarse.nodes[block.coarse.tetrahedra].mean(axis=1)[:, 2] > 0.05).astype(int)
     soft = block.material
     layered = replace(block, regions=Tissue((soft, replace(soft, young_pa=30000.0)), region))
-    settings = defaults(SCHEMA, "organ_springs") | SMALL
+    settings = defaults("organ_springs") | SMALL
     ratio = organ(layered, settings).model.weights / organ(block, settings).model.weights
     assert ratio.min() == pytest.approx(1.0) and ratio.max() == pytest.approx(10.0)
 
 
 def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
-    settings = defaults(SCHEMA, "organ_springs")
+    settings = defaults("organ_springs")
     with pytest.raises(InputError, match=r"508 contacts are asked for and \d+ of block can be pressed"):
         organ(block, settings | {"tested": 505})
     with pytest.raises(InputError, match="block is not held by anchors"):
@@ -141,6 +140,6 @@ def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
     ],
 )
 def test_settings_that_do_not_fit_are_said(change, said):
-    settings = defaults(SCHEMA, "organ_springs") | {"bodies": ["liver"]} | change
+    settings = defaults("organ_springs") | {"bodies": ["liver"]} | change
     with pytest.raises(InputError, match=said):
         check({"bodies": {"liver": {"kind": "liver"}}, "organ_springs": settings}, Path("config.yaml"))

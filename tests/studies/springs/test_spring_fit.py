@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from palpate.errors import InputError
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs.spring_motion import simulate
 from palpate.studies.springs import spring_experiment, spring_fit
 
 SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]

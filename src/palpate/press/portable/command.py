@@ -7,21 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.benchmark.database_of_body import database_of
-from palpate.benchmark.model import Case
+from palpate.benchmark.database import database_of
+from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.make_body import make_body
-from palpate.config import complete, finger_regimes, paths_of_body, pressed_bodies
+from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError, NotConverged, suggest
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.model_registry import MODELS
 from palpate.press.portable.export import COLUMNS, export_model
 from palpate.press.portable.file import describe
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
 
 CAN = "contact_modes"
 """The model that a file can hold."""
-_SCHEMA = Path(__file__).parents[4] / "workflow/schemas/config.schema.yaml"
 
 
 def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> str:
@@ -33,9 +32,7 @@ def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> st
         why = "is not known" if model not in MODELS else "has no form that other programs can answer from"
         raise InputError(f"--model {model} {why}; export {CAN}.")
     _refuse_place(out)
-    if not _SCHEMA.is_file():
-        raise InputError(f"{_SCHEMA} is missing; install palpate from its folder, with pip install -e.")
-    settings = complete(read_settings(config), read_schema(_SCHEMA), config)
+    settings = complete(read_settings(config), config)
     case = _case(settings, config, scene)
     from threadpoolctl import threadpool_limits
 

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from palpate.collision.moving_surfaces import turned, two_bodies
-from palpate.collision.trees.broad_phase import overlapping_trees
 from palpate.collision.trees.build_tree import CHILD, KIND
 from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.volume_overlap import volumes_overlap
+from palpate.collision.trees.tree_query import overlapping_trees
+from palpate.collision.trees.volumes import volumes_overlap
 from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
 from palpate.studies.collision.stopped_precision import distance
 from palpate.table import Table

@@ -136,8 +136,8 @@ class RefittedTrees:
     def __init__(
         self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list, layer: int | None = None
     ):
-        from palpate.collision.trees.stopped_tree import StoppedTree
         from palpate.collision.trees.tree import Tree
+        from palpate.collision.trees.tree_query import StoppedTree
 
         more: dict[str, Any] = {"depths": depths} if depths else {}
         make = Tree if layer is None else partial(StoppedTree, layer=layer)

@@ -8,9 +8,8 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import gaussian_filter
 
-from palpate.bodies.ct.drawn_slices import fill_between
-from palpate.bodies.ct.even_brightness import even_brightness
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.scan_of import even_brightness, fill_between
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import (
     FAT_HU,
@@ -23,7 +22,7 @@ from palpate.bodies.ct.synthetic_abdomen import (
     shape_shares,
 )
 from palpate.bodies.surfaces.decimate import area_normals, vertex_normals
-from palpate.bodies.surfaces.isosurface import isosurface
+from palpate.bodies.surfaces.mask_surface import isosurface
 from palpate.errors import InputError
 from palpate.studies.ct.ray_casting import (
     GREY,

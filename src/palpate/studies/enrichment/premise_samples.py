@@ -20,7 +20,7 @@ from palpate.effects.bending import hinges
 from palpate.effects.triangles import shape_gradients
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.solvers.compliance import compute_compliance
 
 RESIDUAL = 1e-6

@@ -7,19 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import sample_errors
-from palpate.benchmark.bootstrap import RANGE, resampled
+from palpate.benchmark.accuracy import Method, sample_errors
+from palpate.benchmark.comparison import RANGE, resampled
 from palpate.benchmark.database import Database
-from palpate.benchmark.sample_table import SPLITS
-from palpate.benchmark.split import split
-from palpate.models.enrichment import blend, interpolation, linear_regressor
-from palpate.models.enrichment.blend import Known
-from palpate.models.enrichment.blend_kinds import FEATURES, LITERAL
-from palpate.models.enrichment.blend_weights import inverse
-from palpate.models.enrichment.feature_vectors import Features, kinds
-from palpate.models.enrichment.fit_inputs import Fitting, Method
-from palpate.models.enrichment.gaussian_kernel import gaussian
-from palpate.models.enrichment.training_samples import FitOptions, gather
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.split import SPLITS, split
+from palpate.models import interpolation
+from palpate.models.enrichment import paper_enrichment
+from palpate.models.enrichment.features import FEATURES, Features, kinds
+from palpate.models.enrichment.fitting import Fitting, gather
+from palpate.models.enrichment.paper_enrichment import LITERAL, Known, gaussian, inverse
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.table import Table
 
@@ -62,9 +59,9 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
         }
         for features in FEATURES:
             readings = READINGS if kind == "contacts" else (PAPERS,)
-            methods |= {(features, weights): blend.fit(fitting, features, weights) for weights in readings}
+            methods |= {(features, weights): paper_enrichment.fit(fitting, features, weights) for weights in readings}
             if kind == "contacts":
-                methods[features, LINEAR] = linear_regressor.fit(fitting, features)
+                methods[features, LINEAR] = paper_enrichment.fit_linear(fitting, features)
         yield _errors(db, methods, train, test, number, kind)
 
 
@@ -80,7 +77,7 @@ def growing_errors(
         kept = known[:count]
         some = train[np.isin(db.contact[train], kept)]
         fitting = Fitting.of(db, some, "paper", asked)
-        methods = {(features, PAPERS): blend.fit(fitting, features, PAPERS) for features in FEATURES}
+        methods = {(features, PAPERS): paper_enrichment.fit(fitting, features, PAPERS) for features in FEATURES}
         yield _errors(db, methods, some, test, number, "contacts")
 
 

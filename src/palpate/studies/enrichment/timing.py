@@ -15,14 +15,13 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
-from palpate.benchmark.loads import nodal_forces
+from palpate.benchmark.presses import nodal_forces
 from palpate.benchmark.timing import Call, measure, timing_rows
 from palpate.bodies.body import Body
-from palpate.models.enrichment.blend_weights import inverse
-from palpate.models.enrichment.fit_inputs import Method
-from palpate.models.enrichment.gaussian_kernel import gaussian, query_weights, squared_distances
-from palpate.models.enrichment.nearest_first import nearest_first
+from palpate.models.enrichment.features import nearest_first
+from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table
 

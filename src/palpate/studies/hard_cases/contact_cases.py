@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.box import box
+from palpate.bodies.box import box, sheet
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
-from palpate.bodies.sheet import sheet
-from palpate.collision.contact.pieces import pieces_of
+from palpate.collision.contact.obstacles import pieces_of
 from palpate.collision.triangles.brute_force import crossing
-from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
+from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.scenes.motion import Motion
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
 from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, SHEETS, SPRINGS, play

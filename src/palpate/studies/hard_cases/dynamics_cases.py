@@ -12,8 +12,8 @@ from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.effects import shape_matching
 from palpate.effects.effect import Force
-from palpate.effects.shape_matching import goal_shapes
 from palpate.scenes.build_system import compose
 from palpate.scenes.run_scene import run
 from palpate.solvers import goal_position
@@ -236,7 +236,7 @@ def _alone(model: str) -> Answer:
     none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
     particles = Particles("dot", np.zeros((1, 3)), np.ones(1), np.array([], dtype=int), *none, SOFT)
     settings = one_cluster(model)["shape_matching"]
-    integrator = goal_position.make(System(particles, {"shape_matching": goal_shapes.make(particles, settings)}), {})
+    integrator = goal_position.make(System(particles, {"shape_matching": shape_matching.make(particles, settings)}), {})
     x, v = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
     for _ in range(100):
         x, v = integrator.step(x, v, 0.01)

@@ -6,33 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, database_of
 from palpate.benchmark.load import Answer as Told
 from palpate.benchmark.load import loads_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.benchmark.pressed_samples import (
-    BLENDS,
-    METHODS,
-    PHYSICAL,
-    SETTINGS,
-    TRAIN,
-    blends,
-    chosen,
-    database_of,
-    methods,
-    pressed,
-    scaled,
-)
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.contacts import contacts_of
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.models import cascade
-from palpate.models.enrichment.gaussian_kernel import gaussian, squared_distances
+from palpate.models.enrichment.methods import METHODS
+from palpate.models.enrichment.paper_enrichment import gaussian, squared_distances
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.solvers.compliance import compute_compliance
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
+from palpate.studies.hard_cases.nonlinear_cases import SETTINGS
+from palpate.studies.hard_cases.pressed_samples import BLENDS, PHYSICAL, TRAIN, blends, chosen, methods, pressed, scaled
 from palpate.studies.hard_cases.stage import SOFT
 
 ALL, ASKED = np.arange(TRAIN), np.arange(TRAIN, TRAIN + 4)
@@ -321,7 +311,7 @@ def _asked(times: float, along: bool, body: dict[str, float], model: str) -> Ans
     along : whether the forces are turned about _AXIS, away from the normal
     """
     learnt, held = _case(**body)
-    solver, fine = cascade.prepare(learnt, {"asked": 0.05}), _fine(learnt)
+    solver, fine = cascade.offline(learnt).online({"asked": 0.05}), _fine(learnt)
     up, db = to_surface(learnt.body, len(learnt.body.levels) - 1, 2), held.database
     forces = times * (np.cross(db.force, _AXIS) if along else db.force)
     loads = loads_of(db.contact, forces)

@@ -8,20 +8,18 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary
-from palpate.bodies.mesh_quality import dihedral_angles
+from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.effect import Effect
+from palpate.effects.elements import PLAIN_POISSON
 from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.locking import PLAIN_POISSON
 from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.effects.springs import Springs
 from palpate.solvers import backward_euler
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.system import System
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import (

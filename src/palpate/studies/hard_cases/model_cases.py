@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.benchmark.pressed_samples import SETTINGS as FIT
-from palpate.benchmark.pressed_samples import database_of
 from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.models import fem, pod_galerkin, pod_of_loads, quadratic_neo_hookean
 from palpate.models.contact_modes import contact_modes
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.nonlinear_cases import SETTINGS as FIT
 
 MODEL = "contact_modes"
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
@@ -66,8 +66,8 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
 def _pressed(body: Body, direction: list[float]) -> Answer:
     """Press the bar and compare with quadratic elements."""
     load, case = pressing(body, direction), case_of(body)
-    found = displacement_of(contact_modes.prepare(case, SETTING).respond(load))
-    expected = displacement_of(fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
+    found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))
+    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
     return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
 
 
@@ -129,17 +129,17 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
         contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(WAYS[0]), (2, 1))
     none = np.zeros((len(contacts), *body.coarse.nodes.shape))
     case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, FIT, 1e-8, GRID)
-    elements = fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
+    elements = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements
 
 
 def _answer(model: str, case: ModelCase, load: Load) -> np.ndarray:
     if model == "pod_galerkin":
-        return displacement_of(pod_galerkin.prepare(case, {"modes": 20, "thinned": 0.01}).respond(load))
+        return displacement_of(pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.01}).respond(load))
     learner = model.removeprefix("pod_")
     setting = {"modes": 12} | ({"hidden": 8} if learner == "network" else {})
-    return displacement_of(pod_of_loads.prepare(case, setting, learner).respond(load))
+    return displacement_of(pod_of_loads.Learnt(case, setting, learner).respond(load))
 
 
 ENGINE_SETTINGS: dict[str, dict[str, float]] = {
@@ -175,7 +175,7 @@ def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Ans
     case = case_of(replace(body, material=replace(body.material, law=law)))
     load = pressing(body, [0.0, 0.0, -times])
     with locking_is_measured():
-        found = displacement_of(made.prepare(case, ENGINE_SETTINGS[engine]).respond(load))
-        converged = fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 1)
+        found = displacement_of(made.offline(case).online(ENGINE_SETTINGS[engine]).respond(load))
+        converged = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 1)
         expected = displacement_of(converged.respond(load))
     return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)

@@ -13,10 +13,10 @@ from palpate.bodies.box import box
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
+from palpate.effects.elements import locking_is_measured
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.locking import locking_is_measured
 from palpate.models.relaxed import relaxes
-from palpate.scenes.initial_states import initial_positions
+from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases import fem_cases
 from palpate.studies.hard_cases.hard_case import Answer, Case

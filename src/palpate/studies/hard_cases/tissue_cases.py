@@ -4,8 +4,8 @@ import numpy as np
 
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
-from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.masses import density
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.particles import Particles, particles_of
@@ -16,10 +16,9 @@ from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.maxwell import Maxwell
 from palpate.effects.springs import Springs
-from palpate.models.springs.calibration.cma_es import cma_es
-from palpate.models.springs.calibration.fitness import Range
-from palpate.models.springs.calibration.genetic_algorithm import Rules, evolve
-from palpate.scenes.initial_states import initial_positions
+from palpate.models.springs.evolution import Rules, cma_es, evolve
+from palpate.models.springs.fitness import Range
+from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.system import System

@@ -22,14 +22,12 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.loads import force_of, nodal_forces
-from palpate.benchmark.nested_levels import truth_levels
-from palpate.benchmark.presses import choose_presses
+from palpate.benchmark.presses import choose_presses, force_of, nodal_forces
 from palpate.benchmark.truth import OWN as ERRORS
-from palpate.benchmark.truth import Truth, truth_of
+from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue
-from palpate.effects.locking import locking_is_measured
+from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.palpation.palpation import choose_places

@@ -9,9 +9,9 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects.effect import Effect, Energy
+from palpate.effects.elements import locking_is_measured
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
-from palpate.effects.locking import locking_is_measured
 from palpate.errors import InputError, NotConverged
 from palpate.scenes.effect_registry import effect
 from palpate.solvers.backward_euler import make

@@ -10,16 +10,16 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import EDGES, Mesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.quadratic import ten_nodes
+from palpate.bodies.refinement import ten_nodes
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
-from palpate.effects.ball_integral import ball_points, surface_interpolation
+from palpate.effects.elements import locking_is_measured
 from palpate.effects.held import Held
-from palpate.effects.locking import locking_is_measured
 from palpate.effects.springs import make as make_springs
+from palpate.effects.surface_integrals import ball_points, surface_interpolation
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import product
-from palpate.linalg.factor import Factor
-from palpate.linalg.nearest_rotation import rotations
+from palpate.linalg.multigrid import Factor
+from palpate.linalg.polar import rotations
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, minimise
 from palpate.solvers.system import System

@@ -15,12 +15,8 @@ from palpate.bodies.refinement import finer
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.models.springs.calibration.closed_forms import volume_stiffness
-from palpate.models.springs.calibration.fem_motion import reference_motion
-from palpate.models.springs.calibration.fitness import Fitness, Range
-from palpate.models.springs.calibration.spring_model import KeyPoints, Press, SpringModel, spring_model
-from palpate.models.springs.calibration.spring_motion import Settings
-from palpate.models.springs.calibration.step_limit import step_limit
+from palpate.models.springs.fitness import Fitness, Range, step_limit, volume_stiffness
+from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, SpringModel, reference_motion, spring_model
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table
 

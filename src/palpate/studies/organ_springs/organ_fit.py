@@ -8,18 +8,16 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
 
+from palpate.effects import shape_matching
 from palpate.effects.held import Held
-from palpate.effects.shape_matching import goal_shapes
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
-from palpate.models.shape_statics import cubes
-from palpate.models.springs.calibration import closed_forms, genetic_algorithm
-from palpate.models.springs.calibration.cma_es import cma_es
-from palpate.models.springs.calibration.fem_motion import Load, reference_motion
-from palpate.models.springs.calibration.fitness import Fit, Fitness
-from palpate.models.springs.calibration.gradient_descent import descend
-from palpate.models.springs.calibration.spring_model import SpringModel
-from palpate.models.springs.calibration.spring_motion import Settings, simulate
+from palpate.models.shape_matching import cubes
+from palpate.models.springs import evolution
+from palpate.models.springs.descent import descend
+from palpate.models.springs.evolution import cma_es
+from palpate.models.springs.fitness import Fit, Fitness
+from palpate.models.springs.spring_motion import Load, Settings, SpringModel, reference_motion, simulate
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 from palpate.studies.organ_springs.organ import Organ, Reference, deviation
@@ -83,12 +81,12 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
 
     start = np.full(nodes, float(material.young_pa))
     if method in ("van_gelder", "lloyd"):
-        return closed(getattr(closed_forms, method))
+        return closed(getattr(fitness, method))
     if method == "uniform":
-        return found.model, closed_forms.uniform(fitness, nodes, found.limits)
+        return found.model, fitness.uniform(fitness, nodes, found.limits)
     if method == "genetic":
-        rules = genetic_algorithm.Rules(searches["population"], found.limits, seed)
-        return found.model, genetic_algorithm.evolve(fitness, nodes, rules, searches["generations"], report=report)
+        rules = evolution.Rules(searches["population"], found.limits, seed)
+        return found.model, evolution.evolve(fitness, nodes, rules, searches["generations"], report=report)
     if method == "cma_es":
         return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
     return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])
@@ -205,7 +203,7 @@ def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[i
     factor, beta, rate = float(np.exp(unknowns[0])), float(unknowns[1]), float(np.exp(unknowns[2]))
     particles = replace(found.particles(0), regions=None)  # shapes have one stiffness
     clusters, settings = cubes(found.body.coarse), found.in_steps(steps)
-    shapes = goal_shapes.make(particles, {"mode": "linear", "alpha": 1.0, "beta": beta, "clusters": clusters})
+    shapes = shape_matching.make(particles, {"mode": "linear", "alpha": 1.0, "beta": beta, "clusters": clusters})
     damping, held = VelocityDamping(particles.masses, rate), Held(particles.held)
 
     def move(number: int) -> np.ndarray:

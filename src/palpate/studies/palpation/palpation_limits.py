@@ -12,8 +12,8 @@ import pandas as pd
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_tetrahedra
-from palpate.bodies.mesh_shapes import load_shape, load_tagged
+from palpate.bodies.mesh_file import load_shape, load_tagged
+from palpate.bodies.mesh_quality import check_tetrahedra
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session, set_sizes
 from palpate.errors import InputError
 from palpate.studies.palpation.palpation import PressCurves

@@ -6,12 +6,13 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.liver import liver
 from palpate.bodies.material import Material
+from palpate.bodies.organs import liver
 
 if TYPE_CHECKING:
     from palpate.benchmark.database import Database
-    from palpate.models.enrichment.training_samples import FitOptions, Training
+    from palpate.benchmark.model import FitOptions
+    from palpate.models.enrichment.fitting import Training
     from palpate.studies.scaling.measure_scaling import Meter
 
 LENGTH_M = 0.2
@@ -89,7 +90,7 @@ def cores(count: int, meter: "Meter") -> Size:
     """Compute a generation of paper 2's genetic algorithm on ``count`` cores."""
     import numba
 
-    from palpate.models.springs.calibration.genetic_algorithm import Genetic, Rules
+    from palpate.models.springs.evolution import Genetic, Rules
     from palpate.studies.springs.spring_experiment import experiment
 
     found = experiment(CUBE, 0.3)
@@ -133,8 +134,8 @@ def samples(count: int, meter: "Meter") -> Size:
 
 def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: "Meter") -> None:
     """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
-    from palpate.models.enrichment.blend import Blend, Known
-    from palpate.models.enrichment.feature_vectors import kinds
+    from palpate.models.enrichment.features import kinds
+    from palpate.models.enrichment.paper_enrichment import Blend, Known
 
     def prepare() -> Blend:
         known = Known(kinds(db, settings.neighbours)["ordered"], training, settings)
@@ -150,8 +151,9 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     The cost of blending does not depend on the displacements.
     """
     from palpate.benchmark.database import Database
-    from palpate.bodies.surfaces.even_triangulation import fibonacci_sphere
-    from palpate.models.enrichment.training_samples import FitOptions, gather
+    from palpate.benchmark.model import FitOptions
+    from palpate.bodies.surfaces.decimate import fibonacci_sphere
+    from palpate.models.enrichment.fitting import gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)
     among, n = mesh.surface, len(mesh.nodes)

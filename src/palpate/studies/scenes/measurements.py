@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.particles import Particles
-from palpate.collision.contact.initial_clearance import winding_number
+from palpate.collision.contact.obstacles import winding_number
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.errors import InputError, NotConverged
 from palpate.scenes.build_system import effect_names

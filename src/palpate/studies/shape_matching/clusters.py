@@ -9,12 +9,9 @@ import pandas as pd
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
-from palpate.effects import held, velocity_damping
+from palpate.effects import held, shape_matching, velocity_damping
 from palpate.effects.held import Held
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.clustering import make_clusters
-from palpate.effects.shape_matching.goal_shapes import OVERLAPS, ShapeMatching
-from palpate.effects.shape_matching.polynomial_fit import TERMS
+from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_clusters
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
@@ -75,7 +72,7 @@ def deformation_modes() -> pd.DataFrame:
         for mode in TERMS:
             settings = {"mode": mode, "alpha": 1.0, "beta": 1.0, "clusters": {"kind": "one"}}
             goal = np.empty_like(x)
-            goal_shapes.make(body, settings).goals(x, goal)
+            shape_matching.make(body, settings).goals(x, goal)
             table = pd.DataFrame({"deformation": deformation, "mode": mode, "particle": np.arange(len(x))})
             for name, places in (("rest_", body.nodes), ("", x), ("goal_", goal)):
                 table[[f"{name}{axis}_m" for axis in "xyz"]] = places
@@ -122,7 +119,7 @@ def clustered_column(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
         settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
         table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(body.nodes))})
         table[["rest_x_m", "rest_y_m", "rest_z_m"]] = body.nodes
-        table[["x_m", "y_m", "z_m"]] = settle(body, goal_shapes.make(body, settings), force_n)
+        table[["x_m", "y_m", "z_m"]] = settle(body, shape_matching.make(body, settings), force_n)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
@@ -139,7 +136,7 @@ def column() -> Particles:
 
 def settle(
     body: Particles,
-    matched: goal_shapes.ShapeMatching,
+    matched: shape_matching.ShapeMatching,
     force_n: float,
     rate_1_s: float = RATE_1_S,
     still_m: float = STILL_M,

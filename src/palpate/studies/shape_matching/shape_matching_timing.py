@@ -12,8 +12,8 @@ import pandas as pd
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.polynomial_fit import TERMS
+from palpate.effects import shape_matching
+from palpate.effects.shape_matching import TERMS
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 from palpate.table import Table
@@ -63,7 +63,7 @@ def measure(repeats: int) -> pd.DataFrame:
 def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> float:
     """Measure the speed-up of ``rotations`` over batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
     matrices = np.random.default_rng(seed).normal(size=(count, 3, 3))
-    calls = partial(goal_shapes.rotations, matrices), partial(np.linalg.svd, matrices)
+    calls = partial(shape_matching.rotations, matrices), partial(np.linalg.svd, matrices)
     fast, lapack = np.median([[_seconds(call) for call in calls] for _ in range(repeats)], axis=0)
     return float(lapack / fast)
 
@@ -89,7 +89,7 @@ def _objects(particles: int, objects: int) -> Particles:
 
 def stepper(
     particles: int, objects: int, clusters: int, mode: str
-) -> tuple[Callable[[], None], goal_shapes.ShapeMatching]:
+) -> tuple[Callable[[], None], shape_matching.ShapeMatching]:
     """Return a function without arguments that takes one step of perturbed ``objects``, and their shape matching."""
     bodies = _objects(particles, objects)
     described: dict[str, Any] = {"kind": "one"}
@@ -97,7 +97,7 @@ def stepper(
         edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
         described = {"kind": "cubes", "edge_m": edge, "overlap": 0.25}
     settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": described}
-    matched = goal_shapes.make(bodies, settings)
+    matched = shape_matching.make(bodies, settings)
     integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
     perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
     x, v = bodies.nodes + perturbation, np.zeros_like(perturbation)

@@ -9,15 +9,14 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs.calibration import closed_forms, genetic_algorithm
-from palpate.models.springs.calibration.fitness import Fit, Fitness
-from palpate.models.springs.calibration.gradient_descent import descend_with_volume
-from palpate.models.springs.calibration.spring_model import SpringModel
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs import evolution, fitness
+from palpate.models.springs.descent import descend_with_volume
+from palpate.models.springs.fitness import Fit, Fitness
+from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.studies.springs.spring_experiment import Experiment, Motion
 from palpate.table import Table
 
-CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
+CLOSED = {"van_gelder": fitness.van_gelder, "lloyd": fitness.lloyd}
 SEEDED = ["genetic", "cma_es"]
 METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
 """All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
@@ -66,20 +65,20 @@ def find(
         value = float(scored(young[None])[0])
         return Fitted(model, Fit(young, value, np.array([[0, seconds, value]])))
     if method == "genetic":
-        rules = genetic_algorithm.Rules(budget.population, limits, seed)
-        return Fitted(model, genetic_algorithm.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
+        rules = evolution.Rules(budget.population, limits, seed)
+        return Fitted(model, evolution.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
     if method == "cma_es":
-        from palpate.models.springs.calibration.cma_es import cma_es
+        from palpate.models.springs.evolution import cma_es
 
         return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
     if method == "uniform":
-        fit = closed_forms.uniform(fitness, nodes, limits)
+        fit = fitness.uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
-        from palpate.models.springs.calibration.regularized_fit import descend_smoothly
+        from palpate.models.springs.descent import descend_smoothly
 
         return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
-    from palpate.models.springs.calibration.gradient_descent import descend
+    from palpate.models.springs.descent import descend
 
     chosen = fitnesses if method == "gradient_all" else [fitness]
     return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations))
@@ -204,7 +203,7 @@ def tables(
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
     """Run the functions that a search calls once, so that compilation is not timed."""
-    from palpate.models.springs.calibration.gradient_descent import value_and_gradient
+    from palpate.models.springs.descent import value_and_gradient
 
     fitness(young[None])
     value_and_gradient(fitness, young, fitness.settings.volume_n_m)

@@ -4,8 +4,7 @@ import pandas as pd
 
 from palpate.run.job import stem, steps
 from palpate.scenes import motion
-from palpate.scenes.build_system import load_particles
-from palpate.scenes.scene import scene_of
+from palpate.scenes.scene import load_particles, scene_of
 
 
 def simulate_scene(input, output, params, wildcards, say):

@@ -15,9 +15,8 @@ def measure_experiments(params):
 
 
 def tabulate_maxwell_creep(input, params):
-    from palpate.scenes.build_system import load_particles
     from palpate.scenes.motion import load
-    from palpate.scenes.scene import scene_of
+    from palpate.scenes.scene import load_particles, scene_of
     from palpate.studies.shape_matching.maxwell_creep import measure
 
     scene = scene_of(params.name, params.entry)

@@ -3,6 +3,7 @@
 import base64
 import json
 from dataclasses import replace
+from html import escape
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,8 @@ from playwright.sync_api import expect
 from press.page.press_stage import NOW, READY, RESTING, STAGE, rest, same, spots
 from report import browser as chromium
 
-from palpate.press.page.page import held_nodes, policy, press_document
+from palpate.press.page.page import PressModel, held_nodes, policy, press_document
+from palpate.press.portable.file import FOUR_ERRORS
 
 pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
 
@@ -218,6 +220,13 @@ def test_a_server_answers_and_its_doubts_are_shown(browser, doubtful, answer):
         chromium.until(page, f"{STAGE}.main.answer.lost")
         page.wait_for_timeout(300)
         assert page.text_content(".doubt") == "No new answer: the server has ended; start palpate press again"
+
+
+def test_a_page_on_which_contact_modes_answer_joins_their_errors():
+    modes = PressModel("contact_modes", "contact modes", b"file")
+    coarse = PressModel("coarse", "linear, coarse mesh", b"file", kind="coarse")
+    joined = escape(" ".join(FOUR_ERRORS))
+    assert press_document([modes, coarse]).count(joined) == 1 and joined not in press_document([coarse])
 
 
 def test_only_a_page_with_a_server_may_ask_one(model, doubtful):

@@ -40,7 +40,7 @@ class Report:
         always = {name for study in studies for name, table in declared.tables(study).items() if table.always}
         self.tables = tables.read_all(Path(results) / "tables", {*always, *more})
         papers = {study: declared.folder(study) / "published.yaml" for study in studies}
-        papers |= {s: declared.folder(s) / "captions/published.yaml" for s in studies if not papers[s].is_file()}
+        papers |= {s: declared.folder(s) / "published.yaml" for s in studies if not papers[s].is_file()}
         self.published = {study: read_yaml(path) for study, path in papers.items() if path.is_file()}
 
     def part(self, study: str, show: type[Html] = Html) -> Part:

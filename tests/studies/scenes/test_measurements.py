@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.studies.scenes.tables import TABLES
 
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 from palpate.studies.scenes.measurements import (
+    ENERGY_BALANCE,
     FAILS,
     HOLDS,
     REST,
@@ -106,7 +106,7 @@ ROWS |= {"outer_work_j": [0.0, 2.0, 1.0], "total_j": [0.0, 1.0, 0.5], "gain_j": 
 
 def judged(**changed):
     found = energy_balance(pd.DataFrame(ROWS | changed), {"a": "symplectic_euler"})
-    assert list(found) == TABLES["energy_balance"].columns.split()
+    assert list(found) == ENERGY_BALANCE.columns
     return found.iloc[0]
 
 

@@ -18,9 +18,9 @@ import pandas as pd
 import pytest
 from fixtures import kernel_lock
 
-from palpate.benchmark.bootstrap import COLUMNS as ERRORS_OF_SAMPLES
+from palpate.benchmark.comparison import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.run.settings import defaults
@@ -166,13 +166,10 @@ def grid() -> dict[str, dict]:
 @pytest.fixture(scope="session")
 def slab_case(slab, slab_compliance, grid) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
-    from palpate.benchmark.assemble import assemble
-    from palpate.benchmark.loads import choose_loads
-    from palpate.benchmark.model import Case
+    from palpate.benchmark.model import Case, FitOptions
+    from palpate.benchmark.presses import choose_loads
     from palpate.benchmark.split import split
-    from palpate.benchmark.static_responses import press
-    from palpate.benchmark.subsampling import subsample
-    from palpate.models.enrichment.training_samples import FitOptions
+    from palpate.benchmark.static_responses import assemble, press, subsample
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)

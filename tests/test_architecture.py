@@ -28,8 +28,9 @@ ORDER = [
     "figures",
     "report",
     "init",
-    "plan",
     "serve",
+    "studies",
+    "run",
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from fixtures.trade_off import any_load
 
-from palpate.benchmark.bootstrap import read_errors
+from palpate.benchmark.comparison import read_errors
 from palpate.cli import main
 from palpate.report.tables import read
 from palpate.studies.tradeoff.advice import advise

@@ -31,11 +31,10 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge, read_judged
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, checked, setting_text
+from palpate.benchmark.model import Case, FitOptions, Setting, checked, setting_text
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
 from palpate.models import quadratic_neo_hookean
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.report.model_looks import look
@@ -112,7 +111,7 @@ def measure(results: Path, scene: str) -> pd.DataFrame:
         law = made.law_of(case)
         reference = references[law if law in LAWS else quadratic_neo_hookean.__file__]
         for setting in OWN.get(name) or made.settings(case):
-            solver = made.prepare(case, setting)
+            solver = made.offline(case).online(setting)
             for load in loads if name not in ENGINES else loads[:1]:  # what the first call compiles or prepares
                 answered(solver, load, case.n_surface)
             answers, took = zip(*(answered(solver, load, case.n_surface) for load in loads), strict=True)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import yaml
 
-from palpate.bodies.anchors import choose_anchors
 from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
-from palpate.bodies.liver import liver
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.surfaces.decimate import area_normals
+from palpate.bodies.organs import liver
+from palpate.bodies.supports import choose_anchors
+from palpate.bodies.surfaces.triangles import area_normals
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.init.choose import BROAD, FINE_TETRAHEDRA, _hold, _patches, _regimes

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.run import stale_results as module
-from palpate.run.stale_results import remove, stale_results
+from palpate.run import leftovers
+from palpate.run.leftovers import remove_stale, stale_results
 
 LONG = "results/data/" + 200 * "a" + "/body.h5"
 
@@ -42,7 +42,7 @@ def test_results_of_a_removed_body_are_found_and_removed(made):
     assert [str(path) for path in found] == sorted(
         [LONG, "results/data/bar/body.h5", "results/logs/a/make_body.log", "results/logs/bar/make_body.log"]
     )
-    remove(found)
+    remove_stale(found)
     left = {str(path) for path in Path("results").rglob("*") if path.is_file()}
     assert left == {
         "results/data/liver/body.h5",
@@ -60,7 +60,7 @@ def test_a_folder_that_was_made_is_one_result(made):
     Path("results/motion/sag").unlink()
     Path("results/motion/sag").mkdir()
     Path("results/motion/sag/step.vtu").write_text("made")
-    remove(stale_results(set()))
+    remove_stale(stale_results(set()))
     assert not Path("results/motion").exists() and Path("results").is_dir()
 
 
@@ -75,7 +75,7 @@ def test_tidy_works_in_the_folder_of_the_run(made, tmp_path, monkeypatch, capsys
     (elsewhere / "results").mkdir(parents=True)
     monkeypatch.chdir(elsewhere)
     answer = subprocess.CompletedProcess([], 0, stdout="output_file\tdate\trule\tlog-file(s)\n")
-    monkeypatch.setattr(module.subprocess, "run", lambda *_, **__: answer)
-    assert module.main(["--configfile", "x.yaml", "--directory", str(tmp_path)]) == 0
+    monkeypatch.setattr(leftovers.subprocess, "run", lambda *_, **__: answer)
+    assert leftovers.main(["--configfile", "x.yaml", "--directory", str(tmp_path)]) == 0
     assert f"in {tmp_path}:\nresults/data/bar/body.h5\n" in capsys.readouterr().out
     assert not (tmp_path / "results/data").exists() and elsewhere.is_dir()

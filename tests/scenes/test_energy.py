@@ -17,7 +17,7 @@ from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene, bodies_in, scene_of
 from palpate.solvers import backward_euler
-from palpate.studies.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance
+from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
 ROOT = Path(__file__).parents[2]
 SHORTER = {

@@ -22,8 +22,8 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
     assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
     assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
-    assert jobs["estimate_errors"] == 1 and jobs["tabulate_error_bounds"] == 1
-    assert not {"sweep_sigma", "evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
+    assert jobs["measure_bounds"] == 1 and jobs["tabulate_error_bounds"] == 1
+    assert not {"evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
 
 
 def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):
@@ -39,7 +39,7 @@ def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_
     families, scenes, fingers = 2, 1, 1
     assert jobs["measure_models"] == families * (2 * scenes + fingers + scenes)
     assert jobs["choose_presses"] == jobs["simulate_truth"] == 2 * scenes + fingers
-    assert jobs["estimate_errors"] == 2 * scenes + scenes  # fingers of other radii are in no table of bounds
+    assert jobs["measure_bounds"] == 2 * scenes + scenes + fingers
 
 
 def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(tmp_path, plan, write_config, trading):
@@ -47,13 +47,13 @@ def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(
     (tmp_path / "mine.py").write_text("settings = prepare = print\n")
     trading["tradeoff"] |= {"own_models": {"mine": "mine.py"}, "any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_any_load"] == 1 and jobs["merge_table"] == 1
+    assert jobs["measure_any_load"] == jobs["merge_any_load"] == 1
 
 
 def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
     trading["tradeoff"] |= {"beyond_design": {"models": {"fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_beyond_design"] == 1 and jobs["merge_table"] == 1
+    assert jobs["measure_beyond_design"] == jobs["merge_beyond_design"] == 1
 
 
 @pytest.mark.parametrize(

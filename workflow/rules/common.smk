@@ -7,26 +7,25 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.run.dependencies import digest, files_of
-from palpate.run.environment import check_environment
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.run.job import FAILED, kernel_cache
+from palpate.run.dependencies import digest, files_of
+from palpate.run.estimate import Estimate, jobs_of
+from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
-from palpate.run.kept_warnings import in_logs
-from palpate.plan.plan import Plan, when_known
-from palpate.run.stale_results import stale_results
+from palpate.run.leftovers import stale_results
 from palpate.run.settings import STUDIES, asked_for, complete, defaults
 from palpate.run.settings_file import read_settings
-from palpate.benchmark.settings import finger_regimes, pressed_bodies
+from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt
 from snakemake_logger_plugin_palpate.targets import offer
 
 ROOT = Path(workflow.basedir)
-CONFIG_FILES = [Path(relpath(file)) for file in workflow.overwrite_configfiles] or [Path("config.yaml")]
+CONFIG_FILES = [Path(relpath(file)) for file in workflow.config_settings.configfiles] or [Path("config.yaml")]
 CONFIG_FILE = CONFIG_FILES[0]
 # what this run will do, once that is known
 planned = None
@@ -182,49 +181,30 @@ def hold_folder():
         sys.exit(f"{FAILED}another run is under way in this folder; wait for it or stop it first.")
 
 
-def stay_idle():
-    """Keep snakemake from looking for jobs while none can start: without a limit of jobs a second it does so when one ends.
-
-    With it, it does so once a second for each job that has ever ended, which in the end takes the half of a core.
-    """
-    workflow.scheduler.job_rate_limiter = None
-
-
-def plan():
-    """Return what this run will do, once snakemake knows it."""
-    return Plan(workflow.dag, config, CONFIG_FILE.parent, workflow.cores if workflow.local_exec else None)
-
-
 def announce():
     """Print what a run will cost before it begins. An estimate is no reason to stop a run."""
     global planned
     try:
-        planned = plan()
+        planned = Estimate(jobs_of(workflow.dag), config["bodies"], workflow.cores if workflow.local_exec else None)
         print("\n".join(planned.describe()), file=sys.stderr)
     except Exception as error:
         print(f"no estimate of what this run will cost ({type(error).__name__}: {error})", file=sys.stderr)
 
 
-def remember():
-    """Keep what the jobs of this run took, for the next estimate."""
+def announce_once(record):
+    """Announce a dry run, for which snakemake calls no onstart, at the record by which its jobs are known."""
+    known = getattr(record, "event", None) == "run_info" or record.getMessage().startswith("Nothing to be done")
+    if known and workflow.dryrun and planned is None:
+        announce()
+    return True
+
+
+def conclude():
+    """Keep what jobs took, and print what they warned of where it does not scroll by: also those done before this run."""
     if planned is not None:
         planned.remember()
-
-
-def warnings_kept():
-    """What jobs warned of, each once, in the results as they stand: also jobs that were done before this run."""
-    return in_logs(sorted({log for job in workflow.dag.jobs for log in job.log}))
-
-
-def print_warnings():
-    """Print these at the end of a run, where they do not scroll by."""
-    if lines := warnings_kept():
-        print(
-            "warnings about these results:",
-            *(f"warning: {line}" for line in lines),
-            sep="\n",
-            file=sys.stderr,
-        )
+    if lines := warnings_in_logs(sorted({log for job in workflow.dag.jobs for log in job.log})):
+        print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
 
 
 def mention_stale():

@@ -9,15 +9,12 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.database import Database, read
-from palpate.benchmark.folds import fold_sides, read_folds, training_presses
-from palpate.benchmark.model import Case
-from palpate.benchmark.nested_levels import truth_levels
-from palpate.benchmark.truth import Truth
-from palpate.benchmark.truth_file import load_truth
+from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.split import fold_sides, read_folds, training_presses
+from palpate.benchmark.truth import Truth, load_truth, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.errors import InputError
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.solvers.compliance import load_compliance
 
 SIDES = ("validation", "test")

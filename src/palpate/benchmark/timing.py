@@ -1,4 +1,7 @@
-"""Time online calls, in the same way for everything."""
+"""Time online calls, in the same way for everything.
+
+Measure how much memory a prepared model holds.
+"""
 
 import os
 import platform

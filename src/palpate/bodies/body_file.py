@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import TetMesh
-from palpate.bodies.sheet import Sheet
+from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.smooth_surface import SmoothSurface
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole
 

@@ -6,18 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.bodies.anchors import choose_anchors, default_anchors
-from palpate.bodies.bed import read_bed
 from palpate.bodies.body import Body, nest
+from palpate.bodies.box import sheet
 from palpate.bodies.material import LAWS, Material
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.mesh_quality import check_quality
-from palpate.bodies.region_balls import balls_of
-from palpate.bodies.regions import read_regions
-from palpate.bodies.sheet import Sheet, sheet
+from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.smooth_surface import organ_shape, surface_of
-from palpate.errors import InputError
-from palpate.run.kept_warnings import about
+from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
+from palpate.errors import InputError, about
 
 
 def make_body(name: str, entry: dict) -> Body:
@@ -70,13 +67,13 @@ def _remedy(body: Body, remeshed: bool) -> str:
 
 
 def _cylinder(entry: dict) -> TetMesh:
-    from palpate.bodies.cylinder import cylinder
+    from palpate.bodies.box import cylinder
 
     return cylinder(entry["length_m"], entry["radius_m"])
 
 
 def _organ(entry: dict) -> TetMesh:
-    from palpate.bodies.smooth_shape import coarse_body
+    from palpate.bodies.organs import coarse_body
 
     return coarse_body(organ_shape(entry["kind"]), entry["length_m"], balls_of(entry))
 

@@ -8,12 +8,11 @@ from typing import Any
 import pandas as pd
 
 from palpate.benchmark.database import read
-from palpate.benchmark.folds import fold_sides, read_folds
-from palpate.benchmark.model import Case, Model
+from palpate.benchmark.model import Case, FitOptions, Model
+from palpate.benchmark.split import fold_sides, read_folds
 from palpate.bodies.body_file import load
 from palpate.errors import InputError
 from palpate.files import read_table
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import families
 from palpate.run.settings import complete

@@ -3,11 +3,11 @@
 import pandas as pd
 
 from palpate.report import tables
+from palpate.report.law_looks import label as changed_to
 from palpate.report.model_looks import label, look
 from palpate.report.number_format import percent, seconds
-from palpate.studies.law.figures.law_looks import label as changed_to
-from palpate.studies.law.names import OWN
-from palpate.studies.measured.figures.measured import GIVEN, named
+from palpate.studies.law.compare_laws import OWN
+from palpate.studies.measured.figures import GIVEN, named
 from palpate.studies.tradeoff.advice import NONE
 from palpate.studies.tradeoff.advice_agreement import same_in
 from palpate.studies.tradeoff.advice_words import behind, error_of, interval, limit

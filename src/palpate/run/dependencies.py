@@ -15,8 +15,7 @@ from palpate.files import write_whole
 
 PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
-    PACKAGE / name
-    for name in ("run/job.py", "run/kept_warnings.py", "files.py", "errors.py", "run/system_faults.py", "__init__.py")
+    PACKAGE / name for name in ("run/job.py", "files.py", "errors.py", "run/system_faults.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
 KEPT = PACKAGE / "__pycache__" / "digests.json"

@@ -40,7 +40,7 @@ def tabulate_meshes(input, params):
 
 
 def choose_loads(input, params):
-    from palpate.benchmark.loads import choose_loads
+    from palpate.benchmark.presses import choose_loads
     from palpate.solvers.compliance import load_compliance
 
     asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
@@ -66,12 +66,9 @@ def simulate_fine(input, output, params, wildcards, say):
 
 
 def assemble_database(input, output, params, wildcards, say):
-    from palpate.benchmark.assemble import assemble, digest
     from palpate.benchmark.database import read, write
-    from palpate.benchmark.folds import fold_table
-    from palpate.benchmark.sample_table import sample_table
-    from palpate.benchmark.static_responses import load_responses, press
-    from palpate.benchmark.subsampling import subsample
+    from palpate.benchmark.split import fold_table, sample_table
+    from palpate.benchmark.static_responses import assemble, digest, load_responses, press, subsample
 
     body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
     progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")
@@ -79,7 +76,10 @@ def assemble_database(input, output, params, wildcards, say):
     paper = fine.sample, subsample(body, fine.displacement)
     write(assemble(body, loads, fine, paper, live, digest(params.settings)), output.database)
     db = read(output.database)
-    return {"samples": sample_table(db, *params.split, params.seed) if params.split else fold_table(db, params.seed)}
+    if not params.split:
+        return {"samples": fold_table(db, params.seed)}
+    train, test = params.split
+    return {"samples": sample_table(db, train, test, params.seed)}
 
 
 def merge(input, output):
@@ -113,9 +113,9 @@ def check_claims(input, params):
 
 def write_report(input, output, params):
     from palpate.report.page import write
-    from palpate.run import kept_warnings
+    from palpate.run import job
 
-    out, warned = Path(output[0]), kept_warnings.load(input.warned)
+    out, warned = Path(output[0]), job.load_warnings(input.warned)
     write(out.parent, out, params.studies, params.scenes, params.cts, params.driven, warned, params.more)
 
 

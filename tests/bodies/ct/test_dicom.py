@@ -111,9 +111,7 @@ def test_a_position_that_is_not_a_number_is_reported(write):
     damaged = (folder / "1.dcm").read_bytes()
     assert b"\\0\\2.5" in damaged
     (folder / "1.dcm").write_bytes(damaged.replace(b"\\0\\2.5", b"\\0\\2x5"))
-    with pytest.raises(
-        InputError, match=r"1\.dcm: it is not one slice with a position, orientation and pixel spacing;"
-    ):
+    with pytest.raises(InputError, match=r"1\.dcm: it is not one slice with a position, orientation and"):
         read(folder)
 
 

@@ -3,7 +3,7 @@
 from html import escape
 
 from palpate.press.page.page import PressModel, press_document
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.file import FOUR_ERRORS
 
 
 def test_a_page_on_which_contact_modes_answer_joins_their_errors():

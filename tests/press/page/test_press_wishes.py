@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from press_stage import READY, STAGE, rest, spots
 
-from palpate.press.page.compose import held_nodes
-from palpate.press.page.page import press_document
+from palpate.press.page.page import held_nodes, press_document
 
 pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
 PEAK_M = 0.02

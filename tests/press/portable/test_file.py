@@ -11,8 +11,7 @@ from press.portable.conftest import headed, repaired
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.press.portable.command import told
-from palpate.press.portable.file import describe, read
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.file import FOUR_ERRORS, describe, read
 from palpate.run.job import kernel_cache
 
 

@@ -53,7 +53,7 @@ def test_it_answers_as_the_model_does_at_a_node(live):
     said = json.loads(live.answer("fem_p1", posted(live)))
     found = np.frombuffer(base64.b64decode(said["displacement"]), "<f4").reshape(-1, 3)
     setting = {"level": 1, "start": "rest", "tolerance": 1e-3}
-    expected = fem.prepare(case, setting, 1).respond(Load.at(contact, force))
+    expected = fem.Fem(case, setting, 1).respond(Load.at(contact, force))
     assert np.abs(found - expected).max() < 1e-4 * np.abs(expected).max()
     assert said["forces"] == [force.tolist()] and said["error"] is None and said["doubt"] == "" and said["ms"] > 0
 

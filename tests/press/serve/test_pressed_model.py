@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.load import Answer, Doubted, Load
+from palpate.benchmark.model import Solver
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
 from palpate.press.serve.pressed_model import PressedModel
@@ -40,7 +41,7 @@ def _under(corners: np.ndarray, point: np.ndarray) -> Asked:
     raise AssertionError("the way leaves the upper side")
 
 
-class Nodes:
+class Nodes(Solver):
     """A model that moves every node by the force times a smooth function of where it is pressed, at nodes only."""
 
     memory_mb = 0.0
@@ -62,7 +63,7 @@ class Nodes:
 
 
 def test_elements_under_a_disc_at_a_node_answer_as_at_the_node(case):
-    solver = fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1)
+    solver = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1)
     contact = int(case.database.contact[0])
     row = int(np.searchsorted(case.body.fine.surface, contact))
     triangle, corner = (int(each[0]) for each in np.nonzero(case.database.triangles == row))
@@ -74,7 +75,7 @@ def test_elements_under_a_disc_at_a_node_answer_as_at_the_node(case):
 
 def test_elements_follow_a_finger_without_a_jump_and_find_the_force_of_a_depth(case, way):
     """Of 60 steps none changes the answer by much more than the middle one, and the work of the disc moves on."""
-    pressed = PressedModel(case, fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1))
+    pressed = PressedModel(case, fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1))
     answers = np.array([pressed.respond([asked]).displacement for asked in way])
     steps = np.abs(np.diff(answers, axis=0)).max(axis=(1, 2))
     assert len({asked.triangle for asked in way}) > 1

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from palpate.errors import InputError
 from palpate.studies.measured.experiment import experiment_of
 from palpate.studies.measured.measure import measure
-from palpate.studies.measured.natural_frequency import natural_frequency
-from palpate.studies.measured.observed import follow
+from palpate.studies.measured.predict import natural_frequency
+from palpate.studies.measured.records import follow
 from palpate.studies.measured.specimen import Bench, FemSpecimen
 from palpate.studies.measured.tables import TABLES
 

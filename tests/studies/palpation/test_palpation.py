@@ -11,10 +11,9 @@ from palpate.bodies.material import Tissue
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.palpation.ball_in_slab import ball_in_slab
 from palpate.studies.palpation.palpation import COLUMNS, choose_places, palpate
 from palpate.studies.palpation.palpation_limits import COLUMNS as LIMIT_COLUMNS
-from palpate.studies.palpation.palpation_limits import least_contrasts, palpation_limits
+from palpate.studies.palpation.palpation_limits import ball_in_slab, least_contrasts, palpation_limits
 from palpate.studies.palpation.settings import check
 from palpate.studies.palpation.tables import TABLES
 

@@ -30,6 +30,6 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
-        "palpate.models.reduction",
+        "palpate.models.reduced_motion",
         *(["palpate.collision.contact"] if touching else []),
     ]

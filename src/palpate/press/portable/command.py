@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.benchmark.database_of_body import database_of
-from palpate.benchmark.model import Case
+from palpate.benchmark.database import database_of
+from palpate.benchmark.model import Case, FitOptions
 from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError, NotConverged, suggest
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.model_registry import MODELS
 from palpate.press.portable.export import COLUMNS, export_model
 from palpate.press.portable.file import describe

@@ -10,8 +10,8 @@ from palpate.report.material import Report, Section
 from palpate.report.number_format import seconds
 from palpate.report.paper_claims import counted, found, said
 from palpate.report.words import spaced
-from palpate.studies.collision.collision_growth import STAGES, exponents
-from palpate.studies.collision.figures.collision_looks import look, ranked
+from palpate.studies.collision.compare_trees import STAGES, exponents
+from palpate.studies.collision.figures import look, ranked
 from palpate.studies.collision.report_numbers import precision_numbers
 from palpate.studies.collision.tables import TABLES
 

@@ -7,7 +7,7 @@ from palpate.report import tables
 from palpate.report.claims import geometric_mean
 from palpate.report.number_format import seconds
 from palpate.report.words import spaced
-from palpate.studies.collision.figures.collision_looks import look
+from palpate.studies.collision.figures import look
 
 
 def precision_numbers(stopped: pd.DataFrame, apart: pd.DataFrame) -> dict[str, str]:

@@ -6,9 +6,8 @@ import pandas as pd
 
 from palpate.report import tables
 from palpate.report.number_format import percent
-from palpate.studies.ct.compositing import BACK, FRONT, SOLID, TRANSLUCENT
-from palpate.studies.ct.mask_interpolation import BETWEEN, NEAREST
-from palpate.studies.ct.surface_normals import CORNERS, GRADIENT, TRIANGLES
+from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, NEAREST, TRIANGLES
+from palpate.studies.ct.ray_casting import BACK, FRONT, SOLID, TRANSLUCENT
 
 
 def numbers(read: Mapping[str, pd.DataFrame]) -> dict[str, str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.benchmark.database import read
-from palpate.benchmark.sample_table import read_samples, sides
+from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
 from palpate.run.job import stem, steps
 
@@ -14,9 +14,9 @@ def evaluate_methods(input, output, params, wildcards):
     import h5py
 
     from palpate.benchmark.accuracy import accuracy_rows, predict
+    from palpate.benchmark.model import FitOptions
     from palpate.files import write_whole
     from palpate.models.enrichment.methods import build
-    from palpate.models.enrichment.training_samples import FitOptions
     from palpate.solvers.compliance import load_compliance
     from palpate.studies.enrichment.sigma_sweep import sweep_rows
 
@@ -36,8 +36,8 @@ def evaluate_methods(input, output, params, wildcards):
 
 
 def compare_premises(input, params, say):
-    from palpate.models.enrichment.training_samples import FitOptions
-    from palpate.studies.enrichment.premise_tables import Settings, compare
+    from palpate.benchmark.model import FitOptions
+    from palpate.studies.enrichment.premises import Settings, compare
 
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
     settings = Settings(**params.settings, options=options)
@@ -46,10 +46,10 @@ def compare_premises(input, params, say):
 
 
 def time_methods(input, params, wildcards):
+    from palpate.benchmark.model import FitOptions
     from palpate.models.enrichment.methods import build
-    from palpate.models.enrichment.training_samples import FitOptions
     from palpate.solvers.compliance import load_compliance
-    from palpate.studies.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
+    from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
 
     body, db, compliance = load(input.body), read(input.database), load_compliance(input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
@@ -63,13 +63,13 @@ def time_methods(input, params, wildcards):
 
 
 def time_complexity(params):
-    from palpate.studies.enrichment.complexity import complexity_rows, measure
+    from palpate.studies.enrichment.timing import complexity, complexity_rows
 
-    return complexity_rows(measure(params.samples, params.seed))
+    return complexity_rows(complexity(params.samples, params.seed))
 
 
 def tabulate_samples(input):
-    from palpate.benchmark.sample_table import sample_peaks, split_counts
+    from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
 
     tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}
@@ -83,21 +83,21 @@ def tabulate_samples(input):
 
 def draw_meshes(input, output):
     from palpate.report import style
-    from palpate.studies.enrichment.figures import mesh_levels
+    from palpate.studies.enrichment.figures import bodies
 
-    style.save(mesh_levels.draw([load(path) for path in input.bodies]), stem(output))
+    style.save(bodies.draw_mesh_levels([load(path) for path in input.bodies]), stem(output))
 
 
 def draw_responses(input, output):
     from palpate.report import style
-    from palpate.studies.enrichment.figures import deformed_bodies, error_over_body, predictions, turnable_errors
+    from palpate.studies.enrichment.figures import bodies
 
     body, db, path = load(input.body), read(input.database), input.predictions
-    shown = predictions.read(path, "paper", "samples", deformed_bodies.METHODS)
-    style.save(deformed_bodies.draw(body, db, shown), stem(output.deformed))
+    shown = bodies.read(path, "paper", "samples", bodies.METHODS_DEFORMED_BODIES)
+    style.save(bodies.draw_deformed_bodies(body, db, shown), stem(output.deformed))
     groups = {
-        f"{protocol} protocol, {split} held out": predictions.read(path, protocol, split, error_over_body.METHODS)
+        f"{protocol} protocol, {split} held out": bodies.read(path, protocol, split, bodies.METHODS_ERROR_OVER_BODY)
         for protocol, split in (("paper", "samples"), ("live", "contacts"))
     }
-    style.save(error_over_body.draw(body, db, groups), stem(output.errors))
-    turnable_errors.write(db, groups["live protocol, contacts held out"], output.turnable)
+    style.save(bodies.draw_error_over_body(body, db, groups), stem(output.errors))
+    bodies.write(db, groups["live protocol, contacts held out"], output.turnable)

@@ -9,7 +9,7 @@ from palpate.bodies.settings import Anchors, Bed, Magnitudes, Refinements
 from palpate.errors import InputError, describe_unknown
 from palpate.models.settings import Regression
 from palpate.setting_types import Block, Count, Distinct, Inside, Name, Positive, Vector, Whole, key, optional
-from palpate.studies.enrichment.sample_counts import sample_counts
+from palpate.studies.enrichment.premise_samples import sample_counts
 
 
 class Case(Block):

@@ -5,40 +5,32 @@ from collections.abc import Callable
 import pandas as pd
 
 from palpate.studies.hard_cases import (
-    bound_cases,
     contact_cases,
-    contact_mode_cases,
     dynamics_cases,
-    engine_cases,
     enrichment_cases,
     fem_cases,
-    law_cases,
-    learnt_cases,
-    organ_cases,
-    overlap_cases,
-    relaxed_cases,
-    start_cases,
-    static_cases,
+    model_cases,
+    nonlinear_cases,
     tissue_cases,
 )
 from palpate.studies.hard_cases.hard_case import Case, judge
 
 FAMILIES = {
-    "enrichment": [enrichment_cases.cases, bound_cases.cases],
+    "enrichment": [enrichment_cases.cases, enrichment_cases.bounds],
     "fem": [
-        fem_cases.cases,
-        static_cases.cases,
-        start_cases.cases,
-        law_cases.cases,
+        fem_cases.elasticity,
+        fem_cases.statics,
+        nonlinear_cases.starts,
+        nonlinear_cases.laws,
         tissue_cases.still,
-        relaxed_cases.cases,
-        contact_mode_cases.cases,
-        learnt_cases.cases,
-        engine_cases.cases,
+        nonlinear_cases.relaxations,
+        model_cases.reduced_contacts,
+        model_cases.learnt,
+        model_cases.engines,
     ],
-    "dynamics": [dynamics_cases.cases, tissue_cases.moving],
-    "contact": [overlap_cases.cases, contact_cases.cases],
-    "organ": [organ_cases.cases],
+    "dynamics": [dynamics_cases.motions, tissue_cases.moving],
+    "contact": [contact_cases.overlaps, contact_cases.contacts],
+    "organ": [tissue_cases.organs],
 }
 
 

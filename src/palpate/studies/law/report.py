@@ -6,12 +6,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.report import markup, tables
+from palpate.report.law_looks import label, law_label
 from palpate.report.material import Report, Section
 from palpate.report.number_format import each, percent
 from palpate.report.words import capital, listed, spaced
-from palpate.studies.law.figures.law_looks import label, law_label
-from palpate.studies.law.from_depths import VARIANT, from_depths
-from palpate.studies.law.names import LAW, OWN, POISSON, REGIONS
+from palpate.studies.law.compare_laws import LAW, OWN, POISSON, REGIONS, VARIANT, from_depths
 from palpate.studies.law.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]

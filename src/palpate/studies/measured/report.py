@@ -9,7 +9,7 @@ from palpate.report.material import Report, Section
 from palpate.report.model_looks import look
 from palpate.report.number_format import percent
 from palpate.report.words import capital, spaced
-from palpate.studies.measured.figures.measured import GIVEN, named
+from palpate.studies.measured.figures import GIVEN, named
 from palpate.studies.measured.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]

@@ -25,9 +25,8 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
-from palpate.studies.measured.experiment import Experiment, experiment_of
-from palpate.studies.measured.observed import check_down, follow
-from palpate.studies.measured.placed import check_places, off_box
+from palpate.studies.measured.experiment import Experiment, check_places, experiment_of, off_box
+from palpate.studies.measured.records import check_down, follow
 
 
 class Load(Block):

@@ -5,7 +5,7 @@ import pandas as pd
 from palpate.report import markup, tables
 from palpate.report.material import Report, Section
 from palpate.report.number_format import each, percent, seconds
-from palpate.studies.organ_springs.figures.organ_looks import look
+from palpate.studies.organ_springs.figures import look
 from palpate.studies.organ_springs.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.benchmark.model import Case
-from palpate.benchmark.pressed_samples import database_of
+from palpate.benchmark.database import database_of
+from palpate.benchmark.model import Case, FitOptions
 from palpate.bodies.body import Body
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.press.portable.export import Progress, export_model
 
 REGIME = "press"

@@ -6,7 +6,7 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.material import Report, Section
 from palpate.report.number_format import seconds
-from palpate.studies.scaling.scaling_growth import LARGEST, exponents
+from palpate.studies.scaling.measure_scaling import LARGEST, exponents
 from palpate.studies.scaling.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]

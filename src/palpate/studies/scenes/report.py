@@ -9,7 +9,7 @@ from palpate.report import markup, tables
 from palpate.report.material import Report, Section
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import capital, listed, spaced
-from palpate.studies.scenes.energy_balance import FAILS, HOLDS, UNKNOWN
+from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN
 from palpate.studies.scenes.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]

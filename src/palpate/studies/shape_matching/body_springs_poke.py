@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.run_scene import run

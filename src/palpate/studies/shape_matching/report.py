@@ -6,9 +6,9 @@ import pandas as pd
 from palpate.report.material import Report, Section
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import spaced
-from palpate.studies.shape_matching.findings import held, limit, tips
+from palpate.studies.shape_matching.claims import held, limit, tips
 from palpate.studies.shape_matching.report_numbers import of_creep, of_goals, of_modes
-from palpate.studies.shape_matching.shape_matching_growth import HEADLINE, exponents, headline
+from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, exponents, headline
 from palpate.studies.shape_matching.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]

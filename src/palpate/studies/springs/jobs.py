@@ -33,7 +33,7 @@ def fit_springs(input, output, params, wildcards, threads, say):
 
 def tabulate_spring_floor(params, wildcards):
     from palpate.studies.springs.spring_experiment import experiment, simulate_references
-    from palpate.studies.springs.spring_floor import INCOMPRESSIBLE, measure
+    from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
     found = experiment(params.calibration, float(wildcards.poisson))
     references = simulate_references(found, params.calibration["substeps"])

@@ -8,7 +8,7 @@ import pandas as pd
 from palpate.report import markup, tables
 from palpate.report.material import Report, Section
 from palpate.report.number_format import percent, seconds
-from palpate.studies.springs.figures.spring_looks import FORCES, look
+from palpate.report.spring_looks import FORCES, look
 from palpate.studies.springs.tables import TABLES
 
 __all__ = ["TABLES", "TITLE", "numbers", "sections"]

@@ -1,4 +1,7 @@
-"""Methods for spring parameters on paper 2's cube: fitted to one press and evaluated on all three."""
+"""Methods for spring parameters on paper 2's cube: fitted to one press and evaluated on all three.
+
+Least error that springs can reach: fitted to all presses, for references of several Poisson ratios.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -9,13 +12,13 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs.calibration import closed_forms, genetic_algorithm
-from palpate.models.springs.calibration.fitness import Fit, Fitness
-from palpate.models.springs.calibration.spring_model import SpringModel
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs import evolution, fitness
+from palpate.models.springs.descent import descend_with_volume
+from palpate.models.springs.fitness import Fit, Fitness
+from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.studies.springs.spring_experiment import Experiment, Motion
 
-CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
+CLOSED = {"van_gelder": fitness.van_gelder, "lloyd": fitness.lloyd}
 SEEDED = ["genetic", "cma_es"]
 METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
 """All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
@@ -64,20 +67,20 @@ def find(
         value = float(scored(young[None])[0])
         return Fitted(model, Fit(young, value, np.array([[0, seconds, value]])))
     if method == "genetic":
-        rules = genetic_algorithm.Rules(budget.population, limits, seed)
-        return Fitted(model, genetic_algorithm.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
+        rules = evolution.Rules(budget.population, limits, seed)
+        return Fitted(model, evolution.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
     if method == "cma_es":
-        from palpate.models.springs.calibration.cma_es import cma_es
+        from palpate.models.springs.evolution import cma_es
 
         return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
     if method == "uniform":
-        fit = closed_forms.uniform(fitness, nodes, limits)
+        fit = fitness.uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
-        from palpate.models.springs.calibration.regularized_fit import descend_smoothly
+        from palpate.models.springs.descent import descend_smoothly
 
         return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
-    from palpate.models.springs.calibration.gradient_descent import descend
+    from palpate.models.springs.descent import descend
 
     chosen = fitnesses if method == "gradient_all" else [fitness]
     return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations))
@@ -167,7 +170,48 @@ def tables(
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
     """Run the functions that a search calls once, so that compilation is not timed."""
-    from palpate.models.springs.calibration.gradient_descent import value_and_gradient
+    from palpate.models.springs.descent import value_and_gradient
 
     fitness(young[None])
     value_and_gradient(fitness, young, fitness.settings.volume_n_m)
+
+
+INCOMPRESSIBLE = 0.49
+"""Poisson ratio of the stiffest volume force that a fit may choose."""
+
+
+def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: float, evaluations: int) -> pd.DataFrame:
+    """Measure the rows of spring_floor.csv for one Poisson ratio: each press, without and with a volume force.
+
+    stiffest_n_m : upper bound [N/m] of the volume force's stiffness, which is fitted together with the moduli
+    The springs are fitted to all presses, so that the error is the least possible one and not that of a fit to one
+    press.
+    """
+    budget = Budget(population=0, generations=0, cma_es_evaluations=0, gradient_evaluations=evaluations)
+    alone = find("gradient_all", found, [found.fitness(press, references) for press in references], budget, seed=0)
+    fit, stiffness = _with_volume(found, references, alone.fit.young, stiffest_n_m, evaluations)
+    cases = ((found, alone, False), (found.with_volume(stiffness), Fitted(found.model, fit), True))
+    tables = [
+        judge(trial, fitted, references, list(references)).assign(
+            volume_force=force, volume_n_m=trial.settings.volume_n_m, poisson=found.particles.material.poisson
+        )
+        for trial, fitted, force in cases
+    ]
+    names = "poisson volume_force volume_n_m press rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
+    return pd.concat(tables)[names.split()]
+
+
+def _with_volume(
+    found: Experiment, references: dict[str, Motion], alone: np.ndarray, stiffest_n_m: float, evaluations: int
+) -> tuple[Fit, float]:
+    """Fit from the material's volume force, and from none with the best moduli ``alone``; keep the better fit.
+
+    So a volume force cannot seem to increase the error only because a descent ended too early.
+    """
+    starts = ((found.start(), min(found.volume_n_m(), stiffest_n_m)), (alone, 0.0))
+    ends = []
+    for young, stiffness in starts:
+        trial = found.with_volume(stiffness)
+        fitnesses = [trial.fitness(press, references) for press in references]
+        ends.append(descend_with_volume(fitnesses, young, found.limits, evaluations, stiffest_n_m))
+    return max(ends, key=lambda end: end[0].fitness)

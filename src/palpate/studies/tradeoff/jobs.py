@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.benchmark.truth_file import load_truth
+from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
 from palpate.run.job import steps
 
@@ -12,7 +12,7 @@ from palpate.run.job import steps
 def _judged(input, params, wildcards, split, grid, more=False):
     """Return a case with its training samples, and the judge of the others."""
     from palpate.benchmark.judge import read_judged
-    from palpate.models.enrichment.training_samples import FitOptions
+    from palpate.benchmark.model import FitOptions
 
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
     rest = params.radius_m, options, params.tolerance, grid
@@ -20,9 +20,8 @@ def _judged(input, params, wildcards, split, grid, more=False):
 
 
 def simulate_truth(input, output, params, wildcards, say):
-    from palpate.benchmark.folds import asked_samples, read_folds, training_presses
-    from palpate.benchmark.truth import truth_of
-    from palpate.benchmark.truth_file import save_truth
+    from palpate.benchmark.split import asked_samples, read_folds, training_presses
+    from palpate.benchmark.truth import save_truth, truth_of
 
     body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
     asked, tested = asked_samples(folds, params.splits)
@@ -33,7 +32,7 @@ def simulate_truth(input, output, params, wildcards, say):
 
 
 def measure_models(input, params, wildcards, say):
-    from palpate.benchmark.measure_model import measure, warn_unanswered
+    from palpate.benchmark.measure import measure, warn_unanswered
     from palpate.models.load_model import load_model
 
     case, judge = _judged(input, params, wildcards, wildcards.split, params.settings, bool(params.more_of))
@@ -48,8 +47,8 @@ def measure_models(input, params, wildcards, say):
 
 
 def measure_bounds(input, params, wildcards):
-    from palpate.benchmark.bounds import bounds
-    from palpate.benchmark.estimates import estimates
+    from palpate.benchmark.measure import bounds
+    from palpate.studies.tradeoff.error_estimates import estimates
 
     samples, settings = bounds(*_judged(input, params, wildcards, wildcards.split, {}))
     case, judge = _judged(input, params, wildcards, wildcards.split, {}, params.more)
@@ -98,8 +97,8 @@ def _of(paths, body, regime):
 
 def tabulate_error_bounds(input):
     from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
-    from palpate.benchmark.estimates import read_estimates
     from palpate.files import read_table
+    from palpate.studies.tradeoff.error_estimates import read_estimates
 
     scenes = []
     for (body, regime), settings in pd.read_csv(input.table).groupby(["body", "regime"], sort=False):
@@ -111,7 +110,7 @@ def tabulate_error_bounds(input):
 
 def _advice(table, errors, limits):
     """Advise on each scene of a table, the files of whose samples are ``errors``."""
-    from palpate.benchmark.bootstrap import errors_from
+    from palpate.benchmark.comparison import errors_from
     from palpate.studies.tradeoff.advice import advise
 
     return [
@@ -158,8 +157,8 @@ def _asked(params):
 
 
 def measure_any_load(input, params, wildcards, say):
-    from palpate.benchmark.general_loads import questions
     from palpate.studies.tradeoff.any_load import measure_any
+    from palpate.studies.tradeoff.general_loads import questions
 
     place, found = f"{wildcards.body}, {wildcards.regime}", []
     case, judge = _judged(input, params, wildcards, params.split, params.grid)

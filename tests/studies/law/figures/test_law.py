@@ -3,8 +3,8 @@
 import pytest
 from fixtures.drawn import texts
 
+from palpate.report.law_looks import colour, label
 from palpate.studies.law.figures import law
-from palpate.studies.law.figures.law_looks import colour, label
 
 
 def test_changes_and_meshes_stand_side_by_side(law_table):

@@ -6,8 +6,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from palpate.report import style, tables
-from palpate.studies.law.figures.law_looks import colour, label
-from palpate.studies.law.names import OWN, POISSON
+from palpate.report.law_looks import colour, label
+from palpate.studies.law.compare_laws import OWN, POISSON
 
 TABLES = ("law",)
 MESHES = {

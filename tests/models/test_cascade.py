@@ -127,7 +127,7 @@ def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
 
 def of(case, asked, *stages, mesh=0.0):
     """A cascade of stages whose factors and solvers are given."""
-    prepared = cascade.Prepared(Turning(case), mesh, [cascade.Stage(*each) for each in stages], case)
+    prepared = cascade.Prepared(Turning(case), mesh, [cascade.CascadeStage(*each) for each in stages], case)
     return cascade.Cascade(case, prepared, asked)
 
 
@@ -209,10 +209,11 @@ def test_stages_are_prepared_once_and_their_time_is_charged_again(case, monkeypa
     found = made_up(lambda case: [{}], lambda case, setting: prepared.append(1) or Known(case))
     monkeypatch.setattr("palpate.models.model_registry.model", lambda name, own: found)
     fresh = replace(case, database=case.database.take(np.arange(12)))
-    cascade.offline(fresh).online({"asked": 0.1})
-    again = replace(fresh, used={})
-    cascade.offline(again).online({"asked": 0.5})
-    assert len(prepared) == 2 and again.used["stages"] > 0 and "compliance" in again.used
+    stage = cascade.offline(fresh)
+    stage.online({"asked": 0.1})
+    fresh.used.clear()
+    stage.online({"asked": 0.5})
+    assert len(prepared) == 2 and fresh.used["stages"] > 0 and "compliance" in fresh.used
 
 
 @pytest.mark.parametrize(

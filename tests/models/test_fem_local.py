@@ -68,10 +68,11 @@ def test_an_early_stop_begins_at_the_frame_before(pressed, order):
 def test_settings_share_meshes_and_each_is_charged_for_them(pressed):
     case, _, force = pressed
     fresh = replace(case, body=replace(case.body), used={})
-    first = fem_local.offline(fresh).online(setting(1.0))
-    again = replace(fresh, used={})
-    second = fem_local.offline(again).online(setting(1.0, start="frame", iterations=1))
-    assert first._meshes is second._meshes and again.used["meshes"] > 0.0
+    stage = fem_local.offline(fresh)
+    first = stage.online(setting(1.0))
+    fresh.used.clear()
+    second = stage.online(setting(1.0, start="frame", iterations=1))
+    assert first._meshes is second._meshes and fresh.used["meshes"] > 0.0
     assert set(first._meshes._made) == set(case.prepared_contacts.tolist())
     unprepared = np.setdiff1d(first._meshes._contacts, case.prepared_contacts)
     if len(unprepared):

@@ -16,7 +16,7 @@ from palpate.models.enrichment.paper_enrichment import WEIGHTS
 @pytest.mark.parametrize("name", model_registry.MODELS)
 def test_every_model_has_its_module(name):
     model = model_registry.model(name, {})
-    assert callable(model.settings) and callable(model.prepare)
+    assert callable(model.settings) and callable(model.offline)
 
 
 def test_names_alone_import_no_solver():

@@ -1,7 +1,4 @@
-"""Deforming scenes in closed form for the comparison of bounding structures, without any simulation.
-
-Scenes of bodies that are apart, for most of the time or always, in closed form.
-"""
+"""Surfaces that move in closed form: bodies that deform and meet, and bodies that are apart."""
 
 from collections.abc import Callable
 from functools import cache

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.studies.measured.tables import TABLES
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InputError
@@ -13,7 +14,6 @@ from palpate.studies.measured.measure import measure
 from palpate.studies.measured.predict import natural_frequency
 from palpate.studies.measured.records import follow
 from palpate.studies.measured.specimen import Bench, FemSpecimen
-from palpate.studies.measured.tables import TABLES
 
 TURN, SHIFT = Rotation.from_euler("xyz", [0.1, -1.0, 0.4]).as_matrix(), np.array([0.5, -0.2, 1.0])
 DOWN = TURN @ [0.0, 0.0, -1.0]

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.studies.palpation.check import check
+from palpate.studies.palpation.tables import TABLES
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Tissue
@@ -14,8 +16,6 @@ from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.palpation.palpation import COLUMNS, choose_places, palpate
 from palpate.studies.palpation.palpation_limits import COLUMNS as LIMIT_COLUMNS
 from palpate.studies.palpation.palpation_limits import ball_in_slab, least_contrasts, palpation_limits
-from palpate.studies.palpation.settings import check
-from palpate.studies.palpation.tables import TABLES
 
 SLAB = {"sizes_m": [0.08, 0.08, 0.05], "young_pa": 3000.0, "poisson": 0.3}
 

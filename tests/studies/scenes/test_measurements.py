@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.studies.scenes.tables import TABLES
 
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
@@ -24,7 +25,6 @@ from palpate.studies.scenes.measurements import (
     nearest,
     warn_of_gain,
 )
-from palpate.studies.scenes.tables import TABLES
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
 LOAD |= {"hold_s": 1, "release_s": 0.1}

@@ -1,7 +1,4 @@
-"""Time a test of two bounding volumes by itself, on the pairs that a search between two trees tests.
-
-Cost of showing that two bodies are apart, over the gap between them.
-"""
+"""Cost of showing that two bodies are apart, over the gap between them, and of one test of two bounding volumes."""
 
 from collections.abc import Callable, Iterator
 from time import thread_time
@@ -18,6 +15,7 @@ from palpate.collision.trees.tree_query import overlapping_trees
 from palpate.collision.trees.volumes import volumes_overlap
 from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
 from palpate.studies.collision.stopped_precision import distance
+from palpate.table import Table
 
 TESTS = 200_000
 """Tests in a loop that is timed, so that it takes a millisecond or more."""
@@ -74,6 +72,18 @@ NEAR = 0.01
 REPEATS = 5
 """Queries of one placement: a single one takes microseconds."""
 
+COLLISION_APART = Table(
+    "collision_apart",
+    "The times and the tests with which each bounding structure shows that two bodies are apart.",
+    """
+    bodies structure depths rival triangles gap_m: bodies, a structure, triangles, and the gap [m]
+    refit_ms query_ms frame_ms: median processor times [ms]
+    node_tests triangle_tests roots_overlap: mean tests, and share of placements where the first test does not suffice
+    extra_pairs placements threads: pairs reported wrongly, placements, and threads that worked
+    test_ns: time of one test of volumes [ns]
+    """,
+)
+
 
 def measure(
     gaps_m: list[float], placements: int, refinements: int, depths: list[list[int]], seed: int, report: Callable
@@ -83,9 +93,7 @@ def measure(
     gaps_m : distances of the surfaces; placements : how often both bodies are turned at random and placed in a random
     direction from each other; refinements : of the liver; depths : of composite trees; report : called with the name
     of each pair that is done
-    Times are medians over placements of processor time on one thread; counts of tests are means, and ``roots_overlap``
-    is the share of placements in which the first test does not suffice; ``test_ns`` is the time of a test of volumes of
-    one kind in a loop of nothing else, at the least gap. Trees are refitted to each placement.
+    Times are medians over placements; tests of volumes are timed in a loop. Trees are refitted to each placement.
     """
     rows = []
     for name, bodies in two_bodies(refinements).items():

@@ -1,7 +1,4 @@
-"""Judge paper 3's claims on its composite tree, over all scenes (geometric means).
-
-Judge what paper 3, chapter 4, says of bounding volumes: their speed and precision, and bodies that are apart.
-"""
+"""Judge paper 3's claims on its composite tree and on bounding volumes, over all scenes (geometric means)."""
 
 from collections.abc import Iterator, Mapping
 

@@ -1,11 +1,4 @@
-"""Bounding trees of python-fcl and coal on deforming triangles, and their crossing pairs.
-
-Cost of each bounding structure on deforming scenes, and its missed or false pairs of crossing triangles.
-
-Exponents of collision_scaling.csv: the growth of each stage with the number of triangles.
-
-Times of building, refitting and querying bounding trees over the number of triangles.
-"""
+"""Cost of bounding structures, own and of other libraries, on deforming scenes, and how it grows with triangles."""
 
 import time
 from collections.abc import Callable
@@ -18,6 +11,7 @@ import pandas as pd
 
 from palpate.collision.moving_surfaces import Moving, crossing_waves, scenes
 from palpate.collision.triangles.brute_force import crossing
+from palpate.table import Table
 
 EVERY = 10**9
 """Upper limit of pairs, never reached: by default both packages stop after a few pairs."""
@@ -178,14 +172,26 @@ def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, st
     return found | {(name, "", True): kind for name, kind in rivals.items()}
 
 
+COLLISION = Table(
+    "collision",
+    "The times, the tests, and the missed and extra pairs of each bounding structure in each scene.",
+    """
+    scene structure depths rival: a scene; a structure, layers of a composite tree, and whether it is of another library
+    triangles: of all bodies
+    build_ms refit_ms query_ms frame_ms: median processor times; a frame is refit and query, or build and query [ms]
+    node_tests triangle_tests pairs: tests of volumes and of triangles, and crossing pairs found
+    missed_pairs extra_pairs: over all frames, against brute force
+    rebuilds frames threads: rebuilds in all frames, frames, and threads that worked
+    """,
+)
+
+
 def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, report: Callable) -> pd.DataFrame:
     """Measure the rows of collision.csv: one for each scene and structure.
 
     frames : of each scene; refinements : of the livers; report : called with the name of each scene that is done
-    Times are medians over frames of processor time on one thread. build_ms and refit_ms cover all trees of the scene,
-    refit_ms includes rebuilding worn trees (``rebuilds`` in all frames). frame_ms : query and refit together, or query
-    and build where there is no refit. missed_pairs and extra_pairs : sums over all frames, against
-    ``brute_force.crossing``. Rivals have no self-collision, so they are left out where a body collides with itself.
+    Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so
+    they are left out where a body collides with itself.
     """
     tables = []
     for scene in scenes(refinements, seed):
@@ -282,6 +288,16 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
 
 
 FRAMES = 3
+
+COLLISION_SCALING = Table(
+    "collision_scaling",
+    "The times of each bounding structure over the number of triangles.",
+    """
+    structure depths rival triangles: a structure, as in collision.csv, and triangles of both sheets
+    build_ms refit_ms query_ms: median processor times of both trees [ms]
+    pairs threads: crossing pairs, and threads that worked
+    """,
+)
 
 
 def measure_growth(triangles: list[int], depths: list[list[int]], report: Callable) -> pd.DataFrame:

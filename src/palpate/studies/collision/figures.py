@@ -1,13 +1,4 @@
-"""Label, colour and marker of each bounding structure, in every figure and sentence about collision.
-
-Times of bounding structures, and the false pairs that they pass to the triangle test (paper 3, chapter 4).
-
-Times of building, refitting and querying up to a million triangles.
-
-Errors of contacts from bounding trees over the layer at which they are stopped (paper 3, chapter 4).
-
-Cost of showing that two bodies are apart, over the gap between them (paper 3, chapter 4).
-"""
+"""Figures of paper 3, chapter 4: bounding structures compared, growing, stopped early, and between bodies apart."""
 
 from collections.abc import Sequence
 

@@ -1,7 +1,4 @@
-"""Distance and overlap of two closed surfaces, by which contacts from trees are judged.
-
-Error and time of contacts from trees that are stopped at a layer: paper 3's precision for time.
-"""
+"""Error and time of contacts from trees that are stopped at a layer: paper 3's precision for time."""
 
 from collections.abc import Callable
 from functools import partial
@@ -20,6 +17,7 @@ from palpate.collision.trees.tree_query import StoppedTree, candidates
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.studies.collision.compare_trees import RefittedTrees, timed
+from palpate.table import Table
 
 PARTS = 3
 """Parts of each edge of a triangle whose overlap is integrated: 9 points of it."""
@@ -123,6 +121,22 @@ class Frame(NamedTuple):
     overlap: Overlap | None
 
 
+COLLISION_PRECISION = Table(
+    "collision_precision",
+    "The time and the errors of contacts from bounding trees that are stopped at a layer, and from whole trees.",
+    """
+    scene structure depths exact layer triangles: a structure, and whole or its last layer
+    refit_ms contacts_ms frame_ms: median processor times [ms]
+    tests contacts false_pairs missed_pairs: tests, contacts, and pairs reported wrongly or missed
+    frames_apart false_frames: frames without contact, and those of them with a contact reported
+    reported_m nearest_m: largest distance at which contact is reported, and least distance of bodies apart [m]
+    place_error_m direction_error_deg depth_error_m velocity_error_m_s: mean errors where bodies overlap [m, °, m, m/s]
+    response_error_m response_m: RMS error of depth times direction over all frames, and RMS of what it should be [m]
+    frames threads: frames, and threads that worked
+    """,
+)
+
+
 def measure(
     frames: int, refinements: int, depths: list[list[int]], layers: list[int], report: Callable
 ) -> pd.DataFrame:
@@ -130,9 +144,7 @@ def measure(
 
     frames : of each scene; refinements : of the livers; depths : of composite trees; layers : at which trees stop
     report : called with the name of each scene that is done
-    Times are medians over frames of processor time on one thread; ``frame_ms`` is refit and contacts together. Whole
-    trees test triangles (``exact``, without a layer). Errors are means over the frames in which bodies overlap, against
-    ``surface_distance.overlap``; that of the response is the root mean square over all frames.
+    Whole trees test triangles. Errors are against ``overlap``.
     """
     rows = []
     for scene in (make(refinements) for make in (two_livers, instrument_press, instrument_approach, livers_apart)):

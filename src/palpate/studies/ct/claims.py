@@ -1,7 +1,4 @@
-"""Judge paper 3's claims of chapter 2: from a scan to a surface, a mask and a picture.
-
-Judge paper 2's claims on masses from CT: how they change with the mesh, and how fine it has to be.
-"""
+"""Judge claims on imaging (paper 3, chapter 2) and on masses from CT (paper 2)."""
 
 from collections.abc import Callable, Iterator, Mapping
 

@@ -1,13 +1,4 @@
-"""Classification of CT values in a volume rendering: gap, skin, muscle, bone or organ (paper 3, chapter 2).
-
-Three orthogonal slices through an organ in its CT or MRI, with the outline of the segmentation.
-
-Volume rendering of a CT by ray casting, and the body made from it, from the same direction.
-
-Steps from a scan to a picture and a mask: ray casting, an MRI, and masks drawn on every n-th slice (paper 3).
-
-Total mass of an organ's mesh against that of its voxels, and mean density, over mesh resolutions (paper 2).
-"""
+"""Figures of bodies from a scan: slices, ray casting, masses of nodes, and the steps between."""
 
 import numpy as np
 import pandas as pd

@@ -42,8 +42,18 @@ from palpate.studies.ct.ray_casting import (
     thresholds,
     transfer_of,
 )
+from palpate.table import Table
 
 NEAREST, BETWEEN = "nearest slice", "signed distance"
+
+MASK_INTERPOLATION = Table(
+    "mask_interpolation",
+    "The mask of each body, drawn on every n-th slice and filled between, against the whole mask.",
+    """
+    body every method: a body, n, and how slices are filled
+    dice volume_deviation: Dice coefficient, and relative deviation of the volume
+    """,
+)
 
 
 def mask_interpolation(name: str, image: Image, mask: np.ndarray, every: Sequence[int]) -> pd.DataFrame:
@@ -60,7 +70,7 @@ def mask_interpolation(name: str, image: Image, mask: np.ndarray, every: Sequenc
             found = [one for one in tried if one is not None]
             if found:
                 rows.append((name, n, method, *min(found)))
-    return pd.DataFrame(rows, columns=["body", "every", "method", "dice", "volume_deviation"])
+    return MASK_INTERPOLATION.frame(rows)
 
 
 def only_every(mask: np.ndarray, n: int, first: int) -> np.ndarray:
@@ -94,14 +104,22 @@ NEAR = 0.06
 """Points so far from the exact surface, relative to the half axes, belong to another organ."""
 GRADIENT, CORNERS, TRIANGLES = "gradient", "triangles around", "triangle"
 
+SURFACE_NORMALS = Table(
+    "surface_normals",
+    "Angles of a surface's normals to those of the exact liver, and the distance of its points from it.",
+    """
+    blur_voxels normals_from: blur before the surface is taken [finest spacing], and source of the normals
+    points median_deg p95_deg: number of points, and angles to the exact normal [°]
+    rms_m: distance of the points from the exact surface [m]
+    """,
+)
+
 
 def surface_normals(image: Image) -> pd.DataFrame:
     """Compute the rows of surface_normals.csv for the liver of the synthetic abdomen's scan ``image``.
 
-    blur_voxels : deviation of the blur before the surface is taken, in voxels of the finest spacing
-    normals_from : the gradient of the grey values by central differences; the mean of the triangles around a point, by
-    their areas; or each triangle itself. median_deg, p95_deg : angles to the exact normal; rms_m : distance of the
-    points from the exact surface [m]
+    Normals are the gradient of the grey values by central differences; the mean of the triangles around a point, by
+    their areas; or those of each triangle.
     """
     level, rows = (LIVER_HU + FAT_HU) / 2, []
     for blur in (0.0, 1.0):
@@ -116,7 +134,7 @@ def surface_normals(image: Image) -> pd.DataFrame:
             far = np.linalg.norm(places[near] - _onto(places[near]), axis=1)
             median, p95 = np.percentile(angles, [50, 95])
             rows.append((blur, source, int(near.sum()), median, p95, float(np.sqrt((far**2).mean()))))
-    return pd.DataFrame(rows, columns=["blur_voxels", "normals_from", "points", "median_deg", "p95_deg", "rms_m"])
+    return SURFACE_NORMALS.frame(rows)
 
 
 def _sources(
@@ -144,6 +162,14 @@ def _onto(points: np.ndarray) -> np.ndarray:
 
 CT_RANGE = (30, 120)
 
+SEGMENTED_SCANS = Table(
+    "segmented_scans",
+    "The liver found by one range of grey values in a synthetic CT and MRI, against the true one.",
+    """
+    scan dice volume_deviation: a scan, Dice coefficient, and relative deviation of the volume
+    """,
+)
+
 
 def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tuple[Image, np.ndarray]]]:
     """Compute the rows of segmented_scans.csv, and the MRI as it is and evened with what is found in each.
@@ -160,7 +186,7 @@ def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tu
         rows.append((scan, dice(found, liver), volume))
         if image.modality == "mri":
             shown.append((image, found))
-    return pd.DataFrame(rows, columns=["scan", "dice", "volume_deviation"]), shown
+    return SEGMENTED_SCANS.frame(rows), shown
 
 
 def _segmented(image: Image, limits: Sequence[float]) -> np.ndarray:
@@ -170,12 +196,22 @@ def _segmented(image: Image, limits: Sequence[float]) -> np.ndarray:
         return np.zeros(image.hu.shape, dtype=bool)
 
 
+TISSUE_CLASSES = Table(
+    "tissue_classes",
+    "The tissues that voxels are taken for, by three methods, against what the synthetic abdomen is made of.",
+    """
+    method tissue: thresholds, probability of a fitted mixture or percentage; and a tissue
+    wrong: share of its voxels that are taken for another
+    rms_error: error of its share in a voxel, over all voxels
+    """,
+)
+
+
 def tissue_classes(image: Image) -> pd.DataFrame:
     """Compute the rows of tissue_classes.csv for the synthetic abdomen's CT ``image``.
 
     method : thresholds midway between usual grey values; the probability of a mixture that is fitted to the histogram;
-    or the percentages of two neighbouring tissues. wrong : share of the voxels whose most likely tissue is not the one
-    that fills most of them; rms_error : of the shares of all tissues, over the voxels
+    or the percentages of two neighbouring tissues. A voxel is of the tissue that fills most of it.
     """
     truth = _shares(image)
     mixture = fit_mixture(image.hu, [tissue.hu for tissue in TISSUES])
@@ -191,7 +227,7 @@ def tissue_classes(image: Image) -> pd.DataFrame:
             within = truth.argmax(axis=0) == k
             error = float(np.sqrt(((found - truth)[k] ** 2).mean()))
             rows.append((method, tissue.name, float((found.argmax(axis=0) != k)[within].mean()), error))
-    return pd.DataFrame(rows, columns=["method", "tissue", "wrong", "rms_error"])
+    return TISSUE_CLASSES.frame(rows)
 
 
 def _shares(image: Image) -> np.ndarray:

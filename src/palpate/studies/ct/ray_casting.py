@@ -1,9 +1,4 @@
-"""Classes of a CT's grey values, by thresholds or by probability, and how they look (paper 3, chapter 2).
-
-Ray casting of a scan, composited front to back or back to front (paper 3, chapter 2).
-
-Pictures of a scan composited back to front and front to back, and the time of each (paper 3, chapter 2).
-"""
+"""Ray casting of a scan (paper 3, chapter 2): tissues by threshold or probability, composited in both orders, timed."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -15,6 +10,7 @@ import pandas as pd
 
 from palpate.benchmark.timing import time_calls
 from palpate.bodies.ct.image import Image
+from palpate.table import Table
 
 _ROUNDS, _BINS = 200, 1024
 _SETTLED = 1e-4
@@ -300,14 +296,19 @@ TRANSLUCENT, SOLID = "translucent", "solid"
 _SOLID = 10.0
 """Times as many layers of a tissue lie in a millimetre where tissues look solid."""
 
+COMPOSITING = Table(
+    "compositing",
+    "Pictures composited in both orders: samples a ray takes, time, and difference from back to front.",
+    """
+    looks order enough: opacities, order of compositing, and the opacity at which a ray ends
+    samples median_s: samples a ray, and time of a picture [s]
+    difference: largest difference of a colour, 0 to 1, from back to front
+    """,
+)
+
 
 def compositing(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
-    """Compute the rows of compositing.csv.
-
-    looks : with the opacities of ``transfer``, or as if tissues were ten times as dense; order, enough : one of ORDERS;
-    samples : of a ray, mean over the picture; median_s : time of a picture, made in turn with the others;
-    difference : largest difference of a colour, 0 to 1, from the picture that is composited back to front
-    """
+    """Compute the rows of compositing.csv, with the opacities of ``transfer`` and of tissues ten times as dense."""
     rows = []
     for looks, shown in ((TRANSLUCENT, transfer), (SOLID, solid(transfer))):
         calls = [
@@ -319,7 +320,7 @@ def compositing(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
         for (order, enough), (found, samples), seconds in zip(ORDERS, taken, timed, strict=True):
             apart = float(abs(on_white(found) - exact).max())
             rows.append((looks, order, enough, float(samples.mean()), float(np.median(seconds)), apart))
-    return pd.DataFrame(rows, columns=["looks", "order", "enough", "samples", "median_s", "difference"])
+    return COMPOSITING.frame(rows)
 
 
 def solid(transfer: Transfer) -> Transfer:

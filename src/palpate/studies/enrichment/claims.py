@@ -1,11 +1,4 @@
-"""Judge paper 1's claims on features, kernel width, weights, complexity and times, for the bodies that it has.
-
-Judge what paper 1 names as the limit of its method, and its kernel in place of a linear regressor.
-
-Judge what paper 1 claims about contact-ordered features: in each premise, with fewer samples, in memory.
-
-Judge how much faster than fine FEM paper 1 claims its enrichment to be.
-"""
+"""Judge paper 1's claims, for the bodies that it has and in other premises."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -1,12 +1,6 @@
-"""Linear responses of a body that is its surface only, as paper 1's cylinder is: triangles or springs, with hinges.
-
-Every part is an elongation or an angle that is linear in the displacements around it, and a stiffness: K = Σ w g gᵀ.
-
-Make paper 1's samples in another premise: a body held otherwise, or hollow, pressed along one direction or inward.
+"""Make paper 1's samples in another premise: a body held otherwise, or hollow, pressed along one direction or inward.
 
 Responses are linear, so that one set of unit responses serves any number of splits.
-
-Count the samples of a premise.
 """
 
 from collections.abc import Callable, Mapping

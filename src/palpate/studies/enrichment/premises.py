@@ -1,11 +1,4 @@
-"""Compare contact-ordered with unordered features in several premises, in several splits, with intervals.
-
-Find the feature vectors of the same press at two nodes, as paper 1's figure 2 shows them.
-
-Measure what the database of paper 1's regressor keeps in memory: arrays as they are, not formulas.
-
-Tabulate what paper 1 claims about features in every premise of the settings, and in the study's own samples.
-"""
+"""Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,6 +18,7 @@ from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.fitting import Fitting, gather
 from palpate.models.enrichment.paper_enrichment import LITERAL, Known, gaussian, inverse
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
+from palpate.table import Table
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
 """Ways to weigh samples that are compared: the paper's text allows each."""
@@ -96,6 +90,19 @@ def _errors(db: Database, methods: dict, train: np.ndarray, test: np.ndarray, nu
     return pd.concat(found).assign(split=number, held_out=kind, train=len(train))
 
 
+PREMISES = Table(
+    "premises",
+    "The test errors of each kind of feature and weights in each premise, mean of all splits, and their ratio to "
+    "those of unordered features.",
+    """
+    premise held_out train: a premise, what is held out, and the number of training samples
+    features weights splits: of the blend, and how many splits were averaged
+    rmse_of_peak error_low error_high: error, and an interval that holds 90 % of draws of contacts
+    ratio ratio_low ratio_high: error over that of unordered features with the same weights, and its interval
+    """,
+)
+
+
 def summarise(errors: pd.DataFrame) -> pd.DataFrame:
     """Tabulate the errors of one premise: their means, and how sure these and their ratios to unordered features are.
 
@@ -117,13 +124,7 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
             else:
                 row += [np.nan] * 3
             rows.append(row)
-    return pd.DataFrame(rows, columns=SUMMARY)
-
-
-SUMMARY = [
-    "held_out", "train", "features", "weights", "splits", "rmse_of_peak", "error_low", "error_high",
-    "ratio", "ratio_low", "ratio_high",
-]  # fmt: skip
+    return pd.DataFrame(rows, columns=PREMISES.columns[1:])
 
 
 LOCAL = 0.125
@@ -159,6 +160,17 @@ def choose_alike(db: Database) -> tuple[int, int]:
     return int(first), int(second)
 
 
+FEATURE_VECTORS = Table(
+    "feature_vectors",
+    "The feature vectors of two presses in the same direction at two contacts of each premise.",
+    """
+    premise features press contact: a premise, a kind of feature, and a press at a contact
+    node axis: place of a coarse node in the vector, and axis of the world or of the contact's frame
+    share_of_peak: displacement / largest of the sample
+    """,
+)
+
+
 def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
     """Tabulate each kind of feature of two samples that are pressed alike: features, press, contact, node, axis …
 
@@ -176,6 +188,16 @@ def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
     return pd.concat(tables)
 
 
+DATABASE_MEMORY = Table(
+    "database_memory",
+    "The memory of all that a query may need.",
+    """
+    premise features train: a premise, a kind of feature, and the number of training samples
+    features_kb fine_kb matrix_kb orders_kb total_kb: features, fine displacements, A, orders, all [kB]
+    """,
+)
+
+
 def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:
     """Tabulate for each kind of feature the memory [kB] of the feature vectors, of the fine displacements, of the
     matrix A, and of the orders of nodes around every coarse surface node, which any query may need.
@@ -187,10 +209,7 @@ def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.Data
         matrix = inverse(gaussian(known.squared, known.scale))
         sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(features, db.coarse_surface)]
         rows.append([name, len(train), *(size / 1024 for size in sizes), sum(sizes) / 1024])
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-COLUMNS = ["features", "train", "features_kb", "fine_kb", "matrix_kb", "orders_kb", "total_kb"]
+    return pd.DataFrame(rows, columns=DATABASE_MEMORY.columns[1:])
 
 
 def _orders(features: Features, contacts: np.ndarray) -> int:
@@ -217,6 +236,19 @@ class Settings(NamedTuple):
     options: FitOptions
 
 
+PREMISE_BODIES = Table(
+    "premise_bodies",
+    "How the body of each premise is made and held, and what share of its surface moves.",
+    """
+    premise body responses made_of held: its body, linear or not, solid or hollow, and how held
+    contacts moved_share: contacts that can be pressed, and share of nodes that move by more than a tenth of the peak
+    """,
+)
+
+
+TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
+
+
 def compare(
     premises: Mapping[str, Mapping[str, Any]],
     bodies: Mapping[str, Mapping[str, Any]],
@@ -224,13 +256,13 @@ def compare(
     settings: Settings,
     progress: Callable = iter,
 ) -> dict[str, pd.DataFrame]:
-    """Return TABLES by name.
+    """Return the tables of premises by name.
 
     bodies : entries of the settings by name, with magnitudes, train and test where paper 1 has samples of them
     databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
     progress : wraps the sequence of names, as ``tqdm`` does
     """
-    found: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
+    found: dict[str, list[pd.DataFrame]] = {table.name: [] for table in TABLES}
     for name in progress([*databases, *premises]):
         if name in premises:
             tables = _linear(name, premises[name], bodies[premises[name]["body"]], settings)
@@ -240,9 +272,6 @@ def compare(
             found[table].append(rows.assign(premise=name))
     joined = {name: pd.concat(rows) for name, rows in found.items()}
     return {name: table[["premise", *table.columns.drop("premise")]] for name, table in joined.items()}
-
-
-TABLES = ("premises", "premise_bodies", "feature_vectors", "database_memory")
 
 
 def _linear(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], settings: Settings) -> dict:
@@ -257,7 +286,7 @@ def _linear(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], set
     about = [premise["body"], "linear", premise["made_of"], held, len(every.contact), moved_share(every.fine)]
     return {
         "premises": _summary(drawn, counts, settings),
-        "premise_bodies": pd.DataFrame([about], columns=ABOUT),
+        "premise_bodies": pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
         "feature_vectors": feature_rows(every, settings.options.neighbours),
         "database_memory": memory_rows(drawn[0], np.arange(counts[0]), settings.options),
     }
@@ -269,7 +298,7 @@ def _nonlinear(name: str, db: Database, entry: Mapping[str, Any], settings: Sett
     about = [name, "nonlinear", "solid", "as the body", len(np.unique(db.contact)), moved_share(db.fine)]
     return {
         "premises": _summary([db] * settings.splits, counts, settings),
-        "premise_bodies": pd.DataFrame([about], columns=ABOUT),
+        "premise_bodies": pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
         "feature_vectors": feature_rows(db, settings.options.neighbours),
         "database_memory": memory_rows(db, np.arange(counts[0]), settings.options),
     }
@@ -285,6 +314,5 @@ def _summary(databases: Sequence[Database], counts: Sequence[int], settings: Set
     return summarise(pd.concat(errors))
 
 
-ABOUT = ["body", "responses", "made_of", "held", "contacts", "moved_share"]
 SAMPLED = ("magnitudes", "train", "test", "paper_surface")
 """Keys of a body's entry that say how it is sampled, and not what it is."""

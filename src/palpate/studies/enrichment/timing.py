@@ -1,11 +1,8 @@
-"""Measure the paper's table 3: how the cost of each operation grows with feature length and samples.
+"""Time paper 1's operations over their sizes (table 3), and what a query costs at run time (tables 4 and 5).
 
-Building A is measured whole and without the inversion of Φ: the paper's O(r k²) leaves the k³ of the
-inversion out, so its order can only hold for the assembly of Φ. Sizes are large enough for the cost of
-calling numpy to vanish, except where the whole of building A is measured: there feature lengths are those of
-the paper, because that is where the inversion it leaves out counts.
-
-Time what a query costs at run time, and tabulate it in two tables.
+Building A is measured whole and without the inversion of Φ: the paper's O(r k²) leaves the k³ of the inversion out, so
+its order can only hold for the assembly of Φ. Sizes are large enough for the cost of calling numpy to vanish, except
+where the whole of building A is measured: there feature lengths are those of the paper, as there the inversion counts.
 """
 
 import time
@@ -26,6 +23,7 @@ from palpate.bodies.body import Body
 from palpate.models.enrichment.features import nearest_first
 from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
 
 class Operation(NamedTuple):
@@ -66,6 +64,17 @@ OPERATIONS = {
     "building_a": Operation(_building, (30, 60, 120, 240, 480), "O(r k^2)", lambda r, k: r * k**2),
     "building_w": Operation(_weighing, (1000, 2000, 4000, 8000, 16000), "O(r k)", lambda r, k: r * k),
 }
+
+COMPLEXITY = Table(
+    "complexity",
+    "Measured exponents of each operation's time in the numbers of features r and samples k, with 95 % intervals.",
+    """
+    operation paper_order: an operation, and its order in paper 1
+    r_min r_max k_min k_max: sizes that were tried
+    exponent_r exponent_r_low exponent_r_high paper_exponent_r: power of r, interval, and that of the paper's order
+    exponent_k exponent_k_low exponent_k_high paper_exponent_k: the same of k
+    """,
+)
 
 
 def complexity(samples: Sequence[int], seed: int) -> pd.DataFrame:
@@ -155,6 +164,16 @@ def queries(db: Database, method: Method, protocol: str, samples: Sequence[int])
     return [partial(method.predict, coarse[i], int(db.contact[i]), db.force[i]) for i in samples]
 
 
+ENRICHMENT_TIMING = Table(
+    "enrichment_timing",
+    "The time of five answers of each method, and their mean, laid out like table 4 of paper 1.",
+    """
+    body method: a body, and a method
+    d1_s d2_s d3_s d4_s d5_s mean_s paper_mean_s: times of five loads, their mean, and the paper's [s]
+    """,
+)
+
+
 def timing_table(
     db: Database,
     methods: Mapping[str, Mapping[str, Method]],
@@ -179,6 +198,16 @@ def timing_table(
     )
 
 
+ONLINE_COST = Table(
+    "online_cost",
+    "The time that each method needs for one answer once it is prepared: median and 95th percentile.",
+    """
+    body method protocol: a body, a method, and what its coarse nodes come from
+    online_median_s online_p95_s: time of an answer [s]; live, with the coarse simulation
+    """,
+)
+
+
 def cost_table(
     db: Database,
     methods: Mapping[str, Mapping[str, Method]],
@@ -187,7 +216,7 @@ def cost_table(
     body: str,
     repeats: int,
 ) -> pd.DataFrame:
-    """Tabulate online_cost.csv: body, method, protocol, online_median_s, online_p95_s over all ``samples``.
+    """Tabulate online_cost.csv over all ``samples``.
 
     In the live protocol the coarse simulation is part of a query, at its median; linear FEM needs none.
     """
@@ -198,7 +227,7 @@ def cost_table(
             query = measure(queries(db, method, protocol, samples), repeats)
             before = simulated if protocol == "live" and name != "linear_fem" else 0.0
             rows.append([body, name, protocol, before + query.median_s, before + query.p95_s])
-    return pd.DataFrame(rows, columns=["body", "method", "protocol", "online_median_s", "online_p95_s"])
+    return ONLINE_COST.frame(rows)
 
 
 def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:

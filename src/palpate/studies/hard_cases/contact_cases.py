@@ -1,9 +1,4 @@
-"""Measures of contact that a wrong answer fails: bodies have to come near each other, and must not cross.
-
-Hard cases of contact: touches, falls and stacks in which bodies may penetrate each other.
-
-Hard cases of contact that begin with an overlap: refused, or pushed out where the scene asks for it.
-"""
+"""Hard cases of contact: touches, falls, stacks and overlaps in which bodies may penetrate each other."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

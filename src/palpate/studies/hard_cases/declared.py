@@ -14,6 +14,7 @@ from palpate.studies.hard_cases import (
     tissue_cases,
 )
 from palpate.studies.hard_cases.hard_case import Case, judge
+from palpate.table import Table
 
 FAMILIES = {
     "enrichment": [enrichment_cases.cases, enrichment_cases.bounds],
@@ -37,6 +38,22 @@ FAMILIES = {
 def declared(families: list[str]) -> list[Case]:
     """Return the cases of some of FAMILIES, in order."""
     return [case for family in families for cases in FAMILIES[family] for case in cases()]
+
+
+HARD_CASES = Table(
+    "hard_cases",
+    "The outcome of every model in every situation that is known to be difficult, and the errors of three wrong "
+    "answers.",
+    """
+    family case source scene: a case, who thought of it, and the situation
+    model outcome: a model, and what came of it
+    measure value bound: meaning of the error, its value, and the bound that was declared
+    frozen zero tenth: errors of three wrong answers: of a frozen solver, of no displacement, of a tenth more or less
+    sharp: whether the bound fails them all
+    declared passed: acceptable outcomes, and whether this is one
+    message: the reason that was given
+    """,
+)
 
 
 def measure(family: str, progress: Callable = iter) -> pd.DataFrame:

@@ -1,7 +1,4 @@
-"""Hard cases of motion: steps, masses, twists and springs at which integrators may become unstable.
-
-Hard cases of reduced motion: loads beyond those it is meant for, starts and elements that are ill-shaped.
-"""
+"""Hard cases of motion: steps, masses, twists and springs at which integrators may fail, and motion in modes."""
 
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,4 @@
-"""Hard cases of enrichment: samples, kernel widths and queries at which interpolation may fail.
-
-Hard cases of bounds: loads that are harder than those that a bound was found on, or point elsewhere.
-"""
+"""Hard cases of enrichment: samples, widths and queries at which it may fail, and bounds beyond their loads."""
 
 from dataclasses import replace
 from functools import cache, partial

@@ -1,9 +1,4 @@
-"""Volumetric locking: the deflection of a bar that keeps its volume, by linear and quadratic elements.
-
-Hard cases of elasticity: materials, meshes and loads at which finite elements and their rivals may fail.
-
-Hard cases of static solvers: loads beyond what a body was pressed with, and a start that is inside out.
-"""
+"""Hard cases of elasticity: materials, meshes and loads at which elements and their rivals may fail, and locking."""
 
 from functools import cache
 

@@ -1,9 +1,4 @@
-"""Hard cases of reduced models of contacts: loads beyond what they are made of, slivers, and nearly no compression.
-
-Hard cases of models that reduce a body to modes of samples: larger loads, slivers, no compression, no variety.
-
-Hard cases of optional engines: large loads, thin elements, ν = 0.49; there are none where no engine is installed.
-"""
+"""Hard cases of contact modes, of models learnt from samples, and of optional engines."""
 
 from dataclasses import replace
 from functools import cache, partial

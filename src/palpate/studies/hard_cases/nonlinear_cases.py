@@ -1,10 +1,6 @@
-"""Hard cases of laws: forces that invert elements, a start that is inverted, and bodies that keep their volume.
-
-Hard initial states: bodies that start inverted, collapsed or in a random state.
+"""Hard cases of laws, of starts (inverted, collapsed, random) and of relaxation by local solvers.
 
 Springs have to find some equilibrium only: a mirror image is a rest state for them too, so they need not return.
-
-Hard cases of methods that relax a body step by step: large loads, a start inside out, thin elements, ν = 0.49.
 """
 
 from collections.abc import Callable, Sequence

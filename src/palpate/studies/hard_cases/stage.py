@@ -1,7 +1,4 @@
-"""Small bodies, the models that move them, and runs whose every frame is checked.
-
-Free bodies that have to return to their shape while they drift, so that a body at rest is not the answer.
-"""
+"""Small bodies, the models that move them, and runs whose every frame is checked."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

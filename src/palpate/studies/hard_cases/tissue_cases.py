@@ -1,7 +1,4 @@
-"""Hard cases of what tissue has beside elasticity: inner variables, regions, and springs that tie a surface down.
-
-Hard cases of an organ's way into a model: its image, its masses, and the search for the moduli of springs.
-"""
+"""Hard cases of what tissue has beside elasticity, and of an organ's way from its image into a model."""
 
 import numpy as np
 

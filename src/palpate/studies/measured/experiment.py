@@ -1,7 +1,4 @@
-"""An experiment as its entry in the config describes it: a body, its markers, and cases of loads and records.
-
-Check that loads and markers are where the body is: places in another frame or unit are refused, not moved to it.
-"""
+"""An experiment as its entry in the config describes it, and the check that loads and markers are on the body."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

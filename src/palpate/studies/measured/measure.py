@@ -1,7 +1,4 @@
-"""The models that can predict an experiment, from the settings of the study.
-
-Put every model beside one experiment: the rows of measured.csv.
-"""
+"""Put every model beside one experiment: the rows of measured.csv."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -18,7 +15,7 @@ from palpate.studies.measured.predict import ALL, GIVEN, Predictor, Row, creep_r
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
-from palpate.studies.measured.tables import TABLES
+from palpate.table import Table
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +58,25 @@ def candidates(body: Body, settings: Mapping[str, Mapping[str, Any]]) -> Iterato
 FITS, LARGE = 0.03, 0.5
 """Shares of the body's size above which there is a warning: of the misfit of the markers, and of how far they sink."""
 
+MEASURED = Table(
+    "measured",
+    "What was measured, how far repeats differ, and what each model predicts, with Young's modulus as given and "
+    "fitted to one case.",
+    """
+    body case: a body, and a case of its loads
+    model setting: a model, and its level, law, Poisson's ratio or way of motion
+    calibrated: the case that Young's modulus is fitted to; "no" where it is as given
+    quantity: sink_m and move_m of markers [m], frequency_hz [Hz], damping_ratio, creep_m [m], creep_s [s]
+    measured repeat: mean of the repeats, and the widest difference between two
+    predicted error: what the model says, and its error relative to what was measured
+    experiment marker: an experiment, and a marker or "all" for their mean
+    fitted: whether the value was fitted
+    young_pa poisson law nodes: Young's modulus [Pa], Poisson's ratio, law, and number of nodes of the model
+    misfit_m: distance (RMS) of the markers from their places at rest before the release [m]
+    message: why there is no prediction
+    """,
+)
+
 
 def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], progress: Callable = iter) -> pd.DataFrame:
     """Tabulate measured.csv for one experiment: a row a case, model, setting, calibration, quantity and marker.
@@ -84,7 +100,7 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     table["message"] = table["message"].fillna("")
     table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
     _warn(experiment, table, body.fine.size)
-    return table[TABLES["measured"].columns.split()]
+    return table[MEASURED.columns]
 
 
 def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:

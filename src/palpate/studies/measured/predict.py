@@ -1,15 +1,4 @@
-"""Compare what a model predicts of a case with what was measured.
-
-Young's modulus from one case: the one at which the markers sink as far as they did.
-
-The natural frequency of a settled body in the shape in which its release sets it swinging.
-
-Predict every case of an experiment with one model: with E as given, and with E fitted to one case.
-
-Creep: a body that creeps is stiffer while it swings than when it has settled.
-
-Damping ratios that follow from Rayleigh's damping, fitted to one case.
-"""
+"""Predict every case of an experiment with one model, with E as given and fitted to one case, and compare."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,11 +1,4 @@
-"""Records of markers: CSV files of times and places, as a motion capture writes them.
-
-From the frame of a record to that of the body: the rigid motion that fits markers to their places at rest.
-
-A damped oscillation that creeps towards its rest: frequency, damping ratio and creep of a record or of a scene.
-
-The evidence of a case: how its markers moved, and how they swung after the release.
-"""
+"""Evidence of an experiment: records of markers, their registration, and how they moved and swung."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,4 @@
-"""A release as a scene computes it, step by step, with linear elements and backward Euler.
-
-Rows of releases that are computed in time: what backward Euler damps, and creep by the Prony effect.
-"""
+"""A release as a scene computes it in time, with linear elements and backward Euler, and its rows of measured.csv."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

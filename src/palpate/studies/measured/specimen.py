@@ -1,13 +1,4 @@
-"""Points of a deformed surface as fixed sums of its nodes, for linear and quadratic elements.
-
-Consistent masses of linear and quadratic tetrahedra.
-
-Loads of a case on one mesh: weights of the body and of what hangs on it, forces, and the masses that move along.
-
-Markers that stand off a surface and move rigidly with the patch that they are glued to.
-
-A model of the body that was measured: its rest, its masses, and its equilibrium under any load.
-"""
+"""Models of the body that was measured: surfaces, loads, masses, markers, and the equilibrium under any load."""
 
 from collections.abc import Sequence
 from math import factorial

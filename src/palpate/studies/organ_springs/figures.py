@@ -1,7 +1,4 @@
-"""Label, colour and marker of each model of an organ: its springs, however fitted, and their rivals.
-
-Error of an organ's springs at the contacts they were fitted to and at others, and what their motion costs.
-"""
+"""Error of an organ's springs and of their rivals, at fitted contacts and at others, and what their motion costs."""
 
 from dataclasses import dataclass
 

@@ -1,7 +1,4 @@
-"""An organ that is pressed at some contacts, and how it moves: in finite elements, and as springs that are fitted.
-
-Effect of masses from a CT on motion, against the same density everywhere.
-"""
+"""An organ that is pressed at some contacts, and how it moves: as elements, as springs, and with other masses."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -21,6 +18,7 @@ from palpate.errors import InputError
 from palpate.models.springs.fitness import Fitness, Range, step_limit, volume_stiffness
 from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, SpringModel, reference_motion, spring_model
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
 Motion = tuple[np.ndarray, np.ndarray]
 """Positions [m] and velocities [m/s] of all key points at the end of each frame, both (frames, p, 3)."""
@@ -169,13 +167,22 @@ def deviation(motion: np.ndarray, wanted: np.ndarray, rest: np.ndarray) -> float
 MODES = 3
 """Slowest modes whose frequencies are compared."""
 
+MASS_MOTION = Table(
+    "mass_motion",
+    "What the masses of an organ's nodes change in its slowest modes and in its motion under the fitted presses.",
+    """
+    body from_ct masses: a body, whether it has a CT, and own, uniform or mean masses
+    total_kg least_node_of_uniform most_node_of_uniform: total mass [kg], and single nodes over those of uniform density
+    frequency_hz change_of_frequency: of the slowest mode [Hz], and the largest relative change of three modes
+    change_of_motion: RMSE against the motion of own masses / peak
+    """,
+)
+
 
 def mass_motion(found: Organ) -> pd.DataFrame:
     """Compute the rows of mass_motion.csv: coarse finite elements with each choice of masses, pressed and swinging.
 
-    masses : own (the body's), uniform (density_kg_m3), mean (the own total mass, spread evenly)
-    frequency_hz : of the slowest mode; change_of_frequency : the largest relative change of MODES against own masses
-    change_of_motion : RMSE against the motion of own masses over all presses, of the peak
+    Masses are the body's own, those of density_kg_m3 everywhere (uniform), and the own total spread evenly (mean).
     """
     own = found.particles(0)
     uniform = found.particles(0) if found.body.densities is None else _uniform(found)

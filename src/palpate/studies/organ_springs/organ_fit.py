@@ -1,7 +1,4 @@
-"""Springs of an organ, fitted in every way to some presses and tested at other contacts.
-
-Rivals of an organ's springs: no motion, coarse finite elements, and shape matching.
-"""
+"""Springs of an organ, fitted in every way to some presses and tested at other contacts, and their rivals."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,12 +21,22 @@ from palpate.models.springs.spring_motion import Load, Settings, SpringModel, re
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 from palpate.studies.organ_springs.organ import Organ, Reference, deviation
+from palpate.table import Table
 
 METHODS = ("van_gelder", "lloyd", "uniform", "genetic", "cma_es", "gradient")
 """Ways to find moduli, in the order of tables."""
 SEEDED = ("genetic", "cma_es")
 """Those that draw random numbers, and are repeated."""
 Report = Callable[[int, float], None]
+
+ORGAN_HISTORY = Table(
+    "organ_history",
+    "The best fitness so far in each generation or iteration of each search for an organ's springs.",
+    """
+    evaluations seconds fitness: what it took [s], and the best so far [m]
+    model volume_force seed generation body: a run, and how far it is
+    """,
+)
 
 
 def measure(
@@ -94,6 +101,21 @@ def judge(
         return simulate(model, young, found.press(number, 0), settings)[0]
 
     return judge_motions(found, move, references).assign(step_s=settings.step_s)
+
+
+ORGAN_SPRINGS = Table(
+    "organ_springs",
+    "The error of an organ's springs, however fitted, and of rivals at each contact, and what a second of motion "
+    "takes them.",
+    """
+    body contact used_in_fit: a body, and a contact that was fitted or not
+    rmse_m peak_m rmse_of_peak: error over frames and key points, largest displacement [m], and their ratio
+    reference_error: of the reference's shorter step / peak
+    ms_a_second step_s: time of computing a second of motion [ms], and the step [s]
+    offline_s evaluations: what the search took
+    model volume_force seed: a model and its run
+    """,
+)
 
 
 def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:

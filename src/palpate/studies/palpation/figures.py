@@ -1,7 +1,4 @@
-"""Force of a finger against its depth at places of a body, with its regions and without, and where it feels them.
-
-Difference that a ball makes to a press on a slab, by its contrast and depth, and the least contrast that is felt.
-"""
+"""Figures of palpation: what a finger feels at places of a body, and how deep a ball in a slab may lie."""
 
 import numpy as np
 from matplotlib import colormaps

@@ -1,7 +1,4 @@
-"""Depth of a finger's press under a growing force, with the regions of a body and without them.
-
-Palpation of a body with regions: force against depth at several places, with the regions and without them.
-"""
+"""Palpation of a body with regions: force against depth at several places, with the regions and without them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,6 +13,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
 TOLERANCE = 1e-7
 """Relative residual of the solves: differences between two bodies are to be exact to 1e-5."""
@@ -62,7 +60,17 @@ class PressCurves:
         return self._problems[regions]
 
 
-COLUMNS = ["body", "contact", "cover_m", "force_n", "depth_m", "depth_without_m", "stiffer", "felt", "threshold"]
+PALPATION = Table(
+    "palpation",
+    "Force and depth of a finger's presses at places ever farther from a region, and the depth without it.",
+    """
+    body contact: a body, and the node that is pressed
+    cover_m: distance from the place to the elements of a region, 0 where they reach it [m]
+    force_n depth_m depth_without_m: force [N], depth of the press, and that on the body of its own material alone [m]
+    stiffer: by what share the place resists more than without regions
+    felt threshold: whether a finger feels the difference, and from what share on
+    """,
+)
 
 
 def palpate(
@@ -73,14 +81,10 @@ def palpate(
     felt: float,
     progress: Callable = iter,
 ) -> pd.DataFrame:
-    """Press at ``places`` contacts, from above a region outwards; one row a force, with COLUMNS.
+    """Press at ``places`` contacts, from above a region outwards; one row a force.
 
     pressures_of_young : peak pressures of a press as shares of the body's own modulus
-    cover_m : distance from the place to the elements of a region, 0 where they reach it
-    depth_without_m : depth of the press on the body of its own material alone
-    stiffer : by what share the place resists more than without regions, the ratio of the depths minus 1
-    felt : from what ``stiffer`` on a finger feels the difference, ``threshold`` in the table, where ``felt`` is whether
-        it does
+    felt : from what share of ``stiffer`` on a finger feels the difference
 
     Raises InputError if the body has no regions; NotConverged if a press has no equilibrium.
     """
@@ -94,7 +98,7 @@ def palpate(
         stiffer = without / with_regions - 1.0
         columns = (forces, with_regions, without, stiffer, np.abs(stiffer) >= felt)
         rows += [[body.name, int(contact), cover, *row, felt] for row in zip(*columns, strict=True)]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return PALPATION.frame(rows)
 
 
 def choose_places(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,4 @@
-"""Slab with a ball in it below the middle of its top, the phantom of palpation: meshed so that both are shown well.
-
-Limits of palpation: how deep in a slab, and how little stiffer than it, a ball may be to be felt by a finger.
-"""
+"""Limits of palpation: how deep in a slab, and how little stiffer than it, a ball may be to be felt by a finger."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -20,6 +17,7 @@ from palpate.bodies.mesh_quality import check_tetrahedra
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session, set_sizes
 from palpate.errors import InputError
 from palpate.studies.palpation.palpation import PressCurves
+from palpate.table import Table
 
 TAG = 1
 """Tag of the ball; the slab around it has the next."""
@@ -76,8 +74,16 @@ def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finge
     gmsh.model.mesh.optimize("Netgen", niter=3)
 
 
-COLUMNS = ["cover_m", "ball_radius_m", "contrast", "force_n", "depth_m", "depth_without_m", "stiffer", "felt"]
-COLUMNS += ["threshold", "products"]
+PALPATION_LIMITS = Table(
+    "palpation_limits",
+    "By how much a ball in a slab makes a finger's press stiffer, by its depth and its contrast.",
+    """
+    cover_m ball_radius_m contrast: depth of the ball's top [m], its radius [m], and its modulus over the slab's
+    force_n depth_m depth_without_m: force [N], depth of the press, and that without the ball [m]
+    stiffer felt threshold: as in palpation.csv
+    products: products with the stiffness matrix that the solution took
+    """,
+)
 
 
 def palpation_limits(
@@ -90,7 +96,7 @@ def palpation_limits(
     felt: float,
     progress: Callable = iter,
 ) -> pd.DataFrame:
-    """Press a slab above a ball under each of ``covers_m`` [m] and of each of ``contrasts``: a table with COLUMNS.
+    """Press a slab above a ball under each of ``covers_m`` [m] and of each of ``contrasts``.
 
     slab : as ``ball_in_slab`` takes it; contrast : modulus of the ball over that of the slab
     radius_m : of the finger; pressure_of_young : peak pressure of the press as a share of the slab's modulus
@@ -113,7 +119,7 @@ def palpation_limits(
             stiffer = without / depth - 1.0
             row = [cover, ball_radius_m, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
             rows.append([*row, felt, curves.products])
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return PALPATION_LIMITS.frame(rows)
 
 
 def stiffened(body: Body, contrast: float) -> Body:

@@ -1,7 +1,4 @@
-"""The components whose growth is measured: each runs at one size and passes its stages to a meter.
-
-Growth of enrichment: queries and fits of random deformations, whose values do not affect the cost.
-"""
+"""The components whose growth is measured: each runs at one size and passes its stages to a meter."""
 
 from typing import TYPE_CHECKING
 

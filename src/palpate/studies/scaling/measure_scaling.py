@@ -1,7 +1,4 @@
-"""Exponents of scaling.csv: the growth of each component's time and memory with its size.
-
-Time and memory of each component over its size, far beyond sizes that run in real time.
-"""
+"""Time and memory of each component over its size, far beyond sizes that run in real time, and fitted exponents."""
 
 import gc
 import time
@@ -14,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.studies.scaling import components
+from palpate.table import Table
 
 LARGEST = 4
 """Number of largest sizes over which an exponent is fitted: at smaller ones the cost of the call itself matters."""
@@ -88,12 +86,23 @@ class Meter:
         return result
 
 
+SCALING = Table(
+    "scaling",
+    "The time and the memory of each component over the size of its problem, with fitted exponents.",
+    """
+    component unit size: what grows, and its size in this unit
+    stage seconds: a part of the work, and the time of one call [s]
+    memory_mb: largest growth of the process' resident memory [1e6 bytes]
+    threads: that worked
+    seconds_exponent memory_exponent: fitted powers of the size, over the largest sizes
+    """,
+)
+
+
 def measure(component: str, sizes: list[int], report: Callable[[int], None] = lambda size: None) -> pd.DataFrame:
     """Measure the rows of scaling.csv of one of COMPONENTS: one row for each size and stage.
 
-    seconds : of one call, see Meter; memory_mb : largest growth of the process' resident memory [1e6 bytes], which at
-    small sizes is hidden in the memory that the process already had. The exponents are those of the stage. ``report``
-    is called with each size that is done.
+    The memory of small sizes is hidden in what the process already had. ``report`` is called with each size.
     """
     run = COMPONENTS[component]
     clock = time.perf_counter if component == "cores" else time.thread_time

@@ -1,9 +1,4 @@
-"""Judge the energy balance of scenes: no step may gain more than the work that is done on the bodies.
-
-Cost of each effect of a scene, and the scene's error without it.
-
-Force on an instrument and its depth over time, as a hand on the instrument would feel them.
-"""
+"""What scenes are measured by: energy balance, cost of each effect and error without it, force on instruments."""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -22,6 +17,7 @@ from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
+from palpate.table import Table
 
 ALLOWED = 1e-6
 """Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""
@@ -30,6 +26,16 @@ GUARANTEED = ("backward_euler",)
 UNPROVEN, MUCH = ("bdf2", "reduced"), 1e-3
 """Integrators of second order, which may make energy; and the share of the work from which a run warns of it."""
 HOLDS, FAILS, UNKNOWN = "holds", "does not hold", "not known"
+
+ENERGY_BALANCE = Table(
+    "energy_balance",
+    "The most that the energy of each scene rose in a step beyond the work of that step.",
+    """
+    scene integrator: a scene, and how it is advanced
+    work_j gain_j gain_of_work: most work done together, largest gain in a step [J], and their ratio
+    verdict guaranteed: whether no step gains energy, and whether the integrator ensures it
+    """,
+)
 
 
 def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd.DataFrame:
@@ -80,6 +86,16 @@ ENOUGH_S = 5.0
 REST = "integrator"
 """Name in the table of the rest of a step, outside all effects: linear solves and the loop itself."""
 
+EFFECTS = Table(
+    "effects",
+    "The time and memory that each effect takes, and the error if it is left out.",
+    """
+    scene effect: a scene, and an effect or "integrator", the rest of a step
+    ms_per_step share_of_step memory_kb: time [ms], its share of a step, and memory [kB]
+    error_if_left_out: RMS over frames and nodes / largest displacement
+    """,
+)
+
 
 def cost(scene: Scene, particles: Particles, repeats: int) -> pd.DataFrame:
     """Measure the cost of each effect and of the integrator, one row each.
@@ -129,19 +145,26 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
 
 ALONG = 9
 """Points of a rod's axis at which its depth is evaluated."""
-COLUMNS = ["scene", "instrument", "time_s", "force_x_n", "force_y_n", "force_z_n", "force_n", "depth_m"]
+CONTACT_FORCE = Table(
+    "contact_force",
+    "The force on each moved instrument over time, and its depth below the body's surface at rest.",
+    """
+    scene instrument time_s: a scene, an instrument, and a time [s]
+    force_x_n force_y_n force_z_n force_n: force of the body on it, friction included, and its magnitude [N]
+    depth_m: largest depth below the surface at rest, negative above it [m]
+    """,
+    always=False,
+)
 
 
 def contact_force(motion: Motion) -> pd.DataFrame:
-    """Tabulate the force on every moving instrument: one row for each step and instrument, with the columns COLUMNS.
+    """Tabulate the force on every moving instrument, one row for each step and instrument.
 
-    force_x_n … : force of the body on the instrument, friction included [N]; force_n : its magnitude. depth_m : largest
-    depth of the instrument (a ball, the axis of a rod or the corners of a mesh, each with its radius) below the surface
-    at rest; negative while it is above. It is nan for a floor, and where the surface is open, as a sheet's, so that it
-    has no inside.
+    The instrument is a ball, the axis of a rod or the corners of a mesh, each with its radius. The depth is nan for a
+    floor, and where the surface is open, as a sheet's, so that it has no inside.
     """
     tables = [_felt(motion, thing) for thing in motion.obstacles if np.ptp(_middles(motion, thing), axis=0).any()]
-    return pd.concat(tables, ignore_index=True)[COLUMNS] if tables else pd.DataFrame(columns=COLUMNS)
+    return pd.concat(tables, ignore_index=True)[CONTACT_FORCE.columns] if tables else CONTACT_FORCE.frame([])
 
 
 def _middles(motion: Motion, thing: Moved) -> np.ndarray:

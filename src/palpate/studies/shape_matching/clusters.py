@@ -1,9 +1,4 @@
-"""Linear, bent, twisted and combined deformations, and what each mode of shape matching makes of them (figure 3.10).
-
-Column of 60 particles in 1, 2 and 5 clusters under one load (paper 3's figure 3.11).
-
-Clusters as paper 3 has them, one a tetrahedron and each with a pull of its own, beside averaged goals.
-"""
+"""Deformations that modes of shape matching follow (figure 3.10), and columns in clusters (figure 3.11), paper 3."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,6 +15,7 @@ from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
+from palpate.table import Table
 
 BLOCK_SPACING_M, DIVISIONS = 0.02, (2, 2, 8)
 STRETCH, SHEAR, BEND_1_M, TWIST_1_M = 1.25, 0.4, 5.0, 8.0
@@ -50,6 +46,16 @@ DEFORMATIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "twisted": _twisted,
     "combined": lambda q: _linear(q) + _bent(q) + _twisted(q),
 }
+
+DEFORMATION_MODES = Table(
+    "deformation_modes",
+    "The goals that each mode of shape matching has for a block that is deformed in four ways.",
+    """
+    deformation mode particle: a deformation, a mode of shape matching, and a particle
+    rest_x_m rest_y_m rest_z_m x_m y_m z_m goal_x_m goal_y_m goal_z_m: its place at rest, deformed, and its goal [m]
+    left: RMS distance from goals to particles / from rest to particles
+    """,
+)
 
 
 def deformation_modes() -> pd.DataFrame:
@@ -88,6 +94,15 @@ EDGES_M = {1: 14 * SPACING_M, 2: 28 / 3 * SPACING_M, 5: 14 / 3 * SPACING_M}
 
 STEP_S, RATE_1_S = 1e-3, 100.0
 STILL_M, MOST_STEPS = 1e-12, 100_000
+
+CLUSTERS = Table(
+    "clusters",
+    "The rest position and the bent position of every particle of a column, for each number of clusters.",
+    """
+    clusters force_n particle: number of clusters, load on the top layer [N], and a particle
+    rest_x_m rest_y_m rest_z_m x_m y_m z_m: its place at rest and bent [m]
+    """,
+)
 
 
 def clustered_column(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
@@ -168,19 +183,24 @@ START_M, GROWN, STEPS, WITHIN = 1e-7, 1e3, 600, 1e-3
 """Of the search for the least unstable α: the disturbance [m], the growth that counts as unstable, within so many
 steps, and the relative width at which the search ends."""
 
+CLUSTER_GOALS = Table(
+    "cluster_goals",
+    "The column in clusters as the thesis has them, one a tetrahedron and added, beside fewer and averaged ones.",
+    """
+    kind goals: clusters that cover tetrahedra, or one for each; and goals averaged or added
+    clusters memberships clusters_mean clusters_most: clusters, their particles together, and clusters a particle
+    alpha_limit alpha_limit_measured: largest stable α, by the eigenvalue and simulated; inf above 1
+    alpha peak_m: of the loaded column, and its largest displacement [m]
+    drift: change of momentum in a step over the sum of what particles take up
+    """,
+)
+
 
 def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
     """Measure the rows of cluster_goals.csv: one for each kind of cluster and way to combine their goals.
 
     The column is that of ``clustered_column``, under the same force; with added goals α is ``alpha`` over the mean
     number of clusters of a particle, for the same mean stiffness.
-
-    memberships : particles of all clusters together, which the cost of a step grows with
-    clusters_mean, clusters_most : number of clusters of a particle
-    alpha_limit : α up to which the column at rest is stable by its largest eigenvalue; alpha_limit_measured : from
-        which on a small disturbance grows; both inf if above 1, where α ends
-    alpha, peak_m : α of the loaded column, and the largest displacement of its particles at rest
-    drift : change of the momentum in a step of the free column, over the sum of what its particles take up
     """
     body, rows = column(), []
     for kind in KINDS:

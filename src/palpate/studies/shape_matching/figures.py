@@ -1,17 +1,4 @@
-"""Growth per step of each integrator, and the step at which it becomes unstable.
-
-Linear, bent, twisted and combined deformations of a block, and the goals of each mode (paper 3's figure 3.10).
-
-Bending of a column with more clusters under the same load (paper 3's figure 3.11).
-
-Clusters to the letter of the thesis beside fewer and averaged ones: how far α may go, and how far a column bends.
-
-Time of a step over particles, clusters and modes (paper 3's figure 3.12).
-
-Extent of a poke on a surface model, and its recovery, with and without virtual body springs (paper 3).
-
-Creep of springs with Maxwell dampers under a constant load, and their recovery, beside the closed solution.
-"""
+"""Figures of paper 3, chapter 3: integrators, modes, clusters, cost, body springs and dampers."""
 
 import matplotlib
 import numpy as np

@@ -1,7 +1,4 @@
-"""Judge paper 2's claims on its genetic algorithm: its fitness, its time, and whether one press is enough.
-
-Judge paper 2's claims on errors, its figure 3: that they grow, stay small, and are least for the fitted press.
-"""
+"""Judge paper 2's claims on its genetic algorithm: its fitness, its time, and its errors on three presses."""
 
 from collections.abc import Iterator, Mapping
 

@@ -1,9 +1,4 @@
-"""Best fitness of each method for spring parameters over generations (paper 2's figure 2) and over time.
-
-Signed errors along x, y and z over the steps, for the fitted press and the two others (paper 2's figure 3).
-
-Least error of springs for materials with other Poisson ratios than their own, 1/4: the floor of the model.
-"""
+"""Figures of paper 2: searches, errors over time, and the least error that springs reach."""
 
 from typing import Any
 

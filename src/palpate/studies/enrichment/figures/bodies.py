@@ -1,13 +1,4 @@
-"""The methods' predictions for the test samples, as they are read from file.
-
-Draw the nested meshes of every body, coarse to fine, with their counts.
-
-Deformed bodies, coloured by displacement, one row for each sample.
-
-Error of each method over the body, for its best, median and worst test sample.
-
-Interactive view of errors over the body: one method and one of its samples at a time.
-"""
+"""Pictures of paper 1's bodies: meshes, deformed samples, and where methods are wrong."""
 
 from dataclasses import dataclass
 from pathlib import Path

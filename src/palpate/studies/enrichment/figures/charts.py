@@ -1,17 +1,4 @@
-"""Feature vectors of the same press at two nodes, unordered and ordered (paper 1's figure 2).
-
-Error over the kernel's width σ, for every feature vector and kind of weights (paper 1's figure 4).
-
-Contact-ordered against unordered features in every premise: errors, and their ratios with intervals.
-
-Growth of each operation's time with the features r and the samples k (paper 1's table 3).
-
-Seconds per deformation on the paper's machine and on this one (paper 1's tables 4 and 5).
-
-Error over online time of every method: a work–precision diagram.
-
-Cost of a fine simulation: Newton iterations and seconds over the size of the deformation.
-"""
+"""Figures of paper 1's tables: features, width, premises, complexity, times, accuracy over cost."""
 
 import numpy as np
 from matplotlib.figure import Figure

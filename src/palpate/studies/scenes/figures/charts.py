@@ -1,9 +1,4 @@
-"""The energies of every scene over time, and their balance with the external work.
-
-Time of each effect of a scene per step, and the scene's error without it.
-
-Force on an instrument and its depth over time, and force over depth.
-"""
+"""Energies of scenes, cost of their effects, and force on instruments."""
 
 import numpy as np
 import pandas as pd

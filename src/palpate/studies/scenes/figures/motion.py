@@ -1,7 +1,4 @@
-"""Pictures of a scene in motion: a row of stills, and a short animation that loops.
-
-Interactive motion of a scene, which the reader can rotate and play in the report.
-"""
+"""Pictures of a scene in motion: a row of stills, a short animation that loops, and a view that turns and plays."""
 
 from dataclasses import replace
 from functools import partial

@@ -1,9 +1,4 @@
-"""Tabulate what a model was found to do: a row a sample, and a row a setting.
-
-Measure one model on one case: its error against the truth, and what it costs before and at run time.
-
-Tabulate what no model can be better or should be worse than: the truth's own error, and the answer zero.
-"""
+"""Prepare a model, ask it, time it and judge its answers: the one place where models are measured."""
 
 import re
 import warnings

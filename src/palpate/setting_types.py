@@ -6,6 +6,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WrapValidator
 from pydantic_core import PydanticCustomError
 
 T = TypeVar("T")
+NAME = "^[a-z][a-z0-9_]*$"
+"""The pattern of names that files and folders get."""
 
 
 class Block(BaseModel):
@@ -48,6 +50,11 @@ def optional(*description: str, **limits: Any) -> Any:
     return Field(default_factory=lambda: None, validate_default=False, **limits)
 
 
+def rows(names: str, *values: tuple) -> list[dict]:
+    """Return a list of blocks for a default: ``names`` of the keys, and the values of each block."""
+    return [dict(zip(names.split(), row, strict=True)) for row in values]
+
+
 def _as_given(value: Any, validate: Any) -> Any:
     """Keep an integer where a number may stand, and 8.0 where a whole number may."""
     validate(int(value) if isinstance(value, float) and value.is_integer() else value)
@@ -74,8 +81,7 @@ Index = Annotated[int, _NUMBER, Field(ge=0), KEPT]
 Count = Annotated[int, _NUMBER, Field(ge=1), KEPT]
 Switch = Annotated[bool, _NUMBER]
 Text = Annotated[str, Field(min_length=1)]
-Name = Annotated[str, Field(pattern="^[a-z][a-z0-9_]*$")]
-"""A name that files and folders get."""
+Name = Annotated[str, Field(pattern=NAME)]
 Axis = Literal["x", "y", "z"]
 Distinct = Annotated[list[T], AfterValidator(_distinct), Field(json_schema_extra={"uniqueItems": True})]
 Some = Annotated[

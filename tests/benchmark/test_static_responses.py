@@ -8,8 +8,7 @@ from palpate.benchmark import static_responses
 from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.static_responses import inverted, load_responses, press, save_responses
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.quadratic import ten_nodes
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import finer, ten_nodes
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Equilibrium

@@ -25,8 +25,7 @@ import numpy as np
 from palpate.benchmark.truth import limit, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
-from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import finer, quadratic_prolongation
 from palpate.effects import elements
 from palpate.effects.patch_load import patch_at, spread
 from palpate.linalg.conjugate_gradients import conjugate_gradients
@@ -61,7 +60,7 @@ def answers(body: Body, whole: Body, order: int, plain: bool, levels: range, new
             row["volume"] = float(np.sqrt(np.mean((problem._elasticity.mean_det(solution.x) - 1.0) ** 2)))
         found.append(row)
         if level < levels[-1]:
-            up = prolongation(mesh, whole.levels[level + 1]) if order == 2 else whole.prolongations[level]
+            up = quadratic_prolongation(mesh, whole.levels[level + 1]) if order == 2 else whole.prolongations[level]
             rest = whole.levels[level + order].nodes
             start = rest + up @ moved
     return found

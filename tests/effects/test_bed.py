@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.bodies.bed import Bed, inner_nodes, read_bed
 from palpate.bodies.body import nest
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.refinement import finer, refine
+from palpate.bodies.supports import Bed, inner_nodes, read_bed
 from palpate.effects.bed import BedSprings, make
 from palpate.errors import InputError
 from palpate.scenes.build_system import effect_names

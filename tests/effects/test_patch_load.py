@@ -5,10 +5,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
-from palpate.bodies.quadratic import shape_slopes
-from palpate.bodies.quadratic import ten_nodes as ten_nodes_enclosed_volume
-from palpate.bodies.refinement import refine
+from palpate.bodies.box import cylinder
+from palpate.bodies.refinement import quadratic_gradients, refine
+from palpate.bodies.refinement import ten_nodes as ten_nodes_enclosed_volume
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
 from palpate.effects.surface_integrals import enclosed_volume, triangle_shapes
@@ -159,7 +158,7 @@ def inside(mesh, x):
     points = np.vstack([np.full(4, 0.25), np.full((4, 4), 1 / 6) + np.eye(4) / 3])
     gradients, volumes = shape_gradients(mesh)
     places, found = x[ten_nodes_enclosed_volume(mesh)], 0.0
-    for weight, slopes in zip([-0.8, *[0.45] * 4], shape_slopes(points), strict=True):
+    for weight, slopes in zip([-0.8, *[0.45] * 4], quadratic_gradients(points), strict=True):
         f = np.einsum("eai,ac,ecj->eij", places, slopes, gradients)
         found += weight * np.linalg.det(f) @ volumes
     return found

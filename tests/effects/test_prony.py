@@ -9,10 +9,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import sqrtm
 
 from palpate.bodies.body import nest
-from palpate.bodies.material import LAWS, Material, Tissue
+from palpate.bodies.material import LAWS, Material, Series, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.prony_series import Series
 from palpate.effects import prony, springs
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.prony import SLOPE, WIDTH, Prony

@@ -11,7 +11,7 @@ from palpate.bodies.material import LAWS, Tissue
 from palpate.effects.law import fault, law_of
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem, model_registry, quadratic_neo_hookean
-from palpate.studies.hard_cases import engine_cases
+from palpate.studies.hard_cases import model_cases
 
 RUNS = {
     "mujoco": {"level": 0, "steps": 30, "iterations": 200},
@@ -26,8 +26,8 @@ def test_an_engine_that_is_not_installed_is_named(monkeypatch):
     assert model_registry.absent() == ["mujoco", "newton_vbd"]
     assert "engines" in model_registry.unknown(["fem_p1", "newton_vbd"], {})
     assert model_registry.unknown(["fem_p1"], {}) == ""
-    monkeypatch.setattr(engine_cases, "ENGINES", model_registry.ENGINES)
-    assert engine_cases.cases() == []
+    monkeypatch.setattr(model_cases, "ENGINES", model_registry.ENGINES)
+    assert model_cases.engines() == []
 
 
 def test_the_law_of_newton_is_a_law():

@@ -8,7 +8,7 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError

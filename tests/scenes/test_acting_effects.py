@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 from palpate.scenes.acting_effects import acting, assumed, decide, has_contact, has_moving_instrument, modules
 from palpate.scenes.build_system import moved

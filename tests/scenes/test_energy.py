@@ -17,7 +17,7 @@ from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene, bodies_in, scene_of
 from palpate.solvers import backward_euler
-from palpate.studies.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance
+from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
 ROOT = Path(__file__).parents[2]
 SHORTER = {
@@ -35,9 +35,17 @@ SHORTER = {
 """The shipped scenes, each as far as its work or its weight has acted, some coarser or in longer steps."""
 FINGER = {"kind": "sphere", "name": "finger", "center_m": [0.025, 0.025, 0.0615], "radius_m": 0.01}
 PATH = {"times_s": [0.0, 0.1, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.008], [0.01, 0, 0.01]]}
-BLOCKS = {"contact": {"instruments": [FINGER | PATH], "friction": 0.3}}
-BLOCKS |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02}}
-POKED = Scene("poked", ["corotational", "held", "contact", "rayleigh"], "backward_euler", 0.01, 0.3, settings=BLOCKS)
+POKED = Scene(
+    "poked",
+    ["corotational", "held", "contact", "rayleigh"],
+    "backward_euler",
+    step_s=0.01,
+    duration_s=0.3,
+    settings={
+        "contact": {"instruments": [FINGER | PATH], "friction": 0.3},
+        "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02},
+    },
+)
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
+from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
-from palpate.bodies.sheet import sheet
 from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_force
 from palpate.errors import InputError
 from palpate.scenes import own_effect

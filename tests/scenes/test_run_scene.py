@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged

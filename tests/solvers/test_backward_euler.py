@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import box, cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import gravity, held, linear_elements, rayleigh, velocity_damping

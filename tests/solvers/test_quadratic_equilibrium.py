@@ -9,12 +9,12 @@ from scipy.spatial import cKDTree
 from skfem import Basis, BilinearForm, ElementTetP0, ElementTetP2, ElementVector, Functional, LinearForm, MeshTet, asm
 from skfem.helpers import ddot, div, dot, grad, sym_grad
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box as box_of
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.refinement import refine
+from palpate.bodies.supports import Bed
 from palpate.effects import elements
 from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.patch_load import nodal_load

@@ -4,13 +4,13 @@
 include: "functions/scenes.smk"
 
 
-from palpate.scenes.acting_effects import assumed, has_contact, has_moving_instrument, modules
+from palpate.scenes import acting_effects
 from palpate.scenes.scene import bodies_in
 
 SCENES = list(config["scenes"])
 # scenes in which contact acts, and those of them in which an instrument is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if has_contact(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if has_moving_instrument(scene)]
+TOUCHING = [name for name, scene in config["scenes"].items() if acting_effects.has_contact(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if acting_effects.has_moving_instrument(scene)]
 OF_SCENE = "results/data/scenes/{scene}"
 
 TARGETS["scenes"] = (

@@ -58,7 +58,8 @@ rule fit_springs:
 
 rule tabulate_spring_floor:
     output:
-        f"{SPRINGS}/floor_{{poisson}}.csv",
+        reference=f"{SPRINGS}/reference_{{poisson}}.npz",
+        floor=f"{SPRINGS}/floor_{{poisson}}.csv",
     log:
         "results/logs/springs/tabulate_spring_floor_{poisson}.log",
     params:

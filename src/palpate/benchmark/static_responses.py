@@ -16,8 +16,13 @@ from palpate.benchmark.presses import nodal_forces
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.quadratic import POINTS, prolongation, shape_slopes, ten_nodes
-from palpate.bodies.refinement import with_midpoints
+from palpate.bodies.refinement import (
+    QUADRATURE_POINTS,
+    quadratic_gradients,
+    quadratic_prolongation,
+    ten_nodes,
+    with_midpoints,
+)
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
@@ -107,7 +112,7 @@ class _Solver:
         for problem in self._problems:  # compiled before the clock runs
             _warm_up(problem, order)
         if len(self._levels) == 2:
-            self._up = prolongation(body.levels[level - 1], body.levels[level])
+            self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
     def solve(self, load: pd.Series, tolerance: float) -> tuple[Solution, tuple[float, int]]:
         """Return the equilibrium under one row; the smallest det F in it, and the number of inverted elements."""
@@ -136,7 +141,9 @@ def _warm_up(problem: Equilibrium, order: int) -> None:
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
     """Count the elements on ``mesh`` with a point at which det F is not positive; ``x`` (n, 3) [m] are the nodes."""
     gradients, _ = shape_gradients(mesh)
-    elements, slopes = (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), shape_slopes(POINTS))
+    elements, slopes = (
+        (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
+    )
     f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
     return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())
 

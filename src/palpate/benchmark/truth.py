@@ -19,8 +19,7 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.presses import force_of
 from palpate.bodies.body import Body
-from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import with_midpoints
+from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.effects.patch_load import patch_at, spread
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
@@ -166,7 +165,7 @@ class _Level:
     def __init__(self, body: Body, whole: Body, level: int, goes_on: bool):
         self.level, self._body, self._mesh = level, body, whole.levels[level]
         self._problem = _Problem(whole, level, order=2)
-        self._up = prolongation(self._mesh, whole.levels[level + 1]) if goes_on else None
+        self._up = quadratic_prolongation(self._mesh, whole.levels[level + 1]) if goes_on else None
 
     def answer(self, each: Ascent, tolerance: float) -> None:
         """Solve for one load, and leave behind what the next level starts from."""

@@ -49,10 +49,7 @@ class Region(Block):
         "its volume), or the number in the cell data of another file"
     )
     sphere: Sphere = optional("The inside of a sphere")
-    label: Labels = optional(
-        "Of a body of kind ct: number or name of a label of its mask, or a list of several; of the synthetic abdomen 2 "
-        "is a lesion"
-    )
+    label: Labels = optional("Of a ct: number or name of a mask's label, or several; 2 is the synthetic lesion")
     young_pa: Positive = key("Young's modulus [Pa]")
     poisson: Poisson = optional("Poisson's ratio; by default the body's")
     density_kg_m3: Positive = optional("Density [kg/m³]; by default the body's")
@@ -66,10 +63,7 @@ class Plane(Block):
 
 class Anchors(Block):
     model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
-    nodes: list[Index] = optional(
-        "Numbers of coarse nodes, counted from 0 (many mesh files count from 1); not of a surface that is remeshed",
-        min_length=1,
-    )
+    nodes: list[Index] = optional("Numbers of coarse nodes, counted from 0; not of a remeshed surface", min_length=1)
     plane: Plane = optional("The nodes within a depth of the body's extreme plane")
     sphere: Sphere = optional("The nodes inside a sphere")
     several: list["Anchors"] = optional("Several such rules; a node is held that any of them holds", min_length=2)
@@ -77,9 +71,7 @@ class Anchors(Block):
 
 class Bed(Block):
     sphere: Sphere = key("Where the springs are; they fade smoothly to zero at its surface")
-    facing: Vector = optional(
-        "A direction; only the side of the body whose outward normal is within 60° of it lies on it"
-    )
+    facing: Vector = optional("A direction; only what has an outward normal within 60° of it lies on the bed")
     stiffness_n_m3: Positive = key("Traction per displacement at the centre [N/m³], in each direction")
 
 
@@ -94,9 +86,7 @@ class _Body(Block):
 
 
 class _Solid(_Body):
-    refinements: Refinements = key(
-        "How often each tetrahedron is split into eight; the fine mesh is the last of these levels"
-    )
+    refinements: Refinements = key("How often each tetrahedron is split into eight, down to the fine mesh")
     law: Law = optional(
         "Law between deformation and energy: corotational (small strain in a turned frame, the default), "
         "stable_neo_hookean, neo_hookean (no element becomes flat), st_venant_kirchhoff (softens under compression), "
@@ -108,21 +98,15 @@ class _Solid(_Body):
         "into; what is in none has the body's own constants",
         min_length=1,
     )
-    bed: Bed = optional(
-        "An elastic bed, as ligaments and fat hold an organ: springs under the surface in a sphere, beside anchors or "
-        "instead of them"
-    )
-    magnitudes: Magnitudes = optional(
-        "Paper 1's forces at each contact, for enrichment, relative to the force that reaches the regime's peak in the "
-        "coarse simulation"
-    )
+    bed: Bed = optional("An elastic bed: springs under the surface in a sphere, beside anchors or instead of them")
+    magnitudes: Magnitudes = optional("Paper 1's forces at each contact, over the force that reaches the regime's peak")
     train: Whole = optional("Paper 1's samples that are trained on", ge=2)
     test: Count = optional("Paper 1's samples that are held out")
 
 
 class _Compared(_Solid):
     paper_surface: list[Pair[Count] | None] = optional(
-        "For each level, coarse first, the paper's [nodes, triangles] on the surface, or null"
+        "For each level, the paper's surface [nodes, triangles], or null"
     )
 
 
@@ -158,9 +142,7 @@ class Stomach(_Round):
 class File(_Compared):
     kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file")
     path: str = key("The mesh (.msh .vtk .vtu .mesh, or a surface .stl .obj .ply .off), relative to this configuration")
-    scale_m: Positive = optional(
-        "Length [m] of one unit of the file; without it the unit is guessed from the size, and reported"
-    )
+    scale_m: Positive = optional("Length [m] of one unit of the file; if left out, guessed from the size, and reported")
     surface_nodes: Whole = optional(
         "Nodes that the coarse surface is remeshed to; a surface with fewer is kept. Without it tetrahedra and "
         "surfaces of at most 400 nodes are kept, and others are remeshed to 140 to 360, as their shape needs",
@@ -177,9 +159,7 @@ class File(_Compared):
 class Box(_Shape):
     kind: Literal["box"] = key("A box from the origin along x y and z")
     sizes_m: Three[Positive] = key("Sides [m] along x, y and z")
-    divisions: Three[Count] = key(
-        "Coarse cells along x, y and z, of six tetrahedra each; even numbers make the mesh symmetric"
-    )
+    divisions: Three[Count] = key("Coarse cells along x, y and z, of six tetrahedra each; even numbers: symmetric")
 
 
 class Sheet(_Body):
@@ -192,38 +172,20 @@ class Sheet(_Body):
 
 class Ct(_Compared):
     kind: Literal["ct"] = key("An organ in a CT or an MRI")
-    modality: Literal["ct", "mri"] = key(
-        "What the image is; the grey values of an MRI have no unit, and say nothing of density", "ct"
-    )
-    image: Text | None = key(
-        "The CT or MRI (a folder of DICOM slices, or .nii .nii.gz .nrrd .mhd), relative to this configuration; null "
-        "for the synthetic abdomen",
-        None,
-    )
-    mask: Text | None = key(
-        "A file that marks the organ on the image's grid, relative to this configuration; null to segment by "
-        "threshold_hu",
-        None,
-    )
+    modality: Literal["ct", "mri"] = key("What the image is; grey values of an MRI have no unit, and no density", "ct")
+    image: Text | None = key("DICOM folder, .nii, .nii.gz, .nrrd or .mhd; null for the synthetic abdomen", None)
+    mask: Text | None = key("A file that marks the organ on the image's grid; null to segment by threshold_hu", None)
     drawn_slices: Axis | None = key(
-        "Axis across which the mask is drawn on some slices only, such as every fifth one, to be filled between them; "
-        "null for a whole mask",
-        None,
+        "Axis across which only some slices of the mask are drawn; null for a whole mask", None
     )
     label: Labels | None = key(
-        "Number or name of the mask's label that is the body, or a list of several to join; null if the mask has one "
-        "only",
-        None,
+        "Number or name of the body's label in the mask, or several; null for the only one", None
     )
     threshold_hu: Pair[Number] = key(
-        "Lowest and highest CT number [HU] of the organ, where no mask is given; of a CT", [30, 120]
+        "Lowest and highest CT number [HU] of the organ, without a mask; of a CT", [30, 120]
     )
-    threshold: Pair[Number] = optional(
-        "Lowest and highest grey value of the organ, where no mask is given; of an MRI, and needed there"
-    )
-    even_brightness: Switch = key(
-        "Whether slow changes of an MRI's brightness are evened out first (N4), before threshold is applied", False
-    )
+    threshold: Pair[Number] = optional("Lowest and highest grey value of the organ, without a mask; of an MRI")
+    even_brightness: Switch = key("Whether slow changes of an MRI's brightness are evened out first (N4)", False)
     crop_m: Pair[Vector] = optional("Two opposite corners [m] of the box that is looked at, in the image's frame")
     surface_nodes: Whole = key("Nodes of the coarse surface", 140, ge=12)
     snap: Switch = key("Whether refinement moves its new surface nodes to the CT's surface", False)
@@ -237,8 +199,7 @@ class Ct(_Compared):
 Body = Annotated[
     Cylinder | Liver | File | Box | Sheet | Ct | Kidney | Stomach,
     Field(
-        discriminator="kind",
-        description="Where the mesh comes from; file and ct are read, the others are generated",
+        discriminator="kind", description="Where the mesh comes from; file and ct are read, the others are generated"
     ),
 ]
 

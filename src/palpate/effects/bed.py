@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
+from palpate.bodies.supports import Bed
 from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.effects.surface_integrals import ball_points, midpoints, triangle_shapes
 from palpate.errors import InputError

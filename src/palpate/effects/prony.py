@@ -18,8 +18,8 @@ import math
 import numba
 import numpy as np
 
+from palpate.bodies.material import Series, prony_fault
 from palpate.bodies.particles import Particles
-from palpate.bodies.prony_series import Series, fault
 from palpate.effects.corotational import ARITHMETIC, BLOCK
 from palpate.effects.effect import Effect, Energy, Relaxation, StepBegin, StepEnd, Stiffness
 from palpate.effects.elements import OnePass
@@ -307,7 +307,7 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Prony
             f"{particles.name}: prony acts on the stress of finite elements of a solid, and the elastic effect is "
             "another; choose corotational or another law, or leave prony out."
         )
-    if wrong := fault(settings):
+    if wrong := prony_fault(settings):
         raise InputError(f"{particles.name}: prony.{wrong}.")
     return Prony(elastic, Series(settings["shares"], settings["times_s"]))
 

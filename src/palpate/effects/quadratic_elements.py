@@ -13,7 +13,7 @@ import numpy as np
 
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.quadratic import POINTS, shape_slopes, ten_nodes
+from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes
 from palpate.effects import principal
 from palpate.effects.corotational import ARITHMETIC, BLOCK, hessians, stresses
 from palpate.effects.elements import Elements
@@ -213,7 +213,9 @@ class QuadraticElements(Elements):
     def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
         super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, pattern)
         self.gradients, self.volumes = shape_gradients(mesh)
-        slopes = shape_slopes(POINTS)  # of all four coordinates, the first of which is 1 minus the others
+        slopes = quadratic_gradients(
+            QUADRATURE_POINTS
+        )  # of all four coordinates, the first of which is 1 minus the others
         self._slopes = np.ascontiguousarray(slopes[:, :, 1:] - slopes[:, :, :1])
 
     def resistance(self) -> np.ndarray:
@@ -235,7 +237,7 @@ class QuadraticElements(Elements):
         places, total = x[self.couples], np.zeros(len(self.volumes))
         for slopes in self._slopes:
             f = np.einsum("eai,ac,ecj->eij", places, slopes, self.gradients[:, 1:], optimize=True)
-            total += np.linalg.det(f) / len(POINTS)
+            total += np.linalg.det(f) / len(QUADRATURE_POINTS)
         return total
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:

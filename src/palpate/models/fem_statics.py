@@ -14,8 +14,7 @@ from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import row_of, surface_contacts
-from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import with_midpoints
+from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.effects.patch_load import Patch, patch_at, patch_shares
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import push
@@ -219,4 +218,4 @@ def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
 
 def _quadratic(body: Body, level: int) -> sparse.csr_array:
     """Interpolate from quadratic elements on ``level`` to those on the next one."""
-    return prolongation(body.levels[level], body.levels[level + 1])
+    return quadratic_prolongation(body.levels[level], body.levels[level + 1])

@@ -11,7 +11,5 @@ class Widths(Block):
 
 class Regression(Block):
     neighbours: Count = key("Coarse nodes in a contact-ordered feature (the paper's l)", 10)
-    sigma_relative: Widths = key(
-        "Kernel widths tried, evenly spaced in logarithm, relative to the median distance of training features", {}
-    )
+    sigma_relative: Widths = key("Kernel widths tried, over the median distance of training features", {})
     folds: Whole = key("Parts of the cross-validation that chooses widths and ridges", 5, ge=2)

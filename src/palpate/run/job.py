@@ -1,4 +1,4 @@
-"""The frame of every workflow script: a log, one sentence when it fails, no process left running after its run."""
+"""The frame of every script: a log with its warnings, one sentence on failure, no process left after its run."""
 
 import math
 import os
@@ -7,7 +7,7 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from importlib import import_module
 from inspect import signature
@@ -17,11 +17,37 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
 from palpate.run.dependencies import kernels
-from palpate.run.kept_warnings import WARNED, save
 from palpate.run.system_faults import of_error
 
 if TYPE_CHECKING:
     import pandas as pd
+
+WARNED = "warning: "
+"""How a warning begins in a job's log."""
+
+
+def warnings_in_logs(logs: Iterable[str | Path]) -> list[str]:
+    """Return the warnings in the logs of jobs, each once; a log that is missing has none."""
+    lines = [
+        line.removeprefix(WARNED)
+        for log in map(Path, logs)
+        if log.is_file()
+        for line in log.read_text(encoding="utf-8", errors="replace").splitlines()
+        if line.startswith(WARNED)
+    ]
+    return list(dict.fromkeys(lines))
+
+
+def save_warnings(lines: Iterable[str], path: str | Path) -> None:
+    """Write warnings to a file, one a line and each once; it is empty if there are none."""
+    with write_whole(path) as part:
+        part.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)), encoding="utf-8")
+
+
+def load_warnings(paths: Iterable[str | Path]) -> list[str]:
+    """Read the warnings in files of ``save``, each once."""
+    return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))
+
 
 FAILED = "error: "
 """How the one sentence of a failed job begins in its log."""
@@ -58,7 +84,7 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
             with _warnings_to(say) as kept:
                 yield say
             if warned is not None:
-                save(kept, warned)
+                save_warnings(kept, warned)
         except (InputError, NotConverged) as error:
             fail(str(error))
         except (Exception, SystemExit) as error:  # a file of the user's may call sys.exit

@@ -102,20 +102,21 @@ def draw(params):
         options = {"scene": scene} if scene else {}
         if figure["published"]:
             options["published"] = read_yaml(figure["published"])
-        style.save(import_module(figure["module"]).draw(*read, **options), Path("results/figures") / name)
+        module, _, function = figure["place"].partition(":")
+        style.save(getattr(import_module(module), function)(*read, **options), Path("results/figures") / name)
 
 
 def check_claims(input, params):
     from palpate.report.claims import gather
 
-    return gather(params.modules, {Path(file).stem: pd.read_csv(file) for file in input})
+    return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
 
 
 def write_report(input, output, params):
     from palpate.report.page import write
-    from palpate.run import kept_warnings
+    from palpate.run import job
 
-    out, warned = Path(output[0]), kept_warnings.load(input.warned)
+    out, warned = Path(output[0]), job.load_warnings(input.warned)
     write(out.parent, out, params.studies, params.scenes, params.cts, params.driven, warned, params.more)
 
 

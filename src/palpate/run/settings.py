@@ -41,7 +41,7 @@ its block may hold, and ``settings.check(config, file)``, if there is one, refus
 class Solver(Block):
     tolerance: Positive = key("Relative residual at which coarse (run-time) solves stop", 1e-8, le=1e-4)
     reference_tolerance: Positive = key(
-        "Relative residual at which fine responses stop that models learn from", 1e-6, le=1e-4
+        "Relative residual at which fine solves stop that models learn from", 1e-6, le=1e-4
     )
     samples_per_job: Count = key("Fine samples that one job simulates", 15)
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from palpate.errors import suggest
+from palpate.setting_types import NAME
 
 KINDS = {
     "object": "a block of keys",
@@ -26,6 +27,8 @@ LIMITS = {
     "string_too_short": "must not be empty",
 }
 """What pydantic calls the faults of a value, in words."""
+WHOLE = ("extra_forbidden", "missing")
+"""Faults of a block, which pydantic finds at one of its keys."""
 PATTERNS = {r".+\.py": "the path of a Python file, such as law.py", "([2-9]|[1-9][0-9]+) iterations": "4 iterations"}
 """What parts of patterns mean, in words."""
 
@@ -35,33 +38,40 @@ def explain(errors: Sequence[Any], config: dict, schema: dict) -> str:
 
     schema : the JSON schema of all settings, which has what keys mean
     """
-    placed = [(_place(error["loc"], config), error) for error in errors]
-    whole = ("extra_forbidden", "missing")  # of the block, and not of its key
-    depths = [len(place) - (error["type"] in whole) for place, error in placed]
-    ranks = {"extra_forbidden": 0, "missing": 1}
-    order = sorted(range(len(placed)), key=lambda i: (depths[i], ranks.get(placed[i][1]["type"], 2)))
-    place, error = placed[order[0]]
-    # of the alternatives that a value may be, the one of its own kind says most
-    alike = [other for at, other in placed if at == place]
-    error = next((other for other in alike if not other["type"].endswith("_type")), error)
-    if error["type"] in whole:
+    placed = [(_place(error, config), error) for error in errors]
+    # where a list is given that may also be a text, what is wrong is inside it
+    outer = {at[:n] for at, _ in placed for n in range(len(at))}
+    placed = [(at, error) for at, error in placed if not (error["type"].endswith("_type") and at in outer)]
+    place, error = min(placed, key=lambda each: (len(each[0]) - (each[1]["type"] in WHOLE), _rank(each[1])))
+    if error["type"] in WHOLE:
         return _of_block(error["type"], place, config, schema)
+    return _of_value(error, place, config, schema)
+
+
+def _rank(error: Any) -> int:
+    """Return what is said first of a place: of the alternatives that a value may be, the one of its kind says most."""
+    return WHOLE.index(error["type"]) if error["type"] in WHOLE else 3 if error["type"].endswith("_type") else 2
+
+
+def _of_value(error: Any, place: tuple, config: dict, schema: dict) -> str:
+    """Explain a value that a key cannot have."""
     node, about = _described(place, config, schema)
-    key, found = _written(place), _value(place, config)
+    key, found, kind, limits = _written(place), _value(place, config), error["type"], error.get("ctx", {})
     about = f" ({about})." if about else "."
-    kind, limits = error["type"], error.get("ctx", {})
-    if kind == "lacks" or (kind == "union_tag_not_found" and isinstance(found, dict)):
-        name = limits.get("name", "kind")
-        meaning = _described((*place, name), config, schema)[1] if kind == "lacks" else node.get("description")
-        return f"{key} lacks {name}; add it" + (f" ({meaning})." if meaning else ".")
-    if kind == "union_tag_invalid":
+    if kind == "lacks":
+        return _of_block("missing", (*place, limits["name"]), config, schema)
+    if kind == "union_tag_not_found" and isinstance(found, dict):
+        return f"{key} lacks kind; add it{about}"
+    if kind == "union_tag_invalid" and found["kind"] is not None:
         tags = limits["expected_tags"].replace("'", "")
         return f"{key}.kind is {found['kind']!r}, but must be one of {tags}{about}"
-    if error["loc"][-1] == "[key]" or limits.get("pattern", "").startswith("^[a-z]["):
+    if kind == "union_tag_invalid":
+        key, found = f"{key}.kind", None
+    if error["loc"][-1] == "[key]" or limits.get("pattern") == NAME:
         key, name = (_written(place[:-1]), place[-1]) if error["loc"][-1] == "[key]" else (key, found)
         return f"{key} has an entry {name!r}; name it in lower-case letters, digits and underscores."
     kinds, words = _kinds(node), _words(node)
-    if words and found is not None and not isinstance(found, dict | list):
+    if words and found is not None:
         if "pattern" not in limits and set(kinds) <= {"string", "null"}:
             return f"{key} is {found!r}, but must be one of {', '.join(words)}{about}"
         return f"{key} is {found!r}; give {', '.join(words[:-1])}, or {words[-1]}{about}"
@@ -86,16 +96,16 @@ def _of_block(kind: str, place: tuple, config: dict, schema: dict) -> str:
     return f"{key} has an unknown key {name}; {suggest(str(name), known, 'it knows')}"
 
 
-def _place(loc: tuple, config: Any) -> tuple:
+def _place(error: Any, config: Any) -> tuple:
     """Return the keys and numbers of entries in a place of pydantic's, which also says what alternatives it tried."""
     place: list = []
-    for number, step in enumerate(loc):
+    for step in error["loc"]:
         inside = step in config if isinstance(config, dict) else isinstance(config, list) and isinstance(step, int)
         if inside:
             place.append(step)
             config = config[step]
-        elif number == len(loc) - 1 and isinstance(config, dict) and "[" not in str(step):
-            place.append(step)  # what is missing
+    if error["type"] == "missing":
+        place.append(error["loc"][-1])
     return tuple(place)
 
 
@@ -133,7 +143,7 @@ def _resolved(node: dict, schema: dict, value: Any) -> dict:
     wanted = "object" if isinstance(value, dict) else "array" if isinstance(value, list) else ""
     alternatives = [_resolved(each, schema, value) for each in node.get("anyOf", []) if set(each) != {"required"}]
     if "discriminator" in node and isinstance(value, dict):
-        tagged = node["discriminator"]["mapping"].get(value.get("kind"))
+        tagged = node["discriminator"]["mapping"].get(str(value.get("kind")))
         alternatives = [_resolved({"$ref": tagged}, schema, value)] if tagged else []
     for each in alternatives:
         if each.get("type") == wanted:
@@ -151,7 +161,7 @@ def _words(node: dict) -> list[str]:
     """Return what a value may be if only some texts are allowed: the alternatives of an enumeration or a pattern."""
     branches = node.get("anyOf", [node])
     words = [str(word) for each in branches for word in each.get("enum", [each["const"]] if "const" in each else [])]
-    for pattern in (each["pattern"] for each in branches if "pattern" in each):
+    for pattern in (each["pattern"] for each in branches if each.get("pattern", NAME) != NAME):
         for how, such in PATTERNS.items():
             pattern = pattern.replace(how, such)
         words += pattern.strip("^$").removeprefix("(").removesuffix(")").split("|")

@@ -1,31 +1,17 @@
 """Compose the system of a scene: exactly the effects that it names."""
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.body_file import load
-from palpate.bodies.particles import Particles, merge_particles, particles_of
+from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect
 from palpate.errors import InputError
 from palpate.scenes import effect_registry, own_effect
 from palpate.scenes.acting_effects import Moved, acting, decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
-
-
-def load_particles(scene: Scene, bodies: Sequence[Path | str]) -> Particles:
-    """Load the particles of a scene from the files ``bodies``, its own body first.
-
-    Raises InputError if the bodies cannot be joined.
-    """
-    parts = [particles_of(load(path), scene.level, scene.surface) for path in bodies]
-    if not scene.others:
-        return parts[0]
-    return merge_particles(parts, [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)], scene.place)
 
 
 def moved(particles: Particles) -> Moved:

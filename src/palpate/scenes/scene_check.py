@@ -3,7 +3,7 @@
 import re
 from itertools import pairwise
 
-from palpate.bodies import prony_series
+from palpate.bodies import material
 from palpate.errors import InputError
 from palpate.scenes.acting_effects import Moved, acting, assumed
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC, fault, unknown, wrong_law
@@ -118,7 +118,7 @@ def _check_reduced(place: str, scene: dict) -> None:
 
 def _check_settings(place: str, scene: dict, elastic: str, form: str, names: list[str]) -> None:
     """Raise InputError for blocks that do not suit the elastic effect or the body."""
-    if "prony" in names and (wrong := prony_series.fault(scene["prony"])):
+    if "prony" in names and (wrong := material.prony_fault(scene["prony"])):
         raise InputError(f"{place}.prony.{wrong}.")
     if elastic == "springs":
         _check_springs(place, scene.get("springs", {}), form)

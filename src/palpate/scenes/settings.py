@@ -84,15 +84,12 @@ class Other(Block):
 class Contact(Block):
     instruments: list[Instrument] = key("Rigid things, at rest or driven along a path", [])
     gap_m: Positive = optional(
-        "Distance at which surfaces begin to repel [m]; a thousandth of the smallest body's size if not given, a "
-        "tenth of it at most"
+        "Distance at which surfaces begin to repel [m]; by default a thousandth of the smallest body"
     )
     friction: NotNegative = key("Coulomb's coefficient", 0)
     slip_m_s: Positive = key("Speed above which surfaces slip fully [m/s]; below they creep", 0.001)
     self_contact: Switch = key("Whether a body can meet itself", False)
-    push_out: Switch = key(
-        "Whether what overlaps where the scene begins is moved apart before the first step, instead of refused", False
-    )
+    push_out: Switch = key("Whether what overlaps at the beginning is moved apart, instead of refused", False)
 
 
 class Springs(Block):
@@ -114,9 +111,7 @@ class ShapeMatching(Block):
     alpha: Fraction = key("Stiffness, from 0 to 1", 0.5)
     beta: Fraction = key("Deformation, from 0 to 1", 0.5)
     goals: Literal["mean", "sum"] = key(
-        "How a particle of several clusters moves: to the mean of its goals, or, as paper 3 has it, by the sum of the "
-        "ways to them",
-        "mean",
+        "A particle of several clusters moves to the goals' mean, or by their sum (paper 3)", "mean"
     )
     clusters: Clusters = key("How particles are grouped", {})
 
@@ -180,9 +175,7 @@ class Scene(Block):
     level: Index = key("Which of the body's nested meshes, 0 is the coarse one", 0)
     surface: Switch = key("Whether to move the surface only and not the inside", False)
     held: Switch = key("Whether the body's anchors hold it", True)
-    others: list[Other] = optional(
-        "More bodies; with finite elements of any materials, otherwise of the same stiffness"
-    )
+    others: list[Other] = optional("More bodies; with finite elements of any materials, else of the same stiffness")
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
     effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
     integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position"] = key(
@@ -190,7 +183,7 @@ class Scene(Block):
     )
     step_s: Positive = key("Time step [s]")
     substeps: Count | Literal["auto"] = key(
-        "Equal parts in which each step is taken; auto for as many as an explicit integrator needs to be stable", 1
+        "Equal parts of each step; auto: as many as an explicit integrator needs", 1
     )
     duration_s: Positive = key("Simulated time [s]")
     frames: Count = key("Pictures kept of the motion", 60)
@@ -207,7 +200,7 @@ class Scene(Block):
     body_springs: BodySprings = optional("Springs and dampers to the rest position")
     plasticity: Plasticity = optional("Lasting deformation")
     prony: Prony = optional(
-        "Shear stress that relaxes, in branches beside finite elements; Young's modulus is that at the end"
+        "Shear stress that relaxes, beside finite elements, whose Young's modulus is that at the end"
     )
     rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
     reduced: Reduced = optional("Modes that finite elements move in, of integrator reduced")

@@ -8,7 +8,7 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.bodies.bed import Bed
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.models.springs import mass_spring

@@ -20,8 +20,7 @@ from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
 from palpate.press.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
-from palpate.press.portable.surface_basis import surface_basis
-from palpate.press.portable.write import PackedContact, model_bytes
+from palpate.press.portable.write import PackedContact, model_bytes, surface_basis
 
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
 RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent

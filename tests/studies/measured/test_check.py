@@ -11,9 +11,8 @@ from palpate.bodies.make_body import make_body
 from palpate.errors import InputError
 from palpate.run.settings import complete
 from palpate.run.settings_file import read_settings
-from palpate.studies.measured.experiment import experiment_of
-from palpate.studies.measured.placed import check_places, off_box
-from palpate.studies.measured.surface_points import off_surface
+from palpate.studies.measured.experiment import check_places, experiment_of, off_box
+from palpate.studies.measured.specimen import off_surface
 
 ROOT = Path(__file__).parents[3]
 

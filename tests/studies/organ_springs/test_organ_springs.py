@@ -12,8 +12,8 @@ from palpate.bodies.material import Material, Tissue
 from palpate.errors import InputError
 from palpate.models.springs.spring_motion import simulate
 from palpate.run.settings import defaults
-from palpate.studies.organ_springs import mass_motion, organ_fit, rivals
-from palpate.studies.organ_springs.organ import organ, references
+from palpate.studies.organ_springs import organ_fit
+from palpate.studies.organ_springs.organ import frequencies_hz, mass_motion, organ, references
 from palpate.studies.organ_springs.settings import check
 
 SMALL = {
@@ -89,7 +89,7 @@ def test_searches_improve_where_they_are_fitted(measured):
 
 def test_rivals_are_judged_on_the_same_presses(found, measured):
     motions, springs, _ = measured
-    table = rivals.measure(found, motions)
+    table = organ_fit.rivals(found, motions)
     means = table.groupby("model")["rmse_of_peak"].mean()
     assert means["coarse_fem"] < 0.5 * means["zero"] and means["shape_matching"] < means["zero"]
     rest = found.keys.of(found.body.coarse.nodes)
@@ -100,7 +100,7 @@ def test_rivals_are_judged_on_the_same_presses(found, measured):
 
 def test_heavier_nodes_swing_slower(found):
     """The frequencies of a body of even density go as 1/√density; the slowest mode moves its heavy top most."""
-    own, uniform, mean = (row for row in mass_motion.measure(found).itertuples())
+    own, uniform, mean = (row for row in mass_motion(found).itertuples())
     assert own.total_kg == pytest.approx(1.5) and uniform.total_kg == pytest.approx(1.0)
     assert mean.total_kg == pytest.approx(own.total_kg)
     assert uniform.frequency_hz / mean.frequency_hz == pytest.approx(np.sqrt(1.5))
@@ -108,8 +108,8 @@ def test_heavier_nodes_swing_slower(found):
     assert (own.change_of_motion, own.change_of_frequency) == (0.0, 0.0)
     assert 0.0 < mean.change_of_motion < uniform.change_of_motion
     particles = found.particles(0)
-    again = mass_motion.frequencies_hz(replace(particles, masses=4.0 * particles.masses))
-    assert 2.0 * again == pytest.approx(mass_motion.frequencies_hz(particles))
+    again = frequencies_hz(replace(particles, masses=4.0 * particles.masses))
+    assert 2.0 * again == pytest.approx(frequencies_hz(particles))
 
 
 def test_a_stiff_region_makes_its_springs_stiff(block):

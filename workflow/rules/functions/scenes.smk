@@ -35,4 +35,4 @@ def scene(wildcards):
 def called_by(wildcards):
     """The modules of the effects that act in a scene, and of its integrator."""
     entry = config["scenes"][wildcards.scene]
-    return modules(entry, assumed(entry, config["bodies"][entry["body"]]))
+    return acting_effects.modules(entry, acting_effects.assumed(entry, config["bodies"][entry["body"]]))

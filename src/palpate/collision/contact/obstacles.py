@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.bodies.mesh_checks import LARGEST
+from palpate.bodies.mesh_quality import LARGEST
 from palpate.bodies.particles import Particles
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.collision.contact.additive_ccd import limits
@@ -84,7 +84,7 @@ def _floor(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray,
 
 
 def _mesh(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from palpate.bodies.mesh_shapes import load_surface
+    from palpate.bodies.mesh_file import load_surface
 
     return load_surface(settings["file"], settings.get("scale_m", 1.0))
 

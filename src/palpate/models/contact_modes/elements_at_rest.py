@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import LAWS
-from palpate.bodies.quadratic import POINTS, shape_slopes, ten_nodes
+from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes
 from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.law import PLAIN, Law, law_of
 from palpate.effects.linear_elements import shape_gradients
@@ -34,7 +34,7 @@ class ElementsAtRest:
         self.rest = self._equilibrium.mesh.nodes
         self.couples = ten_nodes(mesh) if order == 2 else mesh.tetrahedra
         self._gradients, self.volumes = shape_gradients(mesh)
-        slopes = shape_slopes(POINTS)
+        slopes = quadratic_gradients(QUADRATURE_POINTS)
         self._slopes = slopes[:, :, 1:] - slopes[:, :, :1]
         self.moduli = tissue.shear_pa, tissue.lame_pa
         self.law: Law = PLAIN if tissue.law == LAWS[0] else law_of(tissue.law)

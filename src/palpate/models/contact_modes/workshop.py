@@ -18,8 +18,7 @@ from scipy import sparse
 from palpate.benchmark.model import Case, Setting
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts
-from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import finer, quadratic_prolongation
 from palpate.effects.patch_load import Patch, patch_at, patch_shares
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.snapshots import (
@@ -205,7 +204,7 @@ class Workshop:
     def refine(self, level: int) -> Any:
         """Return the interpolation (n_finer, n) from the nodes of a level's quadratic elements to the next level's."""
         levels = self._body.levels
-        return self.make(("refine", level), lambda: prolongation(levels[level], levels[level + 1]))
+        return self.make(("refine", level), lambda: quadratic_prolongation(levels[level], levels[level + 1]))
 
     def disc(self, node: int, level: int) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes (k,) and shares (k,) of the disc around fine surface ``node``."""
@@ -242,7 +241,7 @@ class Workshop:
         load = elements.nodal(*patch_shares(whole.levels[level], patch, ORDER), -patch.normal)
         moved = elements.solve(load[:, :, None], RATIO_RESIDUAL)[:, :, 0]
         for each in range(level, len(self._body.levels) - 1):
-            moved = prolongation(whole.levels[each], whole.levels[each + 1]) @ moved
+            moved = quadratic_prolongation(whole.levels[each], whole.levels[each + 1]) @ moved
         return moved[self._body.fine.surface]
 
     def _patch(self, node: int) -> Patch:

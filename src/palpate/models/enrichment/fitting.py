@@ -1,4 +1,4 @@
-"""Gather what methods are fitted to: training samples of one protocol, and the folds that choose widths and ridges."""
+"""Gather what methods are fitted to: the training samples of a protocol, and folds that choose widths and ridges."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field

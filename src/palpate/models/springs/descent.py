@@ -1,7 +1,7 @@
 """Fit spring moduli by descent: quasi-Newton steps in log E with the gradient of the motion's adjoint.
 
-The adjoint gives derivatives by all moduli at the cost of about two motions.
-Backwards through the steps of spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
+The adjoint gives derivatives by all moduli at the cost of about two motions. Backwards through the steps of
+spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
 
     b += h a;  w = h b/m, 0 on held nodes;  a += (∂f/∂x)ᵀ w;  b += (∂f/∂v)ᵀ w;  ∂L/∂k += w·∂f/∂k, μ and κ alike
 

@@ -1,7 +1,7 @@
 """Motion of a pressed spring network, by explicit steps, and the reference that it is fitted to, by finite elements.
 
-One choice of moduli moves, or several at a time.
-For the derivative (descent.py): step s = 0 … steps − 1 is, exactly and in this order,
+One choice of moduli moves, or several at a time. For the derivative (descent.py): step s = 0 … steps − 1 is, exactly
+and in this order,
 
     k = ½ (E₁ + E₂) weight                                       (s,)  eq. 5
     μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂))                           (s,)  instead of eq. 6, see ``dampings``

@@ -4,8 +4,7 @@ from palpate.run.job import powers
 
 
 def measure_collision(params, say):
-    from palpate.studies.collision.compare_trees import measure
-    from palpate.studies.collision.rival_trees import installed
+    from palpate.studies.collision.compare_trees import installed, measure
 
     for package in installed()[1]:
         say(f"{package} is not installed, so its rows are left out")
@@ -19,10 +18,9 @@ def measure_collision(params, say):
 
 
 def measure_collision_scaling(params, say):
-    from palpate.studies.collision.collision_growth import exponents
-    from palpate.studies.collision.collision_scaling import measure
+    from palpate.studies.collision.compare_trees import exponents, measure_growth
 
-    table = measure(params.triangles, params.depths, lambda number: say(f"{number} triangles are done"))
+    table = measure_growth(params.triangles, params.depths, lambda number: say(f"{number} triangles are done"))
     for row in exponents(table).itertuples():
         said = powers({"build": row.build_ms, "refit": row.refit_ms, "query": row.query_ms})
         say(f"{row.structure} {row.depths}: {said}")

@@ -27,7 +27,7 @@ class Settings(Block):
 
     frames: Count = key("Frames of each scene", 200)
     refinements: Whole = key(
-        "How often surfaces are refined: a liver has 276 triangles, four times as many each time", 2, ge=0, le=5
+        "Refinements of surfaces: 276 triangles of a liver, four times as many each time", 2, ge=0, le=5
     )
     depths: list[Pair[Index]] = key(
         "Composite trees that are compared: layers of spheres, and layers of both spheres and boxes; the first one is "

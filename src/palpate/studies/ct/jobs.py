@@ -2,8 +2,8 @@
 
 import pandas as pd
 
+from palpate.errors import about
 from palpate.run.job import stem, steps
-from palpate.run.kept_warnings import about
 
 
 def tabulate_node_mass(params, say):

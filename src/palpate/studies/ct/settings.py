@@ -11,8 +11,7 @@ from palpate.setting_types import Block, Number, Some, Whole, key
 
 class Imaging(Block):
     every: Some[Annotated[Whole, Field(ge=2)]] = key(
-        "Distances of the slices that a body's mask is drawn on, in slices, before it is filled between them",
-        [2, 3, 5, 8, 10],
+        "Distances, in slices, of those that a mask is drawn on", [2, 3, 5, 8, 10]
     )
     pixels: Whole = key("Pixels across the pictures that are made by ray casting, and timed", 160, ge=8)
     voxel_m: Number = key("Side of the synthetic scans' voxels [m]", 0.0025, ge=0.001, le=0.01)
@@ -22,12 +21,10 @@ class Settings(Block):
     """Masses of the nodes of bodies from CT, and the steps from a scan to a picture and a mask."""
 
     surface_nodes: Some[Annotated[Whole, Field(ge=12)]] = key(
-        "Nodes on the surface of each mesh that is weighed, coarsest first", [140, 200, 300, 500, 800, 1200]
+        "Surface nodes of each mesh that is weighed", [140, 200, 300, 500, 800, 1200]
     )
     imaging: Imaging = key(
-        "Steps from a scan to a picture and a mask, on a synthetic CT and MRI whose truth is known (paper 3, chapter "
-        "2)",
-        {},
+        "From a scan to a picture and a mask: synthetic CT and MRI of known truth (paper 3, chapter 2)", {}
     )
 
 

@@ -6,9 +6,9 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
+from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.refinement import finer
-from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry

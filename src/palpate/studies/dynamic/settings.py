@@ -60,9 +60,7 @@ class MovingModes(Block):
 
 
 class Springs(Block):
-    shares_of_stable_step: Some[Share] = key(
-        "Steps, in parts of the longest one that is stable at rest; a deformed body needs shorter ones", [0.8, 0.4, 0.2]
-    )
+    shares_of_stable_step: Some[Share] = key("Steps, in parts of the longest stable one at rest", [0.8, 0.4, 0.2])
     evaluations: Evaluations = key(EVALUATIONS, 20)
 
 
@@ -73,16 +71,14 @@ class ShapeMatching(Block):
 
 class Families(Block):
     fem_coarse: FemCoarse = key("Finite elements on the coarse level, stepped implicitly", {})
-    fem_fine: FemFine = key(
-        "Finite elements on the reference's level with looser residuals, beside the reference's own steps", {}
-    )
+    fem_fine: FemFine = key("Finite elements on the reference's level, with looser residuals and other steps", {})
     moving_modes: MovingModes = key(
         "The reference's level in vibration modes and modes of the places that are pushed, and once in those of the "
         "places of the training instead; for held bodies under gravity and pushes",
         {},
     )
     springs: Springs = key(
-        "Springs with and without a volume force, stepped explicitly, fitted at the longest of their steps", {}
+        "Springs with and without a volume force, explicit, fitted at the longest of their steps", {}
     )
     shape_matching: ShapeMatching = key("Shape matching, fitted for each step", {})
 
@@ -90,7 +86,7 @@ class Families(Block):
 class Elsewhere(Block):
     places: Whole = key("How many, spread over the surface; a bound of 90 % needs 9, and one more to try it", ge=10)
     tilts_degrees: list[Annotated[NotNegative, Field(le=80)]] = key(
-        "Angles between the push and the inward normal, one place after the other", [0, 20, 45], min_length=1
+        "Angles between the push and the inward normal, in turn", [0, 20, 45], min_length=1
     )
     change_of_peak: Change = key("As for all scenes", 0.01)
     max_halvings: Halvings = key("As for all scenes", 4)
@@ -140,13 +136,9 @@ class Settings(Block):
     """How wrong each model is in motion, against fine finite elements at steps halved until they suffice."""
 
     frames: Count = key("Equal parts of each scene, at whose ends motions are compared", 20)
-    change_of_peak: Change = key(
-        "Share of the peak by which halving the reference's step may change its worst frame at last", 0.01
-    )
+    change_of_peak: Change = key("Change of the reference's worst frame by its last halved step, of the peak", 0.01)
     max_halvings: Halvings = key("Times that the reference's step is halved, from one a frame, before giving up", 6)
-    training_share: Inside = key(
-        "Share of a scene's loads under which models are fitted to it, where no other motion is described", 0.5
-    )
+    training_share: Inside = key("Share of a scene's loads that models are fitted to without other training", 0.5)
     speeds: Distinct[Positive] = key(
         "Multiples of life, seconds of motion in a second, for which a model is advised beside the budgets of the "
         "trade-off",

@@ -37,7 +37,7 @@ def evaluate_methods(input, output, params, wildcards):
 
 def compare_premises(input, params, say):
     from palpate.benchmark.model import FitOptions
-    from palpate.studies.enrichment.premise_tables import Settings, compare
+    from palpate.studies.enrichment.premises import Settings, compare
 
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
     settings = Settings(**params.settings, options=options)
@@ -49,7 +49,7 @@ def time_methods(input, params, wildcards):
     from palpate.benchmark.model import FitOptions
     from palpate.models.enrichment.methods import build
     from palpate.solvers.compliance import load_compliance
-    from palpate.studies.enrichment.online_cost import choose_samples, cost_table, solves, timing_table
+    from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
 
     body, db, compliance = load(input.body), read(input.database), load_compliance(input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
@@ -63,9 +63,9 @@ def time_methods(input, params, wildcards):
 
 
 def time_complexity(params):
-    from palpate.studies.enrichment.complexity import complexity_rows, measure
+    from palpate.studies.enrichment.timing import complexity, complexity_rows
 
-    return complexity_rows(measure(params.samples, params.seed))
+    return complexity_rows(complexity(params.samples, params.seed))
 
 
 def tabulate_samples(input):
@@ -83,21 +83,21 @@ def tabulate_samples(input):
 
 def draw_meshes(input, output):
     from palpate.report import style
-    from palpate.studies.enrichment.figures import mesh_levels
+    from palpate.studies.enrichment.figures import bodies
 
-    style.save(mesh_levels.draw([load(path) for path in input.bodies]), stem(output))
+    style.save(bodies.draw_mesh_levels([load(path) for path in input.bodies]), stem(output))
 
 
 def draw_responses(input, output):
     from palpate.report import style
-    from palpate.studies.enrichment.figures import deformed_bodies, error_over_body, predictions, turnable_errors
+    from palpate.studies.enrichment.figures import bodies
 
     body, db, path = load(input.body), read(input.database), input.predictions
-    shown = predictions.read(path, "paper", "samples", deformed_bodies.METHODS)
-    style.save(deformed_bodies.draw(body, db, shown), stem(output.deformed))
+    shown = bodies.read(path, "paper", "samples", bodies.METHODS_DEFORMED_BODIES)
+    style.save(bodies.draw_deformed_bodies(body, db, shown), stem(output.deformed))
     groups = {
-        f"{protocol} protocol, {split} held out": predictions.read(path, protocol, split, error_over_body.METHODS)
+        f"{protocol} protocol, {split} held out": bodies.read(path, protocol, split, bodies.METHODS_ERROR_OVER_BODY)
         for protocol, split in (("paper", "samples"), ("live", "contacts"))
     }
-    style.save(error_over_body.draw(body, db, groups), stem(output.errors))
-    turnable_errors.write(db, groups["live protocol, contacts held out"], output.turnable)
+    style.save(bodies.draw_error_over_body(body, db, groups), stem(output.errors))
+    bodies.write(db, groups["live protocol, contacts held out"], output.turnable)

@@ -9,7 +9,7 @@ from palpate.bodies.settings import Anchors, Bed, Magnitudes, Refinements
 from palpate.errors import InputError, describe_unknown
 from palpate.models.settings import Regression
 from palpate.setting_types import Block, Count, Distinct, Inside, Name, Positive, Vector, Whole, key, optional
-from palpate.studies.enrichment.sample_counts import sample_counts
+from palpate.studies.enrichment.premise_samples import sample_counts
 
 
 class Case(Block):
@@ -18,9 +18,7 @@ class Case(Block):
         "Whether the body is solid, or its surface only, as elastic triangles or as springs along their edges", "solid"
     )
     thickness_m: Positive = key("Thickness [m] of a body that is its surface only", 0.002)
-    direction: Vector | None = key(
-        "Direction of all presses, on the side that faces it; null for the inward normal of each contact", None
-    )
+    direction: Vector | None = key("Direction of all presses, on the side that faces it; null: inward normals", None)
     anchors: Anchors = optional("Which coarse nodes are held, in place of the body's")
     bed: Bed = optional("An elastic bed, in place of the body's")
     refinements: Refinements = optional("How often each tetrahedron is split into eight, in place of the body's")
@@ -32,18 +30,14 @@ class Case(Block):
 class Premises(Block):
     splits: Whole = key("Splits of each premise into training and test samples; each presses other contacts", 3, ge=2)
     training_shares: Distinct[Inside] = key(
-        "Shares of the training contacts with which errors are measured again, to see how few suffice", [0.35, 0.65]
+        "Shares of the training contacts with which errors are measured", [0.35, 0.65]
     )
-    peak_of_size: Positive = key(
-        "Largest displacement of a press of magnitude 1, as a share of the body's longest side", 0.02, le=0.5
-    )
+    peak_of_size: Positive = key("Displacement under magnitude 1, as a share of the body's longest side", 0.02, le=0.5)
     cases: dict[Name, Case] = key("The premises, by name; another name than any body with samples", {})
 
 
 class Regime(Block):
-    peak_of_size: Positive = key(
-        "Largest displacement that the forces are scaled for, as a share of the body's longest side", le=0.5
-    )
+    peak_of_size: Positive = key("Largest displacement, as a share of the body's longest side", le=0.5)
 
 
 class Settings(Regression):

@@ -14,11 +14,18 @@ from palpate.benchmark.model import FitOptions
 from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.fitting import blend_errors, gather
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, Known, squared_distances
+from palpate.table import Table
 
-COLUMNS = [
-    "body", "regime", "protocol", "split", "features", "weights",
-    "sigma_m", "sigma_relative", "rmse_m", "rmse_of_peak",
-]  # fmt: skip
+SIGMA_SWEEP = Table(
+    "sigma_sweep",
+    "The test error of each blend at every width σ of its Gaussian kernel.",
+    """
+    body regime protocol split: a database, and what the coarse nodes come from and what is held out
+    features weights: of the blend
+    sigma_m sigma_relative: width [m], and over the features' distance
+    rmse_m rmse_of_peak: mean error of the test samples [m], and over their peaks
+    """,
+)
 
 
 def sweep_rows(
@@ -55,4 +62,4 @@ def sweep_rows(
                         "rmse_of_peak": (rmse / db.peaks[test]).mean(),
                     }
                 )
-    return pd.DataFrame(rows)[COLUMNS]
+    return pd.DataFrame(rows)[SIGMA_SWEEP.columns]

@@ -5,8 +5,7 @@ from palpate.run.job import steps
 
 def compare_laws(input, params, say):
     from palpate.bodies.body_file import load
-    from palpate.studies.law.compare_laws import compare_laws
-    from palpate.studies.law.growing_presses import growing_presses
+    from palpate.studies.law.compare_laws import compare_laws, growing_presses
 
     body = load(input.body)
     found = steps(say, f"{body.name}: forces of growing presses at contact")

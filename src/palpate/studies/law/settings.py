@@ -15,11 +15,7 @@ class Settings(Block):
     """What the choice of the tissue's law changes, beside the error of the mesh: the same presses under each law."""
 
     bodies: Some[str] | None = key("Bodies that are pressed, by name; null takes all that are refined", None)
-    regions_of: Distinct[str] = key(
-        "Bodies, beside those, of which it is only tried what leaving out their regions changes, at the contact "
-        "nearest to one",
-        [],
-    )
+    regions_of: Distinct[str] = key("More bodies, of which only leaving out their regions is tried, near one", [])
     laws: Distinct[str] = key(
         "Laws that are compared with the one that each body has, by name, or as paths of Python files of your own, "
         "relative to the folder of the config file",

@@ -25,9 +25,8 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
-from palpate.studies.measured.experiment import Experiment, experiment_of
-from palpate.studies.measured.observed import check_down, follow
-from palpate.studies.measured.placed import check_places, off_box
+from palpate.studies.measured.experiment import Experiment, check_places, experiment_of, off_box
+from palpate.studies.measured.records import check_down, follow
 
 
 class Load(Block):
@@ -35,23 +34,13 @@ class Load(Block):
     force_n: Vector = optional("Force [N] in the body's frame, without a mass")
     line_m: Pair[Vector] = optional("Ends [m] of the line over which it is spread evenly")
     at_m: Vector = optional("Place [m] in the body's frame")
-    radius_m: NotNegative = key(
-        "Radius [m] of the disc around at_m over which it is spread; 0 for the point, where no mesh has an answer", 0
-    )
+    radius_m: NotNegative = key("Radius [m] of the disc around at_m; 0 is a point, where no mesh has an answer", 0)
 
 
 class Case(Block):
-    loads: list[Load] = key(
-        "What acts beside the body's own weight: weights and forces, on a line or on a disc of the surface", []
-    )
-    files: Distinct[Text] = key(
-        "CSV files of times and places of the markers, one a repeat, relative to this configuration; none for a "
-        "prediction alone",
-        [],
-    )
-    swings: Switch = key(
-        "Whether it swings after the release, so that a frequency and a damping ratio are compared", True
-    )
+    loads: list[Load] = key("Weights and forces beside the body's own weight, on a line or on a disc", [])
+    files: Distinct[Text] = key("CSV files of times and markers, one a repeat; none for a prediction alone", [])
+    swings: Switch = key("Whether it swings after the release: a frequency and a damping ratio are compared", True)
 
 
 class Marker(Block):
@@ -63,12 +52,8 @@ class ExperimentSettings(Block):
     body: str = key("One of bodies; its young_pa is the modulus that is given")
     gravity_m_s2: Positive = key("Acceleration of gravity [m/s²]", 9.81)
     down: Vector = key("Direction of gravity in the frame of the files, or, without files, of the body", [0, 0, -1])
-    markers: dict[str, Marker] = key(
-        "Markers by name, as the columns of the files call them; all of them find the body in the files", min_length=3
-    )
-    calibrate_on: str | None = key(
-        "The case whose mean way of the markers Young's modulus is fitted to; null to take it as given alone", None
-    )
+    markers: dict[str, Marker] = key("Markers by name, as the columns of the files call them", min_length=3)
+    calibrate_on: str | None = key("The case that Young's modulus is fitted to; null takes it as given", None)
     held_s: Positive = key("Time at the beginning of each file in which the body is held [s]", 0.4)
     settled_s: Positive = key("Time at the end of each file in which it has come to rest [s]", 1.0)
     cases: dict[Name, Case] = key("Cases by name, each the body under gravity and other loads", min_length=1)
@@ -102,7 +87,7 @@ class Releases(Block):
     steps_s: Distinct[Positive] = key("Time steps [s]", [0.001, 0.002, 0.005])
     duration_s: Positive = key("How long each release is followed [s]", 1.0)
     creep: Creep | None = key(
-        "A release with one branch of the effect prony, fitted to the creep of the calibrated case; null for none", {}
+        "A release with a prony branch fitted to the creep of the calibrated case; null: none", {}
     )
 
 
@@ -110,18 +95,14 @@ class Models(Block):
     fem_p1: FemP1 = key("Linear elements", {})
     fem_p2: FemP2 = key("Quadratic elements", {})
     springs: Springs = key("Springs on the edges of tetrahedra, of the body's modulus", {})
-    releases: Releases = key(
-        "Releases that a scene computes with linear elements and backward Euler, to show what that damps", {}
-    )
+    releases: Releases = key("Releases with linear elements and backward Euler, to show what that damps", {})
 
 
 class Settings(Block):
     """Models beside measured bodies: where markers come to rest, and how they swing after a release."""
 
     experiments: dict[Name, ExperimentSettings] = key(
-        "What was measured, by name: bodies that are held straight, let go, and come to rest under weight and other "
-        "loads",
-        min_length=1,
+        "Bodies held straight, let go, and at rest under loads", min_length=1
     )
     models: Models = key("Which models predict every experiment, and with what settings", {})
 

@@ -7,8 +7,9 @@ def fit_organ_springs(input, params, say):
     import pandas as pd
 
     from palpate.bodies.body_file import load
-    from palpate.studies.organ_springs import mass_motion, organ_fit, rivals
-    from palpate.studies.organ_springs.organ import organ, references
+    from palpate.studies.organ_springs import organ_fit
+    from palpate.studies.organ_springs.organ import mass_motion, organ, references
+    from palpate.studies.organ_springs.organ_fit import rivals
 
     found = organ(load(input.body), params.settings)
     say(f"{found.body.name}: press it with finite elements")

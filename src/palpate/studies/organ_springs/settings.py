@@ -21,27 +21,19 @@ class Settings(Block):
     fitted: Count = key("Contacts whose presses springs are fitted to", 3)
     tested: Count = key("Other contacts at which they are tested", 5)
     radius_m: Positive = key("Radius [m] of the disc that is pressed", 0.02)
-    peak_of_size: Positive = key(
-        "How far a press moves the coarse body, as a share of its longest side, by its linear response", 0.05, le=0.15
-    )
+    peak_of_size: Positive = key("Linear displacement of a press, as a share of the longest side", 0.05, le=0.15)
     rise_s: Positive = key("Time in which the force grows [s]", 0.2)
     duration_s: Positive = key("Simulated time [s]", 0.4)
     frames: Count = key("Equal parts of this time at whose ends motions are compared", 20)
     reference_steps: Count = key(
-        "Implicit steps of the reference in each frame; it is extrapolated from these and twice as many", 1
+        "The reference's implicit steps in a frame; extrapolated from these and twice as many", 1
     )
     damping_ratio: NotNegative = key("Damping of each spring, relative to critical damping of its two nodes", 0.1)
     key_points: Count = key("Nodes of the coarse surface that fits look at", 24)
-    young_of_body: Pair[Positive] = key(
-        "Least and largest modulus that a search may give a node, over that of the body", [0.3, 3]
-    )
-    volume_force: Some[Switch] = key(
-        "Whether springs have paper 2's volume force, whose motions take twice as long; a list tries both", [False]
-    )
+    young_of_body: Pair[Positive] = key("Least and largest modulus of a node in searches, over the body's", [0.3, 3])
+    volume_force: Some[Switch] = key("Whether springs have paper 2's volume force; a list tries both", [False])
     searches: Searches = key("How long searches go on", {})
-    fem_frames: Some[Count] = key(
-        "Frames in each implicit step of the coarse finite elements that springs are compared with", [4, 2, 1]
-    )
+    fem_frames: Some[Count] = key("Frames in an implicit step of the coarse finite elements beside springs", [4, 2, 1])
     shape_steps: Some[Count] = key("Steps in each frame of the shape matching that springs are compared with", [2])
     shape_evaluations: Count = key("Motions of each press that its fit may compute", 40)
 

@@ -21,9 +21,7 @@ class Settings(Block):
     """Whether a finger feels the regions of bodies, such as a tumour, and how deep they may lie."""
 
     bodies: Some[str] | None = key("Which of the bodies are pressed; null for all that have regions", None)
-    places: Whole = key(
-        "Places of each body that are pressed, from the nearest to a region to those far from it", 8, ge=2
-    )
+    places: Whole = key("Places of each body that are pressed, from the nearest to a region to far ones", 8, ge=2)
     radius_m: Positive = key("Radius [m] of the finger's patch", 0.012)
     pressures_of_young: Some[Pressure] = key(
         "Peak pressures 2 F/(π R²) of each press, as shares of the body's own Young's modulus; a thin lobe snaps "
@@ -37,9 +35,7 @@ class Settings(Block):
     )
     slab: Slab = key("A slab on a rigid ground, with a ball below the middle of its top", {})
     ball_radius_m: Positive = key("Radius [m] of the ball", 0.01)
-    covers_m: Some[Positive] = key(
-        "Depths [m] of the top of the ball below that of the slab", [0.004, 0.008, 0.012, 0.016]
-    )
+    covers_m: Some[Positive] = key("Depths [m] of the ball's top below the slab's", [0.004, 0.008, 0.012, 0.016])
     contrasts: Some[Positive] = key("Young's moduli of the ball, relative to that of the slab", [2, 5, 10, 100, 10000])
     pressure_of_young: Pressure = key("Peak pressure of the press on the slab, as a share of its Young's modulus", 0.1)
 

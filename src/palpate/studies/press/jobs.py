@@ -17,8 +17,7 @@ def export_model(input, output, params, say):
 
 
 def write_press(input, output, params):
-    from palpate.press.page.compose import held_nodes, press_models
-    from palpate.press.page.page import write_pages
+    from palpate.press.page.page import held_nodes, press_models, write_pages
     from palpate.press.portable.file import read
     from palpate.studies.press import coarse_answer
     from palpate.studies.press.known_presses import known_presses, trial_presses

@@ -11,12 +11,9 @@ class Settings(Block):
     """A page on which a reader presses bodies: a prepared model in it answers, and says its error."""
 
     bodies: Some[str] | None = key("Bodies to press, by name; null takes all that are refined", None)
-    contacts: Count = key(
-        "Contacts for which the model is prepared, spread over each body; between them it answers from the nearest", 24
-    )
+    contacts: Count = key("Contacts that the model is prepared for; between them it answers from the nearest", 24)
     modes: Literal["columns", "snapshots"] = key(
-        "Setting of contact modes: presses that the model simulates (snapshots), or linear shapes alone (columns)",
-        "columns",
+        "Contact modes of simulated presses (snapshots) or linear ones (columns)", "columns"
     )
     thinned: Positive = key("To what relative error of the reduced forces the cells are thinned", 0.003)
     samples: Index = key("Presses of the trade-off by the same finger whose truth the page can show, at most", 6)

@@ -13,7 +13,7 @@ class Settings(Block):
     """How cost and memory of each kernel grow with its size; that over cores takes all there are."""
 
     fem: Some[Annotated[Whole, Field(ge=1, le=5)]] = key(
-        "How often the liver's mesh is refined: 628 tetrahedra, eight times as many each time", [1, 2, 3, 4]
+        "Refinements of the liver's mesh of 628 tetrahedra", [1, 2, 3, 4]
     )
     fine_nodes: Hundreds = key("Fine surface nodes that enrichment gives displacements to", [1000, 4000, 16000, 64000])
     samples: Some[Annotated[Whole, Field(ge=20)]] = key("Training samples of enrichment", [30, 60, 120, 240])

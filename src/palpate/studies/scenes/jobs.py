@@ -4,14 +4,13 @@ import pandas as pd
 
 from palpate.run.job import stem, steps
 from palpate.scenes import motion
-from palpate.scenes.build_system import load_particles
-from palpate.scenes.scene import scene_of
+from palpate.scenes.scene import load_particles, scene_of
 
 
 def simulate_scene(input, output, params, wildcards, say):
     from palpate.scenes.build_system import decisions
     from palpate.scenes.run_scene import run
-    from palpate.studies.scenes.energy_balance import warn_of_gain
+    from palpate.studies.scenes.measurements import warn_of_gain
 
     scene = scene_of(wildcards.scene, **params.scene)
     particles = load_particles(scene, input.bodies)
@@ -25,7 +24,7 @@ def simulate_scene(input, output, params, wildcards, say):
 
 
 def measure_effects(input, params, wildcards, say):
-    from palpate.studies.scenes.effect_cost import cost, left_out
+    from palpate.studies.scenes.measurements import cost, left_out
 
     scene = scene_of(wildcards.scene, **params.scene)
     particles = load_particles(scene, input.bodies)
@@ -38,7 +37,7 @@ def measure_effects(input, params, wildcards, say):
 
 
 def tabulate_scenes(input, output, params):
-    from palpate.studies.scenes.energy_balance import energy_balance
+    from palpate.studies.scenes.measurements import energy_balance
 
     costs = pd.concat([pd.read_csv(path) for path in input.costs])
     errors = pd.concat([pd.read_csv(path) for path in input.errors])
@@ -53,7 +52,7 @@ def tabulate_scenes(input, output, params):
 
 
 def tabulate_contacts(input):
-    from palpate.studies.scenes.contact_force import contact_force
+    from palpate.studies.scenes.measurements import contact_force
 
     motions = [motion.load(path) for path in input.motions]
     contacts = pd.concat([m.contacts.assign(scene=m.scene) for m in motions])
@@ -63,11 +62,10 @@ def tabulate_contacts(input):
 def draw_motion(input, output):
     from palpate.report import style
     from palpate.scenes.motion import write_series
-    from palpate.studies.scenes.figures import motion_stills as pictures
-    from palpate.studies.scenes.figures import turnable_motion
+    from palpate.studies.scenes.figures import motion as pictures
 
     moved = motion.load(input.motion)
     style.save(pictures.stills(moved, count=6), stem(output.stills))
     pictures.animate(moved, output.animation)
-    turnable_motion.write(moved, output.turnable)
+    pictures.write(moved, output.turnable)
     write_series(motion.load(input.motion), output.series)

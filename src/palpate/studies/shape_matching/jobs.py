@@ -2,13 +2,8 @@
 
 
 def measure_experiments(params):
-    from palpate.studies.shape_matching import (
-        body_springs_poke,
-        cluster_goals,
-        clustered_column,
-        deformation_modes,
-        integrator_stability,
-    )
+    from palpate.studies.shape_matching import body_springs_poke, integrator_stability
+    from palpate.studies.shape_matching.clusters import cluster_goals, clustered_column, deformation_modes
 
     return {
         "integrator_stability": integrator_stability.measure(**params.integrator_stability),
@@ -20,9 +15,8 @@ def measure_experiments(params):
 
 
 def tabulate_maxwell_creep(input, params):
-    from palpate.scenes.build_system import load_particles
     from palpate.scenes.motion import load
-    from palpate.scenes.scene import scene_of
+    from palpate.scenes.scene import load_particles, scene_of
     from palpate.studies.shape_matching.maxwell_creep import measure
 
     scene = scene_of(params.name, params.entry)
@@ -30,8 +24,7 @@ def tabulate_maxwell_creep(input, params):
 
 
 def time_shape_matching(params, say):
-    from palpate.studies.shape_matching.shape_matching_growth import exponents, headline
-    from palpate.studies.shape_matching.shape_matching_timing import measure, rotation_speedup
+    from palpate.studies.shape_matching.shape_matching_timing import exponents, headline, measure, rotation_speedup
 
     table = measure(**params.settings)
     fits = ", ".join(f"{row.mode} {row.clusters}: {row.exponent:.3f}" for row in exponents(table).itertuples())

@@ -28,9 +28,7 @@ class Timing(Block):
 
 class BodySprings(Block):
     force_n: Positive = key("Force of the poke [N]", 0.2)
-    stiffnesses_n_m: list[Positive] = key(
-        "Stiffnesses of virtual body springs that are compared [N/m]", [2, 10, 40], min_length=1
-    )
+    stiffnesses_n_m: list[Positive] = key("Stiffnesses of virtual body springs [N/m]", [2, 10, 40], min_length=1)
 
 
 class Settings(Block):
@@ -38,10 +36,7 @@ class Settings(Block):
 
     integrator_stability: IntegratorStability = key("One spring, stepped by each integrator", {})
     clusters: Clusters = key("The column of 60 particles in 1, 2 and 5 clusters", {})
-    creep: Creep | None = key(
-        "A scene of springs with Maxwell dampers, whose creep is compared with the closed solution; null leaves it out",
-        None,
-    )
+    creep: Creep | None = key("A scene whose creep is compared with the closed solution; null leaves it out", None)
     shape_matching_timing: Timing = key("What a step of shape matching costs", {})
     body_springs: BodySprings = key("A surface poked and released", {})
 

@@ -31,11 +31,18 @@ def fit_springs(input, output, params, wildcards, threads, say):
             write_table(found[Path(path).stem], path)
 
 
-def tabulate_spring_floor(params, wildcards):
-    from palpate.studies.springs.spring_experiment import experiment, simulate_references
-    from palpate.studies.springs.spring_floor import INCOMPRESSIBLE, measure
+def tabulate_spring_floor(output, params, wildcards):
+    from palpate.studies.springs.spring_experiment import (
+        experiment,
+        load_references,
+        save_references,
+        simulate_references,
+    )
+    from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
-    found = experiment(params.calibration, float(wildcards.poisson))
-    references = simulate_references(found, params.calibration["substeps"])
+    poisson = float(wildcards.poisson)
+    references = simulate_references(experiment(params.calibration, poisson), params.calibration["substeps"])
+    save_references(references, output.reference)
     stiffest = experiment(params.calibration, INCOMPRESSIBLE).volume_n_m()
-    return measure(found, references, stiffest, params.evaluations)
+    found, read = experiment(params.calibration, poisson), load_references(output.reference)
+    return {"floor": measure(found, read, stiffest, params.evaluations)}

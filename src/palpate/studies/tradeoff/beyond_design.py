@@ -11,7 +11,7 @@ from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.measure import LABELS, labels_of, prepared_settings
 from palpate.benchmark.model import Case, Model, Solver, answered
-from palpate.bodies.quadratic import prolongation
+from palpate.bodies.refinement import quadratic_prolongation
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.workshop import Workshop
 
@@ -124,7 +124,7 @@ class _Operator:
     def __init__(self, case: Case):
         self._shop = Workshop(case.body, case.radius_m, 0)
         self._body, self._last = case.body, len(case.body.levels) - 1
-        self._up = prolongation(*case.body.levels[-2:])
+        self._up = quadratic_prolongation(*case.body.levels[-2:])
 
     def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""

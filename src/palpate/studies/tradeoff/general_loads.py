@@ -12,7 +12,7 @@ from palpate.benchmark.load import Load, Press
 from palpate.benchmark.model import Case
 from palpate.benchmark.static_responses import NESTED
 from palpate.bodies.contacts import places_between
-from palpate.bodies.quadratic import prolongation
+from palpate.bodies.refinement import quadratic_prolongation
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation
 from palpate.solvers.equilibrium import FastEquilibrium
@@ -71,7 +71,7 @@ class Operator:
         bare = replace(case, response=None)  # patches are integrated where they are needed
         self._fine = Simulation(bare, last, tolerance, order=2, solver=FastEquilibrium)
         self._coarse = Simulation(bare, last - 1, max(tolerance, NESTED), order=2, solver=FastEquilibrium)
-        self._up = prolongation(body.levels[last - 1], body.levels[last])
+        self._up = quadratic_prolongation(body.levels[last - 1], body.levels[last])
         self._surface = body.fine.surface
 
     def answer(self, load: Load) -> tuple[np.ndarray, np.ndarray]:

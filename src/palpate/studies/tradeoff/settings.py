@@ -27,6 +27,7 @@ from palpate.setting_types import (
     Switch,
     Whole,
     key,
+    rows,
 )  # fmt: skip
 
 CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
@@ -89,9 +90,7 @@ class BeyondDesign(_Asked):
 class Truth(Block):
     tolerance: Positive = key("Relative residual on the finest level", 1e-3, le=1e-2)
     check_samples: Index = key("Samples of a scene whose truth is found with another element too", 1)
-    geometry_samples: Index = key(
-        "Samples of a scene on which facets are compared with the smooth shape of a body that has one", 3
-    )
+    geometry_samples: Index = key("Samples of a scene on which facets are compared with a smooth shape", 3)
 
 
 class Fem(Block):
@@ -117,19 +116,13 @@ class FastFem(Block):
     levels: Count = key("How many of the body's levels, counted from the finest", 2)
     iterations: Some[Count] = key("L-BFGS iterations from rest", [4, 8])
     frame_iterations: Distinct[Count] = key("Iterations from the frame before: the answer to 97 % of the load", [2, 4])
-    finest_frame_iterations: Distinct[Count] = key(
-        "The same on the finest level, where finding the frames before takes as long as all else", []
-    )
-    linear_iterations: Distinct[Count] = key(
-        "Iterations from the linear response, which is stored for each contact, at all nodes", []
-    )
+    finest_frame_iterations: Distinct[Count] = key("The same on the finest level, where frames take long to find", [])
+    linear_iterations: Distinct[Count] = key("Iterations from the linear response, stored for each contact", [])
     tolerances: Distinct[Inside] = key(RESIDUALS, [])
 
 
 class LocalMesh(Block):
-    depth: Count = key(
-        "Level that is reached near the contact, the coarse mesh being 0; bodies with fewer levels leave the mesh out"
-    )
+    depth: Count = key("Level that is reached near the contact, from 1; bodies with fewer levels leave it out")
     reach: NotNegative = key("Radius of what is refined, over that of the patch; 0 refines the elements at the contact")
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2")
 
@@ -138,7 +131,7 @@ class FemLocal(Block):
     meshes: Distinct[LocalMesh] = key(
         "Meshes and elements, from small to large: how many of the body's levels are refined, the radius of what is "
         "refined over that of the patch, and the order of the elements",
-        [{"depth": 1, "reach": 1.5, "order": 2}, {"depth": 2, "reach": 1.5, "order": 2}],
+        rows("depth reach order", (1, 1.5, 2), (2, 1.5, 2)),
     )
     warm_iterations: Distinct[Count] = key("Caps on Newton's iterations from the frame before", [1])
     tolerances: Distinct[Inside] = key("Relative residuals to stop at, from rest, tried beside", [])
@@ -146,11 +139,7 @@ class FemLocal(Block):
 
 class ContactModes(Block):
     nodes: Count = key(NODES, 12000)
-    rings: Some[Index] = key(
-        "Rings of elements around the disc whose points of integration are cells by themselves, fewest first; 50 are "
-        "all of a body",
-        [1, 50],
-    )
+    rings: Some[Index] = key("Rings of elements around the disc with cells of their own; 50 are all of a body", [1, 50])
     tolerances: Some[Inside] = key(
         "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; columns "
         "alone are tried with the last one",
@@ -172,7 +161,7 @@ class DetailCorrection(Block):
 
 class WarpedCompliance(Block):
     training_shares: Some[Annotated[NotNegative, Field(le=1)]] = key(
-        "Shares of the training samples from which the residual is learnt; 0 learns nothing", [0, 0.5, 1.0]
+        "Shares of the training samples that the residual is learnt from", [0, 0.5, 1.0]
     )
 
 
@@ -200,14 +189,7 @@ class FlexRun(Block):
 class MujocoFlex(Block):
     runs: Distinct[FlexRun] = key(
         RUNS,
-        [
-            {"level": 0, "steps": 3, "iterations": 30},
-            {"level": 0, "steps": 5, "iterations": 100},
-            {"level": 0, "steps": 14, "iterations": 100},
-            {"level": 1, "steps": 5, "iterations": 100},
-            {"level": 1, "steps": 15, "iterations": 100},
-            {"level": 1, "steps": 60, "iterations": 100},
-        ],
+        rows("level steps iterations", (0, 3, 30), (0, 5, 100), (0, 14, 100), (1, 5, 100), (1, 15, 100), (1, 60, 100)),
     )
 
 
@@ -225,36 +207,27 @@ class VbdRun(Block):
     level: Index = key(LEVEL)
     steps: Count = key("Steps from rest")
     sweeps: Count = key("Sweeps over the nodes in each step")
-    step: Positive = key(
-        "Length of a step, over the time in which a node would swing by a radian if all others stood still"
-    )
+    step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian")
 
 
 class NewtonVbd(Block):
     runs: Distinct[VbdRun] = key(
         RUNS,
-        [
-            {"level": 0, "steps": 30, "sweeps": 10, "step": 3},
-            {"level": 0, "steps": 120, "sweeps": 10, "step": 3},
-            {"level": 0, "steps": 300, "sweeps": 20, "step": 3},
-            {"level": 1, "steps": 60, "sweeps": 10, "step": 3},
-            {"level": 1, "steps": 240, "sweeps": 10, "step": 3},
-        ],
+        rows(
+            "level steps sweeps step", (0, 30, 10, 3), (0, 120, 10, 3), (0, 300, 20, 3), (1, 60, 10, 3), (1, 240, 10, 3)
+        ),
     )
 
 
 class PodOfLoads(Block):
-    modes: Some[Count] = key(
-        "Modes kept, at most as many as there are training samples; a network has the middle one of these numbers",
-        [4, 12, 36],
-    )
+    modes: Some[Count] = key("Modes kept, at most the training samples; a network has the middle number", [4, 12, 36])
     hidden: Distinct[Count] = key("Units of each of the network's two hidden layers", [4, 8, 16])
 
 
 class MassSpring(Block):
     iterations: Some[Count] = key("Quasi-Newton iterations from rest on the coarse mesh", [1, 2, 3, 5, 8, 12, 20])
     middle_iterations: Distinct[Count] = key(
-        "The same on the middle mesh, where the body has one; plain springs only, as fits take long there", [5, 12]
+        "The same on the middle mesh, of plain springs only; fits take long", [5, 12]
     )
     middle_samples: Count = key("Training samples that a fit on the middle mesh takes", 20)
     evaluations_uniform: Count = key("Evaluations of the misfit and its gradient when one modulus serves all nodes", 8)
@@ -270,13 +243,14 @@ class Combination(Block):
 class ShapeMatching(Block):
     combinations: Some[Combination] = key(
         "Mode, clusters and steps from rest, from cheap to expensive",
-        [
-            {"mode": "quadratic", "clusters": "one", "steps": 30},
-            {"mode": "quadratic", "clusters": "one", "steps": 100},
-            {"mode": "linear", "clusters": "cubes", "steps": 100},
-            {"mode": "linear", "clusters": "cubes", "steps": 300},
-            {"mode": "quadratic", "clusters": "cubes", "steps": 300},
-        ],
+        rows(
+            "mode clusters steps",
+            ("quadratic", "one", 30),
+            ("quadratic", "one", 100),
+            ("linear", "cubes", 100),
+            ("linear", "cubes", 300),
+            ("quadratic", "cubes", 300),
+        ),
     )
     samples: Count = key("Training samples that a fit takes, spread evenly", 12)
     evaluations: Count = key("Evaluations of the misfit in each fit", 40)
@@ -291,52 +265,47 @@ class Xpbd(_Relaxed):
     steps: Count = key("Steps")
     iterations: Count = key("Iterations of each step")
     step: Positive = key(
-        "Length of a step over the time in which a node would swing alone, √(mass / stiffness); longer ones settle "
-        "beside the equilibrium"
+        "Length of a step over √(mass / stiffness) of a node alone; longer ones settle beside the truth"
     )
 
 
 class VertexBlockDescent(_Relaxed):
     sweeps: Count = key("Sweeps over all nodes")
     radius: NotNegative = key(
-        "Spectral radius that Chebyshev's semi-iterative method assumes of a sweep; 0 for none", lt=1
+        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", lt=1
     )
 
 
 class ProjectiveDynamics(_Relaxed):
     iterations: Count = key("Iterations")
-    memory: Index = key(
-        "Steps by which the matrix is improved, as Liu, Bouaziz and Kavan (2017) do; 0 for the original"
-    )
+    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original")
 
 
 class Relaxed(Block):
     xpbd: Distinct[Xpbd] = key(
         "Extended position-based dynamics with accumulated multipliers (xpbd), from cheap to expensive",
-        [
-            {"level": 0, "start": "frame", "steps": 5, "iterations": 1, "step": 2.0},
-            {"level": 0, "start": "frame", "steps": 10, "iterations": 1, "step": 1.5},
-            {"level": 0, "start": "rest", "steps": 30, "iterations": 1, "step": 2.0},
-        ],
+        rows(
+            "level start steps iterations step",
+            (0, "frame", 5, 1, 2.0),
+            (0, "frame", 10, 1, 1.5),
+            (0, "rest", 30, 1, 2.0),
+        ),
     )
     vertex_block_descent: Distinct[VertexBlockDescent] = key(
         "Vertex block descent (vertex_block_descent), from cheap to expensive",
-        [
-            {"level": 0, "start": "frame", "sweeps": 5, "radius": 0.998},
-            {"level": 0, "start": "rest", "sweeps": 15, "radius": 0.9995},
-            {"level": 0, "start": "rest", "sweeps": 30, "radius": 0.9995},
-        ],
+        rows("level start sweeps radius", (0, "frame", 5, 0.998), (0, "rest", 15, 0.9995), (0, "rest", 30, 0.9995)),
     )
     projective_dynamics: Distinct[ProjectiveDynamics] = key(
         "Projective dynamics (projective_dynamics), from cheap to expensive",
-        [
-            {"level": 0, "start": "frame", "iterations": 5, "memory": 5},
-            {"level": 0, "start": "rest", "iterations": 10, "memory": 0},
-            {"level": 0, "start": "rest", "iterations": 10, "memory": 5},
-            {"level": 0, "start": "rest", "iterations": 30, "memory": 5},
-            {"level": 1, "start": "rest", "iterations": 10, "memory": 5},
-            {"level": 1, "start": "rest", "iterations": 30, "memory": 5},
-        ],
+        rows(
+            "level start iterations memory",
+            (0, "frame", 5, 5),
+            (0, "rest", 10, 0),
+            (0, "rest", 10, 5),
+            (0, "rest", 30, 5),
+            (1, "rest", 10, 5),
+            (1, "rest", 30, 5),
+        ),
     )
 
 
@@ -352,15 +321,12 @@ class PaperEnrichment(Block):
 class Stage(Block):
     model: str = key("A model of palpate's")
     setting: dict[str, str | Number | Switch] = key(
-        "Its setting, as its column in accuracy_vs_time.csv has it; the level last is the finest", {}
+        "Its setting, as in accuracy_vs_time.csv; level last is the finest", {}
     )
 
 
 class Cascade(Block):
-    asked_errors: Some[Positive] = key(
-        "RMSE that nine answers in ten shall stay below, as shares of the peak displacement",
-        [0.1, 0.05, 0.02, 0.01, 0.005],
-    )
+    asked_errors: Some[Positive] = key("RMSE of nine answers in ten, of the peak", [0.1, 0.05, 0.02, 0.01, 0.005])
     stages: list[Stage] = key(
         "Models that learn nothing from samples, each with its setting, cheapest first; where no bound meets what is "
         "asked for, the model of the least one answers",
@@ -387,40 +353,19 @@ class Families(Block):
         "samples are tried with the last one alone",
         ["linear", "1 iteration", "2 iterations", "3 iterations", "loose", "converged"],
     )
-    fem: Fem = key(
-        "Corotational finite elements on every level of the body, linear (fem_p1) and quadratic (fem_p2), stopped "
-        "early or converged",
-        {},
-    )
-    fast_fem: FastFem = key(
-        "Quadratic finite elements on the finest levels by L-BFGS, which starts from the multigrid of the state at "
-        "rest",
-        {},
-    )
-    fem_local: FemLocal = key(
-        "Corotational finite elements on a mesh for each contact, fine around it and coarse elsewhere", {}
-    )
-    contact_modes: ContactModes = key(
-        "A reduced model of quadratic elements for each contact, made of presses that it simulates itself", {}
-    )
+    fem: Fem = key("Linear (fem_p1) and quadratic (fem_p2) elements on all levels, stopped early or converged", {})
+    fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
+    fem_local: FemLocal = key("Corotational finite elements on a mesh for each contact, fine around it", {})
+    contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
     detail_correction: DetailCorrection = key(
-        "Every coarse answer, corrected by the linear detail that it lacks and by what is learnt", {}
+        "Every coarse answer, corrected by linear detail and by what is learnt", {}
     )
-    warped_compliance: WarpedCompliance = key(
-        "Stored linear responses of the fine mesh, turned with the rotations that they have themselves; nothing is "
-        "simulated",
-        {},
-    )
-    linear_residual: LinearResidual = key(
-        "Stored linear responses of the fine mesh, and kernel ridge regression of what they lack; nothing is simulated",
-        {},
-    )
+    warped_compliance: WarpedCompliance = key("Stored linear responses, turned with their own rotations", {})
+    linear_residual: LinearResidual = key("Stored linear responses, and kernel ridge regression of what they lack", {})
     ridge: Ridge = key("Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {})
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
     mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
-    pod_galerkin: PodGalerkin = key(
-        "Galerkin projection of quadratic elements on modes of the training samples, the same for all contacts", {}
-    )
+    pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})
     newton_vbd: NewtonVbd = key("Vertex block descent of Newton (newton_vbd), if that engine is installed", {})
     pod_of_loads: PodOfLoads = key(
         "Proper orthogonal decomposition whose coefficients are learnt from place and force alone, by a Gaussian "
@@ -428,23 +373,17 @@ class Families(Block):
         {},
     )
     mass_spring: MassSpring = key(
-        "Mass-spring networks (springs, springs_volume, springs_nodal, springs_nodal_volume), fitted to training "
-        "samples",
-        {},
+        "Mass-spring networks, of one modulus or nodal ones, with and without a volume force", {}
     )
     shape_matching: ShapeMatching = key("Shape matching, fitted to training samples for each combination", {})
-    relaxed: Relaxed = key(
-        "Methods that graphics and games relax bodies with, all to the equilibrium of linear elements on a level (0 "
-        "is the coarse mesh)",
-        {},
-    )
+    relaxed: Relaxed = key("Methods of graphics and games, to the equilibrium of linear elements on a level", {})
     paper_enrichment: PaperEnrichment = key("Paper 1's regressors, each kind of feature with each kind of weights", {})
     cascade: Cascade = key("The cheapest of several models whose bound of the error meets what is asked for", {})
 
 
 class Advice(Block):
     budgets_ms: Some[Positive] = key(
-        "Times [ms] within which the 95th percentile of an answer must come with a fifth to spare", [1, 16.7, 100]
+        "Times [ms] for the 95th percentile of an answer with a fifth to spare", [1, 16.7, 100]
     )
     max_errors: Some[Inside] = key("Largest mean errors, as shares of the peak displacement", [0.05, 0.01, 0.001])
 
@@ -455,28 +394,19 @@ class Settings(Block):
     bodies: Some[str] | None = key("Bodies that are pressed, by name; null takes all that are refined", None)
     contacts: Whole = key("Contacts of each body, spread evenly over what of its surface can be pressed", 24, ge=5)
     presses: Some[Press] = key(
-        "What is pressed at each contact",
-        [
-            {"magnitude": 1.0, "tilt_degrees": 0},
-            {"magnitude": 0.8, "tilt_degrees": 45},
-            {"magnitude": 0.6, "tilt_degrees": 20},
-        ],
+        "What is pressed at each contact", rows("magnitude tilt_degrees", (1.0, 0), (0.8, 45), (0.6, 20))
     )
     splits: Some[Annotated[Count, Field(le=5)]] = key(
         "Which of five splits are measured: each tests on another fifth of the contacts, chooses settings on a further "
         "fifth, and trains on the rest",
         [1],
     )
-    finger_radii_m: Distinct[Positive] = key(
-        "Radii [m] for which the advice is asked for again, to see where it changes", []
-    )
+    finger_radii_m: Distinct[Positive] = key("Radii [m] for which the advice is asked for again", [])
     in_depth: Some[str] | None = key(
-        "Bodies that get all of the splits and of the fingers' radii, by name; the others get the first split. null "
-        "takes all",
-        None,
+        "Bodies that get all splits and fingers; the others get the first split. null: all", None
     )
     limit_points: LimitPoints | None = key(
-        "A press that grows until the law of the material itself gives way; null leaves it out", None
+        "A press that grows until the law itself gives way; null leaves it out", None
     )
     any_load: AnyLoad | None = key(
         "Loads that models were not prepared for: places between the prepared contacts, two contacts at once, and "
@@ -490,17 +420,9 @@ class Settings(Block):
     )
     truth: Truth = key("What models are judged by, Richardson's limit of nested quadratic elements", {})
     models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
-    own_models: dict[Name, str] = key(
-        "Python files of your own models, by name, relative to the folder of the config file", {}
-    )
-    settings: Families = key(
-        "What each family of models is tried with: settings trade accuracy for time, and there is one point in the "
-        "diagram for each",
-        {},
-    )
-    regression: Regression = key(
-        "How models that learn choose their widths; paper 1's own sweep has its own in enrichment", {}
-    )
+    own_models: dict[Name, str] = key("Python files of your own models, by name, relative to this configuration", {})
+    settings: Families = key("What each family of models is tried with: a point in the diagram for each", {})
+    regression: Regression = key("How models that learn choose their widths; paper 1's own sweep: enrichment", {})
     budget_s: Positive = key("Time [s] for which each setting is asked again, beyond once for each test sample", 0.1)
     training_contacts_of: dict[str, str] = key(
         "Models that learn nothing, and for each a regular expression that is found in the names of its settings, an "

@@ -1,0 +1,98 @@
+"""Draw what the choice of the law changes over the depth of a press, beside the error of the mesh."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
+
+from palpate.report import style, tables
+from palpate.report.model_looks import law_look
+from palpate.studies.law.compare_laws import OWN, POISSON, REGIONS
+
+POISSONS = ("#cc79a7", "#7a3b63", "#b8578f", "#e3b1cd")
+"""Colours of the other Poisson's ratios, in the order of the table."""
+UNIFORM = ("without its regions", "#e6b400")
+MESHES = {
+    "linear_rmse_of_peak": ("mesh: linear elements on the finest level", "#111111", (0, (5, 2))),
+    "quadratic_rmse_of_peak": ("mesh: quadratic elements with the same nodes", "#111111", (0, (3, 1.5, 1, 1.5))),
+    "finest_rmse_of_peak": ("mesh: quadratic elements on the finest level", "#111111", (0, (1, 1.5))),
+    "own_rmse_of_peak": ("the truth's own error", "#bbbbbb", "-"),
+}
+"""Errors of the body as it is described, which every change stands beside: name, colour and dashes."""
+
+
+@style.figure("law", tables=("law",))
+def draw_law(law) -> Figure:
+    """Draw a column for each body: above, what each change is worth, and the mesh; below, the change of its volume.
+
+    law : the table of this name
+    A line is one contact, dotted and hollow where it has no truth that is believed. Crosses at the top are presses
+    without an equilibrium.
+    """
+    names = tables.bodies(law)
+    figure = Figure(figsize=(max(4.6 * len(names), 6.4), 6.4), layout="constrained")
+    axes = figure.subplots(2, len(names), squeeze=False, sharex="col", height_ratios=[5, 3])
+    poissons = sorted(set(tables.where(law, changed=POISSON)["poisson"]))
+    handles: dict[str, Line2D] = {}
+    for body, (errors, volume) in zip(names, axes.T, strict=True):
+        rows = tables.where(law, body=body)
+        for (changed, name, poisson), part in rows.groupby(["changed", "law", "poisson"], sort=False):
+            shade = colour(changed, name, poissons.index(poisson) if changed == POISSON else 0)
+            for _, curve in part.groupby("contact"):
+                _curve(errors, volume, curve.sort_values("depth_of_size"), changed, shade)
+            if changed != OWN:
+                handles[label(changed, name, poisson)] = Line2D([], [], marker="o", ms=3.5, color=shade)
+        if (rows["why"].fillna("") != "").any():
+            _without(errors, rows, poissons)
+        errors.set(yscale="log", xscale="log", title=body.replace("_", " "))
+        volume.set(xlabel="depth of the press [% of the body's size]")
+        style.plain_log(errors.xaxis)
+        style.plain_log(errors.yaxis)
+        errors.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes[0, 0].set_ylabel("RMSE [% of peak]")
+    axes[1, 0].set_ylabel("change of volume [%]")
+    if not law.loc[law["change_rmse_of_peak"].notna(), "believed"].astype(bool).all():
+        handles["without a truth that is believed"] = Line2D(
+            [], [], marker="o", ms=3.5, mfc="white", color=style.INK, ls=":"
+        )
+    handles |= {"the body as it is described": Line2D([], [], color=style.INK)}
+    handles |= {text: Line2D([], [], color=ink, ls=dashes) for text, ink, dashes in MESHES.values()}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _curve(errors, volume, curve, changed: str, shade: str) -> None:
+    """Draw one contact: a change, or of the body as it is described the mesh; below, what its volume changes by."""
+    depth = 100 * curve["depth_of_size"]
+    if changed == OWN:
+        for column, (_, ink, dashes) in MESHES.items():
+            errors.plot(depth, 100 * curve[column], color=ink, ls=dashes, lw=1.2, zorder=1)
+        shade = style.INK
+    else:
+        known = curve.loc[curve["change_rmse_of_peak"].notna(), "believed"].astype(bool).all()
+        looks = {"mfc": shade, "mec": "white", "mew": 0.4} if known else {"mfc": "white", "mec": shade, "ls": ":"}
+        errors.plot(
+            depth, 100 * curve["change_rmse_of_peak"], **{"marker": "o", "ms": 3.5, "zorder": 3, "color": shade} | looks
+        )
+    volume.plot(depth, 100 * curve["volume_change"], "-", lw=1.2, zorder=2, color=shade)
+
+
+def _without(axis, rows, poissons: list[float]) -> None:
+    """Mark presses that have no answer, at the top."""
+    lost = rows[~np.isfinite(rows["peak_of_size"])]
+    for row in lost.itertuples():
+        shade = colour(row.changed, row.law, poissons.index(row.poisson) if row.changed == POISSON else 0)
+        place = axis.get_xaxis_transform()
+        axis.plot(100 * row.depth_of_size, 0.97, "x", color=shade, ms=6, transform=place, zorder=4)
+
+
+def label(changed: str, law: str, poisson: float) -> str:
+    """Name a change of a body: "neo-Hookean", "ν = 0.45"; of the body as it is described its law and ν."""
+    if changed == OWN:
+        return f"{law_look(law)[0]}, ν = {poisson:g}"
+    return {POISSON: f"ν = {poisson:g}", REGIONS: UNIFORM[0]}.get(changed, law_look(law)[0])
+
+
+def colour(changed: str, law: str, number: int) -> str:
+    """Return the colour of a change; ``number`` is the place of a Poisson's ratio among those of the table."""
+    return {POISSON: POISSONS[number % len(POISSONS)], REGIONS: UNIFORM[1]}.get(changed, law_look(law)[1])

@@ -12,6 +12,7 @@ from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 from palpate.studies.scenes.measurements import (
+    ENERGY_BALANCE,
     FAILS,
     HOLDS,
     REST,
@@ -24,7 +25,6 @@ from palpate.studies.scenes.measurements import (
     nearest,
     warn_of_gain,
 )
-from palpate.studies.scenes.tables import TABLES
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
 LOAD |= {"hold_s": 1, "release_s": 0.1}
@@ -106,7 +106,7 @@ ROWS |= {"outer_work_j": [0.0, 2.0, 1.0], "total_j": [0.0, 1.0, 0.5], "gain_j": 
 
 def judged(**changed):
     found = energy_balance(pd.DataFrame(ROWS | changed), {"a": "symplectic_euler"})
-    assert list(found) == TABLES["energy_balance"].columns.split()
+    assert list(found) == ENERGY_BALANCE.columns
     return found.iloc[0]
 
 

@@ -62,7 +62,7 @@ def test_closure_follows_imports_in_functions_and_of_packages(tmp_path):
 
 
 CALLS = [
-    ("palpate.run.jobs", "simulate_fine"),
+    ("palpate.studies.jobs", "simulate_fine"),
     ("palpate.studies.scenes.jobs", "draw_motion"),
     ("palpate.studies.ct.jobs", "tabulate_node_mass"),
 ]

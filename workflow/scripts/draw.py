@@ -11,4 +11,5 @@ with job(snakemake.log[0]):
     options = {"scene": params.scene} if params.scene else {}
     if given.published:
         options["published"] = read_yaml(given.published[0])
-    style.save(import_module(params.module).draw(*read, **options), stem(snakemake.output))
+    module, _, function = params.place.partition(":")
+    style.save(getattr(import_module(module), function)(*read, **options), stem(snakemake.output))

@@ -1,8 +1,8 @@
 """Judge what papers claim: one row a claim, with the premise that it was tested in."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import NamedTuple, Protocol, cast
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,14 +26,12 @@ class Claim(NamedTuple):
     verdict: str
 
 
-class Claims(Protocol):
-    """The form of a module evaluation/<study>/claims*.py."""
+def claims(*tables: str):
+    """Declare a function of studies/<study>/claims.py that yields the claims that some tables judge.
 
-    TABLES: tuple[str, ...]  # names of the tables that it reads, without .csv
-
-    def claims(self, tables: Mapping[str, pd.DataFrame]) -> Iterable[Claim]:
-        """Yield the claims that the tables judge; the loader leaves out none of TABLES."""
-        ...
+    tables : their names, literal; the function gets them by name, and is called by runs that make all of them
+    """
+    return lambda judge: judge
 
 
 def verdict(holds: bool, within: bool = True) -> str:
@@ -63,16 +61,15 @@ def two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def gather(modules: Iterable[str], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Tabulate claims.csv: the claims of some modules, by paper and in the order of the modules, and their study.
+def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Tabulate claims.csv: what functions judge, by paper and in the order of the functions, and their study.
 
-    modules : their full names, palpate.studies.<study>.claims*
-    tables : at least those that the modules name
+    places : "palpate.studies.<study>.claims:function", and the names of the tables that it gets
     """
     rows = []
-    for name in modules:
-        module = cast(Claims, import_module(name))
-        known = {table: tables[table] for table in module.TABLES}
-        rows += [(*claim, name.split(".")[-2]) for claim in module.claims(known)]
+    for place, wanted in places.items():
+        module, _, function = place.partition(":")
+        judge = getattr(import_module(module), function or "claims")
+        rows += [(*claim, module.split(".")[-2]) for claim in judge({name: tables[name] for name in wanted})]
     found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
     return found.sort_values("paper", kind="stable", ignore_index=True)

@@ -1,5 +1,6 @@
 """Style of all figures: fonts, a colour and marker for each method, and files that repeat byte for byte."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -168,6 +169,15 @@ def styled(draw):
             return draw(*args, **kwargs)
 
     return inside
+
+
+def figure(name: str, tables: Sequence[str] = ()):
+    """Declare the function that draws the figure ``name`` from ``tables``, in that order, and run it under STYLE.
+
+    Arguments are literal, as ``declared.figures`` reads them. A figure of other data than tables is drawn by a rule of
+    its own.
+    """
+    return styled
 
 
 def plain_log(axis) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.load import Doubted, Load
-from palpate.models.contact_modes.contact_limits import LEFT, SOUND, bearing
 from palpate.models.contact_modes import contact_limits, contact_modes
+from palpate.models.contact_modes.contact_limits import LEFT, SOUND, bearing
 from palpate.models.contact_modes.contact_workshop import Workshop
 
 RADIUS = 0.03

@@ -11,7 +11,7 @@ from palpate.benchmark.truth import OWN, truth_of
 from palpate.bodies.body import nest
 from palpate.effects.patch_load import nodal_load
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.law.compare_laws import COLUMNS, compare_laws
+from palpate.studies.law.compare_laws import LAW, compare_laws
 
 LAWS = ["stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff"]
 RADIUS_M = 0.06
@@ -46,7 +46,7 @@ def of(table, **equal):
 
 
 def test_every_press_under_every_law(table):
-    assert list(table.columns) == COLUMNS and len(table) == 5 * 3
+    assert list(table.columns) == LAW.columns and len(table) == 5 * 3
     assert list(dict.fromkeys(zip(table["changed"], table["law"], table["poisson"], strict=True))) == [
         ("nothing", "corotational", 0.3), *(("law", law, 0.3) for law in LAWS), ("poisson", "corotational", 0.45),
     ]  # fmt: skip

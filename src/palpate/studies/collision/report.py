@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.report import tables
+from palpate.report.closing import claims_of as found
+from palpate.report.closing import counted
+from palpate.report.closing import joined as said
 from palpate.report.material import Report, Section
 from palpate.report.number_format import seconds
-from palpate.report.paper_claims import counted, found, said
 from palpate.report.words import spaced
 from palpate.studies.collision.collision_growth import STAGES, exponents
 from palpate.studies.collision.figures.collision_looks import look, ranked

@@ -32,14 +32,17 @@ BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean
 # in the place of the shell, so that make's signals reach it
 RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; exec env PALPATE_COMMAND='$(AGAIN)' $(BIN)/python workflow/run.py
 SNAKEMAKE = $(RUN) snakemake $(FLAGS)
-PATHS := src tests examples workflow/scripts
+PATHS := src tests examples workflow/*.py
 # what can be asked for by itself, if its block is in the settings
-STUDIES := $(shell sed -n 's/^  \([a-z_]*\): {$$ref: studies.*/\1/p' workflow/schemas/config.schema.yaml)
+STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/settings.py)
+
+# what editors complete and explain keys of the settings with
+SCHEMA := $(VENV)/settings.schema.json
 
 .DEFAULT_GOAL := all
 .PHONY: all plan $(STUDIES) env test smoke full slurm-test example check bench snapshot lock tidy clean distclean help
 
-all: $(STAMP)  ## compute whatever is not up to date, and write results/report.html
+all: $(STAMP) $(SCHEMA)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
 ifeq ($(origin CONFIG),command line)
 	@if test -f "$(RESULTS)/tables/advice.csv"; then $(BIN)/palpate advise --results "$(RESULTS)"; fi
@@ -141,6 +144,9 @@ $(STAMP): environment.lock pyproject.toml
 	@$(INSTALL) --no-build-isolation -e .
 	@rm -rf $(VENV)/lib/python*/site-packages/cmeel.prefix/include  # 190 MB of C++ headers
 	@touch $@
+
+$(SCHEMA): $(STAMP) $(wildcard src/palpate/*/settings.py src/palpate/studies/*/settings.py)
+	@$(BIN)/python -m palpate.run.settings $@
 
 $(TOOLS): tests/environment.lock $(STAMP)
 	@echo "Installing what tests and checks need besides, 0.3 GB ..."

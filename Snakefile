@@ -33,29 +33,27 @@ for study in ASKED:
             TARGETS[study],
 
 
-offer(ASKED, studies(SCHEMA), files_to_ask_for())
+offer(ASKED, STUDIES, files_to_ask_for())
+
+
+logger.addFilter(announce_once)
 
 
 onstart:
     hold_folder()
     interrupt.listen(has_jobs=workflow.local_exec)
     interrupt.tidy_up()
-    stay_idle()
+    # or snakemake looks for jobs to start once a second for each that has ever ended; no option turns that off
+    workflow.scheduler.job_rate_limiter = None
     if workflow.local_exec:
         start_job_server(PYTHON, JOBS["PALPATE_JOBS"], JOBS)
     announce()
 
 
-# a dry run calls no onstart
-when_known(lambda: workflow.dryrun and announce())
-
-
 onsuccess:
-    remember()
     mention_stale()
-    print_warnings()
+    conclude()
 
 
 onerror:
-    remember()
-    print_warnings()
+    conclude()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.models.memory import held_mb
+from palpate.benchmark.model import held_mb
 
 REDUCES = "p2"  # its answers are made of training responses
 

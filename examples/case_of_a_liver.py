@@ -3,15 +3,12 @@
 import numpy as np
 from press_a_liver import LIVER
 
-from palpate.benchmark.assemble import assemble
 from palpate.benchmark.load import Load
-from palpate.benchmark.loads import choose_loads
-from palpate.benchmark.model import Case
+from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.presses import choose_loads
 from palpate.benchmark.split import split
-from palpate.benchmark.static_responses import press
-from palpate.benchmark.subsampling import subsample
+from palpate.benchmark.static_responses import assemble, press, subsample
 from palpate.bodies.make_body import make_body
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.solvers.compliance import compute_compliance
 
 RADIUS_M = 0.02

@@ -26,7 +26,7 @@ def main(picture=None):
     case, asked = make_case()
     found = {}
     for name in NAMES:
-        solver = model(name, OWN).prepare(case, SETTINGS.get(name, {}))
+        solver = model(name, OWN).offline(case).online(SETTINGS.get(name, {}))
         found[name] = errors(solver, asked).mean()
     if picture:
         plot.dots(picture, "error, RMSE / peak [%]", {NAMES[name]: 100 * error for name, error in found.items()})

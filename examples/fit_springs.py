@@ -8,12 +8,10 @@ import plot
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
-from palpate.models.springs.calibration.fem_motion import reference_motion
-from palpate.models.springs.calibration.fitness import Fitness, Range
-from palpate.models.springs.calibration.gradient_descent import descend
-from palpate.models.springs.calibration.paper_cube import middle, paper_cube
-from palpate.models.springs.calibration.spring_model import Press, key_points, spring_model
-from palpate.models.springs.calibration.spring_motion import Settings, simulate
+from palpate.models.springs.descent import descend
+from palpate.models.springs.fitness import Fitness, Range
+from palpate.models.springs.paper_cube import middle, paper_cube
+from palpate.models.springs.spring_motion import Press, Settings, key_points, reference_motion, simulate, spring_model
 
 
 def main(picture=None):

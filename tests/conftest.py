@@ -18,13 +18,12 @@ import pandas as pd
 import pytest
 from fixtures import kernel_lock
 
-from palpate.benchmark.bootstrap import COLUMNS as ERRORS_OF_SAMPLES
+from palpate.benchmark.comparison import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.files import read_yaml
-from palpate.schema import checked
+from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 
@@ -161,20 +160,16 @@ def trade_off_folder(trade_off, tmp_path) -> Path:
 @pytest.fixture(scope="session")
 def grid() -> dict[str, dict]:
     """The settings that models are tried with, by family, where the config says nothing."""
-    schema = Path(__file__).parents[1] / "workflow/schemas/studies/tradeoff.yaml"
-    return checked({}, read_yaml(schema), schema)["settings"]
+    return defaults("tradeoff")["settings"]
 
 
 @pytest.fixture(scope="session")
 def slab_case(slab, slab_compliance, grid) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
-    from palpate.benchmark.assemble import assemble
-    from palpate.benchmark.loads import choose_loads
-    from palpate.benchmark.model import Case
+    from palpate.benchmark.model import Case, FitOptions
+    from palpate.benchmark.presses import choose_loads
     from palpate.benchmark.split import split
-    from palpate.benchmark.static_responses import press
-    from palpate.benchmark.subsampling import subsample
-    from palpate.models.enrichment.training_samples import FitOptions
+    from palpate.benchmark.static_responses import assemble, press, subsample
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)
@@ -184,3 +179,12 @@ def slab_case(slab, slab_compliance, grid) -> tuple:
     options = FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
     case = Case(slab, "large", 0.0, db.take(train), slab_compliance, options, 1e-8, grid)
     return case, db.take(test), test
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium, started once in a process of tests."""
+    from report.browser import started
+
+    with started() as opened:
+        yield opened

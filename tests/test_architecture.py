@@ -21,13 +21,16 @@ ORDER = [
     "calibration",
     "scenes",
     "models",
+    "run",
     "portable",
     "evaluation",
+    "studies",
     "figures",
     "report",
     "init",
-    "plan",
     "serve",
+    "studies",
+    "run",
 ]
 """The packages; each imports from those before it only."""
 BESIDE = {("enrichment", "collision"), ("calibration", "collision"), ("calibration", "samples"), ("scenes", "samples")}

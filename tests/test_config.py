@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from palpate.config import paths_of_body
+from palpate.bodies.settings import paths_of_body
 
 
 def test_paths_are_of_the_folder_of_the_settings():

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from palpate.errors import InputError
-from palpate.settings_file import read_settings
+from palpate.run.settings_file import read_settings
 
 ROOT = Path(__file__).parents[1]
 ASKED = "a: 1\nb: 2\n"

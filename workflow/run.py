@@ -39,7 +39,7 @@ try:
 
         main(arguments)
     else:
-        from palpate.run.stale_results import main
+        from palpate.run.leftovers import main
 
         leave(main(arguments))
 except SystemExit as ended:

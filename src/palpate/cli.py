@@ -123,7 +123,7 @@ def _init(asked: argparse.Namespace) -> str:
 
 def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
     """Return the data's paths, and labels; InputError if there is no such side to hold."""
-    from palpate.init.sides import HOLDS
+    from palpate.init.data import HOLDS
 
     if asked.hold not in (None, *HOLDS):
         raise InputError(f"--hold {asked.hold} is no side; choose from {', '.join(HOLDS)}.")

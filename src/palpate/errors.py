@@ -1,5 +1,9 @@
 """Errors that are reported to the user, and suggestions for misspelt names."""
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class InputError(ValueError):
     """User input that cannot be used; the message names file, field and remedy in one sentence."""
@@ -30,3 +34,17 @@ def suggest(name: str, known: list[str], otherwise: str) -> str:
 
     near = get_close_matches(name, known, n=1)
     return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}."
+
+
+@contextmanager
+def about(place: str) -> Iterator[None]:
+    """Begin each warning that is raised in the block with ``place``, such as "bodies.liver"; also if it fails."""
+    caught: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UserWarning)
+            yield
+    finally:
+        for one in caught:
+            text = f"{place}: {one.message}" if one.category is UserWarning else one.message
+            warnings.warn_explicit(text, one.category, one.filename, one.lineno)

@@ -7,6 +7,7 @@ all in .snakemake/log.
 import logging
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +70,7 @@ class LogHandler(LogHandlerBase):
             self.last_words.names[record.jobid] = record.rule_name
         elif event == LogEvent.JOB_INFO:
             self.begun += 1
-            what = record.rule_msg or f"done with {record.rule_name}"
+            what = _words(record.rule_name, record.wildcards)
             self.last_words.names[record.jobid] = what
             self._say(f"{self.begun} of {self.total}: {what}")
         elif record.levelno == logging.WARNING:
@@ -89,6 +90,12 @@ class LogHandler(LogHandlerBase):
             for line in stopped if interrupt.requested else self.last_words.lines():
                 self._say(line)
         super().close()
+
+
+def _words(rule: str, wildcards: Mapping[str, str]) -> str:
+    """Say what a job does: "make body (liver)"."""
+    of = f" ({', '.join(wildcards.values())})" if wildcards else ""
+    return rule.replace("_", " ") + of
 
 
 def _find_cache() -> None:

@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 from palpate.errors import InputError
+from palpate.run.settings_file import read_settings
 from palpate.run.system_faults import of_text
-from palpate.settings_file import read_settings
 from snakemake_logger_plugin_palpate import targets
 
 _LAST = "At least one job did not complete successfully."

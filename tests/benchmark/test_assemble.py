@@ -6,10 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.assemble import assemble, digest
 from palpate.benchmark.database import read, write
-from palpate.benchmark.static_responses import Responses
-from palpate.benchmark.subsampling import subsample
+from palpate.benchmark.static_responses import Responses, assemble, digest, subsample
 from palpate.errors import InputError
 
 

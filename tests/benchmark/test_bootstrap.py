@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.bootstrap import DRAWS, RANGE, read_errors, resampled
+from palpate.benchmark.comparison import DRAWS, RANGE, read_errors, resampled
 from palpate.errors import InputError
 
 

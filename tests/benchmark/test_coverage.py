@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.coverage import DRAWS, Draws
-from palpate.models.conformal import FEWEST
+from palpate.benchmark.conformal import DRAWS, FEWEST, Draws
 
 
 def drawn(random, contacts, presses=3, spread=1.0):

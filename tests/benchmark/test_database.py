@@ -6,8 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from palpate.benchmark.database import read, write
-from palpate.benchmark.database_fields import FIELDS
+from palpate.benchmark.database import FIELDS, read, write
 from palpate.errors import InputError
 
 ARRAYS = [name for name in FIELDS if name != "prolongation"]

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.equal_settings import BY_ERROR, BY_TIME, CLOSE, EQUAL, EXACT, alone, lasting, pick
+from palpate.benchmark.comparison import BY_ERROR, BY_TIME, CLOSE, EQUAL, EXACT, alone, lasting, pick
 
 
 def table(*rows):

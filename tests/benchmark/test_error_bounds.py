@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN, SAMPLES, Scene, error_bounds
-from palpate.benchmark.estimates import COARSER, EVERY, RESIDUAL
 from palpate.benchmark.judge import TRAINING
+from palpate.studies.tradeoff.error_estimates import COARSER, EVERY, RESIDUAL
 from palpate.studies.tradeoff.tables import TABLES
 
 CONTACTS = 12

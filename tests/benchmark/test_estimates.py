@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.estimates import CHEAP, COARSER, COLUMNS, EVERY, RESIDUAL, estimates
 from palpate.benchmark.load import loads_of
 from palpate.models.fem_statics import Simulation, to_surface
+from palpate.studies.tradeoff.error_estimates import CHEAP, COARSER, COLUMNS, EVERY, RESIDUAL, estimates
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.folds import COLUMNS, asked_samples, deal, fold_sides, fold_table, read_folds, training_presses
+from palpate.benchmark.split import (
+    FOLD_COLUMNS,
+    asked_samples,
+    deal,
+    fold_sides,
+    fold_table,
+    read_folds,
+    training_presses,
+)
 from palpate.errors import InputError
 from palpate.run.job import write_table
 
@@ -26,7 +34,7 @@ def test_too_few_contacts_are_refused():
 def test_every_contact_tests_once_and_chooses_once(db, tmp_path):
     write_table(fold_table(db, 1), tmp_path / "samples.csv")
     table = read_folds(tmp_path / "samples.csv")
-    assert table.columns.tolist() == COLUMNS and np.allclose(table["peak_m"], db.peaks)
+    assert table.columns.tolist() == FOLD_COLUMNS and np.allclose(table["peak_m"], db.peaks)
     tested, chosen = [], []
     for split in range(1, table["fold"].max() + 1):
         training, validation, test = (set(table["contact"][side]) for side in fold_sides(table, split))

@@ -8,10 +8,9 @@ import pytest
 
 from palpate.benchmark.accuracy import patch_nodes
 from palpate.benchmark.database import write
-from palpate.benchmark.folds import fold_sides, fold_table
 from palpate.benchmark.judge import TRAINING, judge, read_judged, trained
-from palpate.benchmark.truth import OWN, Truth
-from palpate.benchmark.truth_file import save_truth
+from palpate.benchmark.split import fold_sides, fold_table
+from palpate.benchmark.truth import OWN, Truth, save_truth
 from palpate.bodies.body_file import save
 from palpate.errors import InputError
 from palpate.run.job import write_table

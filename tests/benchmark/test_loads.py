@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.benchmark import loads as module
-from palpate.benchmark.loads import COLUMNS, choose_loads, force_of
+from palpate.benchmark import presses
+from palpate.benchmark.presses import LOAD_COLUMNS, choose_loads, force_of
 from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
 from palpate.solvers.compliance import compute_compliance
@@ -25,7 +25,7 @@ def choose(slab, slab_compliance):
 
 def test_as_many_as_asked_and_contact_by_contact(choose):
     loads = choose()
-    assert list(loads.columns) == COLUMNS
+    assert list(loads.columns) == LOAD_COLUMNS
     assert loads["sample"].tolist() == list(range(8))
     contacts = loads["contact"].to_numpy().reshape(-1, len(MAGNITUDES))
     assert (contacts == contacts[:, :1]).all() and len(np.unique(contacts)) == 4
@@ -90,10 +90,10 @@ class Stiffening:
 
 def test_a_peak_that_is_not_reached_is_warned_of_with_its_share(choose, monkeypatch):
     unit = np.array([[1.0, 0.0, 0.0]])
-    assert module._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
-    assert module._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
+    assert presses._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
+    assert presses._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
     shares = iter([1.0, 0.61, 0.99, 0.75])
-    monkeypatch.setattr(module, "_force_for", lambda *_: (1.0, next(shares)))
+    monkeypatch.setattr(presses, "_force_for", lambda *_: (1.0, next(shares)))
     with pytest.warns(UserWarning, match=r"^bodies\.slab: 2 of 4 loads do not .*, but by 61 % to 75 % of it"):
         choose(count=4)
 

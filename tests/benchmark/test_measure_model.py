@@ -2,19 +2,28 @@
 
 import warnings
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures.stub import Stub, made_up
 
 from palpate.benchmark.accuracy import truth_errors
-from palpate.benchmark.bounds import bounds
-from palpate.benchmark.findings import COARSER, ERRORS, ESTIMATED, OPERATOR, SAMPLE_COLUMNS, SETTING_COLUMNS
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.load import Answer
-from palpate.benchmark.measure_model import ask, measure, warn_unanswered
-from palpate.benchmark.model import BODYS, Model
+from palpate.benchmark.measure import (
+    COARSER,
+    ERRORS,
+    ESTIMATED,
+    OPERATOR,
+    SAMPLE_COLUMNS,
+    SETTING_COLUMNS,
+    ask,
+    bounds,
+    measure,
+    warn_unanswered,
+)
+from palpate.benchmark.model import BODYS, Solver, one_stage
 from palpate.benchmark.timing import WARM_UP
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import SAVED_AGAINST
@@ -22,7 +31,7 @@ from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time
 from palpate.studies.tradeoff.provenance import commit
 
 
-class Scaled:
+class Scaled(Solver):
     """Answers with a known share of the truth, or fails at one contact."""
 
     memory_mb = 7.0
@@ -56,7 +65,7 @@ def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, s
             moved = super().respond(load)
             return Answer(moved, error=0.01) if load.single()[0] != slab_judge.samples.contact[0] else Answer(moved)
 
-    made = Model(lambda case: [{}], lambda case, setting: Sure(slab_judge, 0.9))
+    made = made_up(lambda case: [{}], lambda case, setting: Sure(slab_judge, 0.9))
     samples, _ = measure(slab_case[0], "sure", made, slab_judge, 6, 1.0)
     first = samples["contact"] == slab_judge.samples.contact[0]
     assert samples.loc[first, ESTIMATED].isna().all() and (samples.loc[~first, ESTIMATED] == 0.01).all()
@@ -72,7 +81,7 @@ def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_j
             fresh.use_training()
         return Scaled(slab_judge, 0.9)
 
-    made = Model(
+    made = made_up(
         lambda case: [{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare
     )
     samples, settings = measure(slab_case[0], "scaled", made, judge, 6, 1.0, more_of="size=1")
@@ -92,7 +101,7 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
         fresh.use_training(), fresh.use_compliance()
         return Scaled(judge, 1.0 - setting["miss"])
 
-    made = Model(lambda case: [{"miss": 0.5}, {"miss": 0.1}], prepare)
+    made = made_up(lambda case: [{"miss": 0.5}, {"miss": 0.1}], prepare)
     samples, settings = measure(case, "scaled", made, judge, 12, 1.0)
     assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
     assert settings["setting"].tolist() == ["miss=0.5", "miss=0.1"] and (settings["split"] == 1).all()
@@ -117,7 +126,7 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
 
 def test_answers_are_compared_with_those_of_coarser_elements(slab_case, slab_judge):
     """Where there are any: half of the true answer is one whole answer away from coarser elements that say that."""
-    made = Model(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5))
+    made = made_up(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5))
     alone = measure(slab_case[0], "half", made, slab_judge, 6, 0.0)[0]
     assert alone[list(COARSER.values())].isna().all(axis=None)
     judge = replace(slab_judge, coarser=slab_judge.truth)
@@ -130,11 +139,13 @@ def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judg
     """The fine operator's own answer has the operator's error against the truth, and none against the operator."""
     judge = replace(slab_judge, truth=1.1 * slab_judge.truth)
     exact = Scaled(slab_judge, 1.0)
-    reduced = Model(lambda case: [{}], lambda case, setting: exact, reduces="p2")
+    reduced = made_up(lambda case: [{}], lambda case, setting: exact, reduces="p2")
     settings = measure(slab_case[0], "reduced", reduced, judge, 6, 0.0)[1].iloc[0]
     assert settings["relative_l2"] == pytest.approx(0.1 / 1.1) and settings[OPERATOR] == 0.0
     other = Scaled(slab_judge, 1.2)
-    settings = measure(slab_case[0], "reduced", reduced._replace(prepare=lambda *_: other), judge, 6, 0.0)[1].iloc[0]
+    settings = measure(slab_case[0], "reduced", reduced._replace(offline=one_stage(lambda *_: other)), judge, 6, 0.0)[
+        1
+    ].iloc[0]
     wrong = found(slab_judge, -0.2, "test")["rmse_of_peak"].mean() / 1.1  # of the true peak, like all errors
     assert settings[OPERATOR] == pytest.approx(wrong)
     settings = measure(slab_case[0], "plain", reduced._replace(reduces=""), judge, 6, 0.0)[1].iloc[0]
@@ -142,7 +153,7 @@ def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judg
 
 
 def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
-    made = Model(lambda case: [{"coarse": "linear"}, {"coarse": "loose"}], lambda *_: Scaled(slab_judge, 1.0))
+    made = made_up(lambda case: [{"coarse": "linear"}, {"coarse": "loose"}], lambda *_: Scaled(slab_judge, 1.0))
     settings = measure(slab_case[0], "mine", made._replace(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
     assert (settings["sees"] == "deformation").all() and settings["prepared"].tolist() == [True, False]
     assert (settings["law"] == "linear").all()
@@ -153,7 +164,7 @@ def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
 def test_a_solver_sees_the_frame_before(slab_judge):
     """It is shown every load just before it is asked for, once for each query; a failure there is one of the query."""
     seen, solver = [], Scaled(slab_judge, 1.0)
-    after = SimpleNamespace(
+    after = Stub(
         precede=lambda load: seen.append(load.key),
         respond=lambda load: solver.respond(_last(seen, load)),
     )
@@ -163,7 +174,7 @@ def test_a_solver_sees_the_frame_before(slab_judge):
     def refuse(load):
         raise NotConverged("not even before", [1.0])
 
-    failed = ask(SimpleNamespace(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
+    failed = ask(Stub(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
     assert failed.failures == ["not even before"] * 6
 
 
@@ -176,7 +187,7 @@ def _last(seen, load):
 def test_failures_are_counted_and_told(slab_case, slab_judge):
     judge = slab_judge
     bad = int(judge.samples.contact[judge.side == "test"][-1])
-    made = Model(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, bad))
+    made = made_up(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, bad))
     samples, settings = measure(slab_case[0], "sometimes", made, judge, 20, 1.0)
     failed = judge.samples.contact == bad
     assert settings["failures"].item() == failed.sum() == 2
@@ -184,7 +195,7 @@ def test_failures_are_counted_and_told(slab_case, slab_judge):
     assert samples["rmse_m"].isna().tolist() == failed.tolist() == samples["seconds"].isna().tolist()
     assert settings["max_of_peak"].item() == pytest.approx(0.5)
     chooses = int(judge.samples.contact[judge.side == "validation"][0])
-    unsure = Model(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, chooses))
+    unsure = made_up(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, chooses))
     settings = measure(slab_case[0], "unsure", unsure, judge, 20, 1.0)[1]
     assert settings["failures"].item() == 0 and np.isnan(settings["validation_rmse_of_peak"].item())
 
@@ -193,13 +204,13 @@ def test_what_cannot_be_prepared_has_failed_everywhere(slab_case, slab_judge):
     def prepare(case, setting):
         raise NotConverged("no fit", [1.0])
 
-    samples, settings = measure(slab_case[0], "never", Model(lambda case: [{}], prepare), slab_judge, 2, 1.0)
+    samples, settings = measure(slab_case[0], "never", made_up(lambda case: [{}], prepare), slab_judge, 2, 1.0)
     assert (samples["failure"] == "no fit").all() and settings["failures"].item() == settings["samples"].item() == 4
     assert settings[["rmse_m", "online_p95_s", "validation_rmse_of_peak"]].isna().all(axis=None)
 
 
 def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case, slab_judge):
-    samples, settings = measure(slab_case[0], "none", Model(lambda case: [], None), slab_judge, 2, 1.0)
+    samples, settings = measure(slab_case[0], "none", made_up(lambda case: [], None), slab_judge, 2, 1.0)
     assert samples.columns.tolist() == SAMPLE_COLUMNS and len(samples) == len(settings) == 0
 
 
@@ -218,15 +229,15 @@ def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
         load.single()[1][:] = 0.0
         return np.zeros((slab_judge.truth.shape[1], 3))
 
-    ask(SimpleNamespace(respond=respond, precede=respond), slab_judge, 6, 0.0)
+    ask(Stub(respond=respond, precede=respond), slab_judge, 6, 0.0)
     assert np.array_equal(slab_judge.samples.force, before)
 
 
 def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
     with pytest.raises(InputError, match=r"^mine\.py: respond gave the shape \(3,\)"):
-        ask(SimpleNamespace(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
+        ask(Stub(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
     nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
-    asked = ask(SimpleNamespace(respond=lambda load: nothing), slab_judge, 6, 0.0)
+    asked = ask(Stub(respond=lambda load: nothing), slab_judge, 6, 0.0)
     assert asked.errors == [None] * 6 and all("not finite" in said for said in asked.failures)
 
 

@@ -5,11 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from palpate.benchmark import press_search as module
 from palpate.benchmark import presses
-from palpate.benchmark.loads import force_of, nodal_forces
-from palpate.benchmark.press_search import SOUND
-from palpate.benchmark.presses import PRESS_COLUMNS, choose_presses, oblique
+from palpate.benchmark.presses import PRESS_COLUMNS, SOUND, choose_presses, force_of, nodal_forces, oblique
 from palpate.benchmark.static_responses import press
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import InputError, NotConverged
@@ -126,25 +123,25 @@ class Snapping:
 
     def __init__(self, monkeypatch, beyond):
         self.tried = []
-        monkeypatch.setattr(module.PressSearch, "_press", lambda _, load, newtons, low: self(newtons, beyond))
+        monkeypatch.setattr(presses.PressSearch, "_press", lambda _, load, newtons, low: self(newtons, beyond))
 
     def __call__(self, newtons, beyond):
         self.tried.append(newtons)
         still = np.zeros((1, 3))
         if newtons >= 1.0 and not beyond:
-            return module.Tried(newtons, still, np.inf, -np.inf, "unstable")
-        return module.Tried(newtons, still, newtons * (beyond if newtons >= 1.0 else 1.0), 0.9)
+            return presses.Tried(newtons, still, np.inf, -np.inf, "unstable")
+        return presses.Tried(newtons, still, newtons * (beyond if newtons >= 1.0 else 1.0), 0.9)
 
 
 @pytest.mark.parametrize("beyond", [1.5, None])
 def test_a_press_ends_below_a_limit_of_stability(beam, monkeypatch, beyond):
     law = Snapping(monkeypatch, beyond)
-    search = module.PressSearch(beam, {"peak_of_size": 1.2 / beam.fine.size, "pressure_of_young": 1e6}, RADIUS)
+    search = presses.PressSearch(beam, {"peak_of_size": 1.2 / beam.fine.size, "pressure_of_young": 1e6}, RADIUS)
     search._linear = lambda unit: np.array([[1.0, 0.0, 0.0]])
     contact = int(kept_contacts(beam, 1)[0])
     found, why = search.find(contact, -beam.fine.normals[contact], 1.0)
     assert why == "unstable" and 0.5 < found.newtons <= 0.6
-    assert len(law.tried) <= module.TRIES
+    assert len(law.tried) <= presses.TRIES
 
 
 class Fragile:
@@ -153,7 +150,7 @@ class Fragile:
     def find(self, contact, direction, magnitude, bound=np.inf, why=""):
         newtons, cause = (0.4, "squeezed") if magnitude == 1.0 else (0.9, "peak")
         newtons, cause = min((newtons, cause), (bound, why))
-        return module.Tried(newtons, direction, newtons, 0.7), cause
+        return presses.Tried(newtons, direction, newtons, 0.7), cause
 
 
 def test_a_gentler_press_has_no_more_than_its_share_of_one_that_had_to_be_lowered():
@@ -168,7 +165,7 @@ def test_a_gentler_press_has_no_more_than_its_share_of_one_that_had_to_be_lowere
 @pytest.mark.parametrize("regime", [{"peak_of_size": 0.5}, {}])
 def test_a_bound_ends_a_press_with_its_reason(beam, monkeypatch, regime):
     law = Snapping(monkeypatch, None)
-    search = module.PressSearch(beam, regime | {"pressure_of_young": 1e6}, RADIUS)
+    search = presses.PressSearch(beam, regime | {"pressure_of_young": 1e6}, RADIUS)
     search._linear = lambda unit: np.array([[1.0, 0.0, 0.0]])
     contact = int(kept_contacts(beam, 1)[0])
     wanted = 0.8 * search._peak
@@ -178,7 +175,7 @@ def test_a_bound_ends_a_press_with_its_reason(beam, monkeypatch, regime):
 
 def test_where_every_press_fails_it_is_said(beam, monkeypatch):
     monkeypatch.setattr(
-        module.PressSearch, "_press", lambda _, load, newtons, low: module.Tried(newtons, load, 1, -1, "inverted")
+        presses.PressSearch, "_press", lambda _, load, newtons, low: presses.Tried(newtons, load, 1, -1, "inverted")
     )
     with pytest.raises(NotConverged, match=r"^beam, contact \d+: no press was found .* radius_m\.$"):
         choose(beam, {"peak_of_size": 0.02}, count=1)

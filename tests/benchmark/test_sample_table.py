@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.sample_table import (
-    COLUMNS,
+from palpate.benchmark.split import (
+    SAMPLE_COLUMNS,
     SPLITS,
     read_samples,
     sample_peaks,
     sample_table,
     sides,
+    split,
     split_counts,
 )
-from palpate.benchmark.split import split
 from palpate.errors import InputError
 from palpate.run.job import write_table
 
@@ -23,7 +23,7 @@ def table(db):
 
 
 def test_a_row_has_contact_peak_and_sides(db, table):
-    assert table.columns.tolist() == COLUMNS and table["sample"].tolist() == list(range(24))
+    assert table.columns.tolist() == SAMPLE_COLUMNS and table["sample"].tolist() == list(range(24))
     assert np.array_equal(table["contact"], db.contact) and np.array_equal(table["peak_m"], db.peaks)
     for kind in SPLITS:
         expected = split(db.contact, 18, 6, kind, 1)

@@ -4,12 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark import static_responses as module
-from palpate.benchmark.loads import COLUMNS
+from palpate.benchmark import static_responses
+from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.static_responses import inverted, load_responses, press, save_responses
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.quadratic import ten_nodes
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import finer, ten_nodes
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Equilibrium
@@ -18,7 +17,7 @@ from palpate.solvers.equilibrium import Equilibrium
 @pytest.fixture(scope="module")
 def loads():
     rows = [[4, 44, 0.0, 0.1, -0.2, 0.0], [5, 44, 0.0, 0.2, -0.4, 0.02], [7, 41, 0.1, 0.0, -0.1, 0.0]]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return pd.DataFrame(rows, columns=LOAD_COLUMNS)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +66,7 @@ def test_failure_names_the_sample_and_the_remedy(slab, loads, monkeypatch):
     def never(*_):
         raise NotConverged("it stopped", [1.0, 0.5])
 
-    monkeypatch.setattr(module.Equilibrium, "solve", never)
+    monkeypatch.setattr(static_responses.Equilibrium, "solve", never)
     with pytest.raises(
         NotConverged, match=r"^slab, sample 4: it stopped; lower the regime.s peak_of_size, .* \(anchors\)\.$"
     ) as failure:
@@ -105,16 +104,16 @@ def test_quadratic_responses_are_those_of_ten_node_elements(slab, loads):
 def test_an_inverted_element_is_counted_and_of_quadratic_elements_warned_of(slab, monkeypatch):
     """Linear ones by a force on one node that pushes it through the body."""
     rows = [[0, 44, -3.0, -3.0, -3.0, 0.0], [1, 44, 0.0, 0.1, -0.1, 0.0]]
-    found = press(slab, 0, pd.DataFrame(rows, columns=COLUMNS), 1e-8)
+    found = press(slab, 0, pd.DataFrame(rows, columns=LOAD_COLUMNS), 1e-8)
     assert found.least_det[0] < 0.0 < found.least_det[1]
     moved = TetMesh(slab.coarse.nodes + found.displacement[0], slab.coarse.tetrahedra)
     assert found.inverted.tolist() == [np.sum(moved.volumes <= 0.0), 0]
-    monkeypatch.setattr(module.Equilibrium, "least_det", lambda *_: -0.1)
-    monkeypatch.setattr(module, "inverted", lambda *_: 3)
+    monkeypatch.setattr(static_responses.Equilibrium, "least_det", lambda *_: -0.1)
+    monkeypatch.setattr(static_responses, "inverted", lambda *_: 3)
     with pytest.warns(
         UserWarning, match=r"^bodies\.slab: in 1 of 1 samples an element is inverted, .* larger radius_m"
     ):
-        press(slab, 0, pd.DataFrame(rows[1:], columns=COLUMNS), 1e-6, order=2)
+        press(slab, 0, pd.DataFrame(rows[1:], columns=LOAD_COLUMNS), 1e-6, order=2)
 
 
 def test_points_of_quadratic_elements_are_counted_by_element(slab):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.subsampling import load_subsampled, save_subsampled, subsample
+from palpate.benchmark.static_responses import load_subsampled, save_subsampled, subsample
 from palpate.errors import InputError
 
 

@@ -8,10 +8,8 @@ import pytest
 
 from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.loads import force_of
-from palpate.benchmark.nested_levels import truth_levels
-from palpate.benchmark.truth import OWN, truth_of
-from palpate.benchmark.truth_file import load_truth, save_truth
+from palpate.benchmark.presses import force_of
+from palpate.benchmark.truth import OWN, load_truth, save_truth, truth_levels, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load

@@ -24,13 +24,12 @@ from implicit_by_hand import bar_sag, clay_dent, liver_press, sheet_drape
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import Particles, particles_of
-from palpate.config import complete
 from palpate.files import read_yaml
+from palpate.run.settings import complete
 from palpate.scenes import effect_registry
 from palpate.scenes.build_system import compose
 from palpate.scenes.run_scene import loop
 from palpate.scenes.scene import Scene, scene_of
-from palpate.schema import read_schema
 
 ROOT = Path(__file__).parents[2]
 RATIO, BUDGET_S, LEAST = 1.1, 3.0, 5
@@ -95,7 +94,7 @@ def compare(scene: Scene, particles: Particles, by_hand: Callable) -> tuple[floa
 
 def main() -> None:
     file = ROOT / "config.yaml"
-    config = complete(read_yaml(file), read_schema(ROOT / "workflow/schemas/config.schema.yaml"), file)
+    config = complete(read_yaml(file), file)
     print("scene,composed_ms_per_step,hand_written_ms_per_step,ratio")
     worst = 0.0
     for name, (by_hand, steps) in SCENES.items():

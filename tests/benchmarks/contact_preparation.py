@@ -15,9 +15,8 @@ from fused_kernel import shipped_liver
 from threadpoolctl import threadpool_limits
 
 from palpate.bodies.contacts import kept_contacts
-from palpate.models.contact_modes.contact_limits import bearing
-from palpate.models.contact_modes.contact_workshop import Workshop
-from palpate.models.reduction.contact_snapshots import basis_of, thinned_model
+from palpate.models.contact_modes.snapshots import basis_of, thinned_model
+from palpate.models.contact_modes.workshop import Workshop, bearing
 
 RADIUS_M, NODES = 0.012, 12000
 PARTS = ["columns", "columns_thinned", "columns_borne", "columns_from_coarser"]

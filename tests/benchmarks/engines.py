@@ -28,22 +28,21 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import yaml
 
 from palpate.benchmark.judge import Judge, read_judged
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, checked, setting_text
+from palpate.benchmark.model import Case, FitOptions, Setting, checked, setting_text
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
 from palpate.models import quadratic_neo_hookean
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.report.model_looks import look
 from palpate.report.number_format import percent, seconds
 from palpate.report.style import plain_log
-from palpate.settings_file import read_settings
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.run.settings import defaults
+from palpate.run.settings_file import read_settings
+from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT, PRESSES, FARTHEST = Path(__file__).parents[2], 4, 0.01
 SCENES = [f"{body}_{regime}" for body in ("cylinder", "liver") for regime in ("small", "deep", "large")]
@@ -98,13 +97,8 @@ def asked(results: Path, scene: str) -> tuple[Case, Judge, list[int], list[Load]
 
 def grid() -> dict[str, dict]:
     """Return the settings that models are tried with if a config says nothing else, by family."""
-    file = ROOT / "workflow/schemas/studies/tradeoff.yaml"
-    families = yaml.safe_load(file.read_text(encoding="utf-8"))["properties"]["settings"]["properties"]
-    return {
-        name: {key: value["default"] for key, value in family["properties"].items() if "default" in value}
-        for name, family in families.items()
-        if "properties" in family
-    }
+    families = defaults("tradeoff")["settings"]
+    return {name: family for name, family in families.items() if isinstance(family, dict)}
 
 
 def measure(results: Path, scene: str) -> pd.DataFrame:
@@ -117,7 +111,7 @@ def measure(results: Path, scene: str) -> pd.DataFrame:
         law = made.law_of(case)
         reference = references[law if law in LAWS else quadratic_neo_hookean.__file__]
         for setting in OWN.get(name) or made.settings(case):
-            solver = made.prepare(case, setting)
+            solver = made.offline(case).online(setting)
             for load in loads if name not in ENGINES else loads[:1]:  # what the first call compiles or prepares
                 answered(solver, load, case.n_surface)
             answers, took = zip(*(answered(solver, load, case.n_surface) for load in loads), strict=True)

@@ -14,7 +14,7 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is import
 
 import numpy as np
 
-from palpate.collision.triangles.triangle_pairs import pairs_intersect
+from palpate.collision.triangles.intersection import pairs_intersect
 
 BATCH = 10_000
 ORDERS = [(p, q) for p in permutations(range(3)) for q in permutations(range(3, 6))]

@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects import held, kelvin, plasticity, push, springs, velocity_damping, volume_force
-from palpate.effects.shape_matching import goal_shapes
+from palpate.effects import held, kelvin, plasticity, push, shape_matching, springs, velocity_damping, volume_force
 from palpate.scenes.scene import Scene
 from palpate.solvers.goal_position import _advance
 
@@ -42,7 +41,7 @@ def cube_poke(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
 
 def clay_shapes(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     given, h = scene.settings, scene.step_s
-    elastic = goal_shapes.make(particles, given["shape_matching"])
+    elastic = shape_matching.make(particles, given["shape_matching"])
     pushed = push.make(particles, given["push"], elastic)
     flow = plasticity.make(particles, given["plasticity"], elastic)
     drag = velocity_damping.make(particles, given["velocity_damping"], elastic)

@@ -11,8 +11,7 @@ from time import process_time
 import numpy as np
 from fused_kernel import press, shipped_liver
 
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 
 
 def main() -> None:

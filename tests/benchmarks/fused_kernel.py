@@ -64,9 +64,8 @@ def best(function: Callable, repeats: int = 5) -> float:
 
 def by_decomposition(elastic: type) -> type:
     """The same elements, every one decomposed, by kernels that are compiled here."""
-    from palpate.effects import linear_kernel as kernel
-    from palpate.effects.corotational_hessian import _principal_blocks
-    from palpate.effects.corotational_stress import BLOCK, _principal_stress
+    from palpate.effects import linear_elements
+    from palpate.effects.corotational import BLOCK, _principal_blocks, _principal_stress
 
     @numba.njit(error_model="numpy")
     def stresses(f, p, count, mu, lam, energies, sure):
@@ -80,11 +79,11 @@ def by_decomposition(elastic: type) -> type:
             _principal_blocks(f, gradients, shares[k], k, mu[k], lam[k], definite, scratch, blocks)
 
     def recompiled(function):
-        names = vars(kernel) | {"stresses": stresses, "hessians": hessians, "BLOCK": BLOCK}
+        names = vars(linear_elements) | {"stresses": stresses, "hessians": hessians, "BLOCK": BLOCK}
         plain = type(function.py_func)(function.py_func.__code__, names)
         return numba.njit(error_model="numpy")(plain)
 
-    force, stiffness = recompiled(kernel.energy_and_force), recompiled(kernel.add_stiffness)
+    force, stiffness = recompiled(linear_elements.energy_and_force), recompiled(linear_elements.add_stiffness)
 
     class Decomposed(elastic):
         def evaluate(self, x, out):

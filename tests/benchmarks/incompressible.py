@@ -22,14 +22,13 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
 
 import numpy as np
 
+from palpate.benchmark.truth import limit, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
-from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import finer
-from palpate.effects import locking
+from palpate.bodies.refinement import finer, quadratic_prolongation
+from palpate.effects import elements
 from palpate.effects.patch_load import patch_at, spread
 from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.models.richardson import limit, ratio
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -41,7 +40,7 @@ RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999)
 
 def answers(body: Body, whole: Body, order: int, plain: bool, levels: range, newtons: float) -> list[dict]:
     """Press on each of ``levels``, each started from the one before; ``plain`` keeps elements that may lock."""
-    equilibrium.PLAIN_POISSON = 0.5 if plain else locking.PLAIN_POISSON
+    equilibrium.PLAIN_POISSON = 0.5 if plain else elements.PLAIN_POISSON
     found, start = [], None
     contact = farthest(body)
     for level in levels:
@@ -61,7 +60,7 @@ def answers(body: Body, whole: Body, order: int, plain: bool, levels: range, new
             row["volume"] = float(np.sqrt(np.mean((problem._elasticity.mean_det(solution.x) - 1.0) ** 2)))
         found.append(row)
         if level < levels[-1]:
-            up = prolongation(mesh, whole.levels[level + 1]) if order == 2 else whole.prolongations[level]
+            up = quadratic_prolongation(mesh, whole.levels[level + 1]) if order == 2 else whole.prolongations[level]
             rest = whole.levels[level + order].nodes
             start = rest + up @ moved
     return found

@@ -15,19 +15,17 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.coverage import Draws
+from palpate.benchmark.conformal import Draws
 from palpate.benchmark.database import read
 from palpate.benchmark.load import Answer, displacement_of, loads_of
-from palpate.benchmark.model import Case
+from palpate.benchmark.model import Case, FitOptions
 from palpate.bodies.body_file import load
-from palpate.config import complete
 from palpate.errors import NotConverged
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import model
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
+from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT = Path(__file__).parents[2]
 ASKED = {
@@ -42,7 +40,6 @@ def main(folder: Path, regime: str, radius_m: float, names: list[str]) -> None:
     """Print a line for each model, kind of error and estimate."""
     config = complete(
         read_settings(ROOT / "config.yaml"),
-        read_schema(ROOT / "workflow/schemas/config.schema.yaml"),
         ROOT / "config.yaml",
     )
     body, db = load(folder / "body.h5"), read(folder / regime / "database.h5")
@@ -54,7 +51,7 @@ def main(folder: Path, regime: str, radius_m: float, names: list[str]) -> None:
     coarser, up = Simulation(case, level, 1e-3, None, 2, FastEquilibrium), to_surface(body, level, 2)
     second = [up @ coarser.displacement(each) for each in loads]
     for name in names:
-        solver, rows = model(name, {}).prepare(case, ASKED[name]), []
+        solver, rows = model(name, {}).offline(case).online(ASKED[name]), []
         for i, each in enumerate(loads):
             try:
                 getattr(solver, "precede", lambda load: None)(each)

@@ -28,9 +28,9 @@ from fixtures.organs import (  # noqa: E402
 )
 
 from palpate.bodies.make_body import make_body  # noqa: E402
+from palpate.bodies.mesh_file import load_shape  # noqa: E402
 from palpate.bodies.mesh_quality import quality  # noqa: E402
-from palpate.bodies.mesh_shapes import load_shape  # noqa: E402
-from palpate.bodies.surfaces.samples import distances, sample  # noqa: E402
+from palpate.bodies.surfaces.solid import distances, sample  # noqa: E402
 from palpate.errors import InputError  # noqa: E402
 
 # file, shape, triangles, units a metre, faults, writer

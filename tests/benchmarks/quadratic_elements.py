@@ -12,7 +12,7 @@ from time import process_time
 
 from fused_kernel import press, shipped_liver, solve_ms
 
-from palpate.bodies.quadratic import prolongation
+from palpate.bodies.refinement import quadratic_prolongation
 from palpate.solvers.equilibrium import Equilibrium
 
 MOST = 3.0
@@ -42,7 +42,7 @@ def main() -> None:
         nodes = len(problem.mesh.nodes)
         print(f"quadratic,{level},{nodes},{cost},{problem.least_det(solution.x):.3f},{megabytes():.0f}", flush=True)
         if level < finest:
-            finer = prolongation(body.levels[level], body.levels[level + 1])
+            finer = quadratic_prolongation(body.levels[level], body.levels[level + 1])
             start = body.levels[level + 2].nodes + finer @ (solution.x - problem.mesh.nodes)
     ratio = 1e3 * level_1_s / linear_ms
     print(f"ratio on the same nodes,{ratio:.2f}")

@@ -1,9 +1,26 @@
+"""Uniform and local refinement, and quadratic elements, against polynomials."""
+
+from itertools import product
+from math import factorial
+
 import numpy as np
 import pytest
 
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.body import nest
+from palpate.bodies.box import box, cylinder
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.material import Material, Tissue
+from palpate.bodies.mesh import EDGES, FACES
 from palpate.bodies.mesh_quality import quality
-from palpate.bodies.refinement import finer, refine
+from palpate.bodies.refinement import (
+    QUADRATURE_POINTS,
+    finer,
+    quadratic_gradients,
+    quadratic_prolongation,
+    refine,
+    shape_functions,
+    ten_nodes,
+)
 
 
 def test_fine_nodes_are_the_prolonged_coarse_ones(cube):
@@ -49,3 +66,130 @@ def test_a_finer_body_is_the_same_with_levels_more(slab):
     # held at one end, whose faces are split in four
     assert [len(held) for held in again.anchors] == [9, 25, 81, 289]
     assert finer(slab, 0) is slab
+
+
+@pytest.fixture(scope="module")
+def levels(box):
+    meshes = [box([2, 1, 2], [0.2, 0.1, 0.3], jitter=0.2)]
+    for _ in range(2):
+        meshes.append(refine(meshes[-1])[0])
+    return meshes
+
+
+def quadratic(x):
+    """Three polynomials of degree 2 at points (n, 3)."""
+    return np.stack([x[:, 0] ** 2 - 3 * x[:, 1] * x[:, 2], x[:, 2] ** 2 + x[:, 0], x[:, 0] * x[:, 1] - 2.0], axis=1)
+
+
+def test_ten_nodes_are_the_corners_and_the_midpoints_of_the_finer_mesh(levels):
+    coarse, fine, _ = levels
+    ten = ten_nodes(coarse)
+    assert np.array_equal(ten[:, :4], coarse.tetrahedra)
+    assert np.array_equal(fine.nodes[ten[:, 4:]], coarse.nodes[coarse.tetrahedra][:, EDGES].mean(axis=2))
+    assert np.array_equal(np.unique(ten), np.arange(len(fine.nodes)))
+
+
+def test_shape_functions_are_one_at_their_own_node_and_zero_at_the_others():
+    nodes = np.vstack([np.eye(4), np.eye(4)[EDGES].mean(axis=1)])
+    assert np.abs(shape_functions(nodes) - np.eye(10)).max() < 1e-15
+    inside = np.random.default_rng(0).dirichlet(np.ones(4), 20)
+    assert np.abs(shape_functions(inside).sum(axis=1) - 1.0).max() < 1e-14
+
+
+def test_slopes_are_derivatives():
+    inside = np.random.default_rng(1).dirichlet(np.ones(4), 20)
+    for corner, delta in enumerate(1e-6 * np.eye(4)):
+        slope = (shape_functions(inside + delta) - shape_functions(inside - delta)) / 2e-6
+        assert np.abs(slope - quadratic_gradients(inside)[:, :, corner]).max() < 1e-9
+
+
+def test_points_integrate_degree_two_exactly():
+    """Σ over the points of a monomial of barycentric coordinates, against a! b! c! d! 3! / (a + b + c + d + 3)!"""
+    for powers in product(range(3), repeat=4):
+        found = np.prod(QUADRATURE_POINTS**powers, axis=1).mean()
+        exact = 6 * np.prod([factorial(p) for p in powers]) / factorial(sum(powers) + 3)
+        assert (found == pytest.approx(exact, rel=1e-14)) == (sum(powers) <= 2)
+
+
+def test_prolongation_is_exact_for_quadratic_polynomials(levels):
+    coarse, fine, finest = levels
+    matrix = quadratic_prolongation(coarse, fine)
+    assert matrix.shape == (len(finest.nodes), len(fine.nodes))
+    assert np.abs(matrix @ quadratic(fine.nodes) - quadratic(finest.nodes)).max() < 1e-15
+    linear = refine(fine)[1]
+    assert np.abs(linear @ quadratic(fine.nodes) - quadratic(finest.nodes)).max() > 1e-4
+
+
+TIP = np.array([0.2, 0.05, 0.05])
+
+
+@pytest.fixture(scope="module", params=["plain", "moved"])
+def whole(request):
+    """A bar with three levels, once with the new nodes moved off the edges' middles."""
+    soft, stiff = Material(3000.0, 0.3, 1000.0), Material(30000.0, 0.3, 1000.0)
+    coarse = box([0.2, 0.05, 0.05], [4, 1, 1])
+    regions = Tissue([soft, stiff], (coarse.nodes[coarse.tetrahedra, 0].mean(axis=1) > 0.1).astype(int))
+    held = np.flatnonzero(coarse.nodes[:, 0] == 0.0)
+
+    def swell(mesh, first):
+        nodes = mesh.nodes.copy()
+        nodes[first:] *= 1.02
+        return type(mesh)(nodes, mesh.tetrahedra)
+
+    return nest("bar", coarse, 2, held, soft, swell if request.param == "moved" else None, regions=regions)
+
+
+def faces(mesh):
+    return np.unique(np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1), axis=0, return_counts=True)
+
+
+@pytest.mark.parametrize("depth", [1, 2])
+@pytest.mark.parametrize("radius", [0.0, 0.03, 0.07, 1.0])
+def test_elements_fill_the_body_without_gaps(whole, depth, radius):
+    """Each face inside has two elements, none is inverted, and the surface is that of a closed body."""
+    local = LocalRefinement(whole, depth).around(TIP, radius)
+    for mesh in local.levels:
+        assert (mesh.volumes > 0).all()
+        around = np.bincount(
+            np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [1, len(mesh.nodes)]
+        )
+        assert set(around[around > 0]) == {2}  # a hanging node would leave edges of the surface open, or inside
+        assert faces(mesh)[1].max() == 2
+    if np.allclose(whole.fine.nodes[len(whole.coarse.nodes) :].max(axis=0), whole.coarse.nodes.max(axis=0)):
+        assert all(mesh.volumes.sum() == pytest.approx(whole.fine.volumes.sum(), rel=1e-12) for mesh in local.levels)
+        assert all(mesh.areas.sum() == pytest.approx(whole.fine.areas.sum(), rel=1e-12) for mesh in local.levels)
+
+
+def test_it_is_fine_near_the_place_and_coarse_elsewhere(whole):
+    local = LocalRefinement(whole, 2).around(TIP, 0.02)
+    assert len(whole.coarse.nodes) < len(local.fine.nodes) < 0.5 * len(whole.fine.nodes)
+    for level, mesh in enumerate(local.levels):
+        near = np.linalg.norm(whole.levels[level].nodes - TIP, axis=1) <= 0.02
+        assert np.isin(np.flatnonzero(near), local.numbers[level]).all()
+        assert np.array_equal(mesh.nodes, whole.levels[level].nodes[local.numbers[level]])
+    far = np.flatnonzero(local.fine.nodes[:, 0] < 0.05)
+    assert set(local.numbers[-1][far]) <= set(range(len(whole.coarse.nodes)))
+
+
+def test_everywhere_it_is_the_body_itself(whole):
+    local = LocalRefinement(whole, 2).around(TIP, 1.0)
+    for mine, theirs in zip(local.levels, whole.levels, strict=True):
+        assert np.array_equal(mine.nodes, theirs.nodes) and np.array_equal(mine.tetrahedra, theirs.tetrahedra)
+    for mine, theirs in zip(local.prolongations, whole.prolongations, strict=True):
+        assert abs(mine - theirs).max() == 0.0
+    assert all(np.array_equal(mine, theirs) for mine, theirs in zip(local.anchors, whole.anchors, strict=True))
+
+
+def test_levels_are_nested_and_keep_what_is_held_and_stiff(whole):
+    local = LocalRefinement(whole, 2).around(TIP, 0.03)
+    if np.array_equal(whole.prolongations[0] @ whole.coarse.nodes, whole.levels[1].nodes):
+        for up, mesh, finer in zip(local.prolongations, local.levels[:-1], local.levels[1:], strict=True):
+            assert np.abs(up @ mesh.nodes - finer.nodes).max() < 1e-15
+    held = whole.anchors[-1]
+    assert np.array_equal(local.numbers[-1][local.anchors[-1]], np.intersect1d(local.numbers[-1], held))
+    for level, mesh in enumerate(local.levels):
+        stiff = local.tissue(level).region == 1
+        whole_stiff = whole.regions.region == 1
+        at_rest = whole.levels[0].volumes if level == 0 else None
+        if at_rest is None and np.allclose(mesh.volumes.sum(), whole.coarse.volumes.sum()):
+            assert mesh.volumes[stiff].sum() == pytest.approx(whole.coarse.volumes[whole_stiff].sum(), rel=1e-12)

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.supports import Bed
 from palpate.effects import effect as hooks
 from palpate.effects.effect import HOOKS, incomplete, is_load, members, offers
 from palpate.scenes import effect_registry

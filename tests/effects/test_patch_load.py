@@ -5,10 +5,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
-from palpate.bodies.refinement import refine
-from palpate.effects.ball_integral import triangle_shapes
+from palpate.bodies.box import cylinder
+from palpate.bodies.refinement import quadratic_gradients, refine
+from palpate.bodies.refinement import ten_nodes as ten_nodes_enclosed_volume
+from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
+from palpate.effects.surface_integrals import enclosed_volume, triangle_shapes
 
 FORCE = np.array([0.3, -1.2, 0.5])
 
@@ -144,3 +146,35 @@ def test_the_back_of_a_thin_body_is_not_pressed(box, soft):
 def test_a_patch_far_from_the_body_loads_the_nearest_node(body):
     nodes, shares = patch_shares(body.coarse, Patch(np.array([1.0, 0.0, 0.1]), np.array([1.0, 0.0, 0.0]), 0.01))
     assert shares.tolist() == [1.0] and body.coarse.nodes[nodes[0], 0] == pytest.approx(0.03)
+
+
+@pytest.fixture(scope="module")
+def mesh(box):
+    return box([2, 1, 2], [0.2, 0.1, 0.3], jitter=0.2)
+
+
+def inside(mesh, x):
+    """Integrate det F over the quadratic elements, by a rule of degree 3 (Keast 1986)."""
+    points = np.vstack([np.full(4, 0.25), np.full((4, 4), 1 / 6) + np.eye(4) / 3])
+    gradients, volumes = shape_gradients(mesh)
+    places, found = x[ten_nodes_enclosed_volume(mesh)], 0.0
+    for weight, slopes in zip([-0.8, *[0.45] * 4], quadratic_gradients(points), strict=True):
+        f = np.einsum("eai,ac,ecj->eij", places, slopes, gradients)
+        found += weight * np.linalg.det(f) @ volumes
+    return found
+
+
+def test_quadratic_faces_enclose_what_their_elements_fill(mesh):
+    finer, _ = refine(mesh)
+    x = finer.nodes + 0.02 * np.random.default_rng(1).standard_normal(finer.nodes.shape)
+    assert enclosed_volume(mesh, x) == pytest.approx(inside(mesh, x), rel=1e-12)
+    assert abs(enclosed_volume(mesh, x) / enclosed_volume(finer, x) - 1.0) > 1e-3  # its flat facets enclose another
+
+
+def test_at_rest_and_under_one_gradient_it_is_known(mesh):
+    f = np.array([[1.1, 0.2, 0.0], [0.0, 0.9, -0.1], [0.1, 0.0, 1.3]])
+    finer, _ = refine(mesh)
+    for nodes in (mesh.nodes, finer.nodes):
+        assert enclosed_volume(mesh, nodes) == pytest.approx(0.006, rel=1e-12)
+        moved = nodes @ f.T + [3.0, -2.0, 1.0]
+        assert enclosed_volume(mesh, moved) == pytest.approx(0.006 * np.linalg.det(f), rel=1e-11)

@@ -7,25 +7,22 @@ import meshio
 import pytest
 import yaml
 
-from palpate.benchmark.bootstrap import read_errors
-from palpate.bodies.anchors import choose_anchors
+from palpate.benchmark.comparison import read_errors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.supports import choose_anchors
 from palpate.cli import main
-from palpate.config import complete
 from palpate.errors import InputError
-from palpate.init import try_body as module
+from palpate.init import try_body
 from palpate.init.choose import _hold
 from palpate.init.command import program
-from palpate.init.data import recognise
-from palpate.init.sides import HOLDS, sides_of
-from palpate.init.small_settings import MODELS, is_unchanged
+from palpate.init.data import HOLDS, recognise, sides_of
+from palpate.init.try_body import MODELS, is_unchanged
 from palpate.report.tables import read
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 from palpate.studies.tradeoff.advice import advise
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +55,7 @@ def ran(monkeypatch, trade_off_folder) -> list[Path]:
         table.to_csv(tables / "accuracy_vs_time.csv", index=False)
         (figures / "work_precision_block_large.png").write_bytes(b"picture")
 
-    monkeypatch.setattr(module, "run_settings", run)
+    monkeypatch.setattr(try_body, "run_settings", run)
     return found
 
 
@@ -68,8 +65,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert main(["try", *words]) == 0
     printed = capsys.readouterr().out
     whole, small = (
-        complete(yaml.safe_load((folder / name).read_text()), SCHEMA, folder / name)
-        for name in ("config.yaml", "try.yaml")
+        complete(yaml.safe_load((folder / name).read_text()), folder / name) for name in ("config.yaml", "try.yaml")
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]
@@ -110,7 +106,7 @@ def test_try_says_on_how_many_presses_its_advice_rests(tmp_path, trade_off_folde
     (tmp_path / "results/tables").mkdir(parents=True)
     rows.to_csv(tmp_path / "results/tables/advice.csv", index=False)
     table.to_csv(tmp_path / "results/tables/accuracy_vs_time.csv", index=False)
-    said = module._advice(tmp_path)[-1]
+    said = try_body._advice(tmp_path)[-1]
     assert f"means over {1 if few else 4} press" in said and ("too few to rely on" in said) == few
 
 
@@ -160,15 +156,13 @@ def test_try_goes_on_where_it_was_killed_and_never_over_results_of_all_settings(
 def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path, code):
     """The workflow's own last words come before."""
     (tmp_path / "run.py").write_text(f"import sys; open('asked', 'w').write(' '.join(sys.argv[1:])); sys.exit({code})")
-    monkeypatch.setattr(module, "RUN", tmp_path / "run.py")
-    monkeypatch.setattr(module, "ROOT", tmp_path)
+    monkeypatch.setattr(try_body, "RUN", tmp_path / "run.py")
+    monkeypatch.setattr(try_body, "ROOT", tmp_path)
     if code:
-        with pytest.raises(
-            InputError, match=r"try\.yaml ended before its end; what it has is kept, and palpate try a.stl"
-        ):
-            module.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
+        with pytest.raises(InputError, match=r"try\.yaml ended before its end; what it has is kept, and"):
+            try_body.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
     else:
-        module.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
+        try_body.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
     asked = (tmp_path / "asked").read_text()
     assert asked.startswith("snakemake ") and asked.endswith(f"--configfile {tmp_path / 'try.yaml'}")
     assert f"--directory {tmp_path}" in asked
@@ -181,7 +175,6 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
         (["block.vtk", "--hold", "under"], r"^error: --hold under is no side; choose from below, above, left, right, "),
         (["block.vtk", "--scale", "-1"], r"argument --scale: -1 is not a number above 0"),
         (["block.vtk", "--scale", "0.0001"], r"scale_m 0\.0001 makes a body 0\.3 mm long"),
-        (["scan.nii.gz", "--scale", "0.001"], r"scan\.nii\.gz: an image knows its own unit; leave --scale out\."),
     ],
 )
 def test_what_cannot_be_tried_gets_one_sentence_and_nothing_is_written(capsys, data, tmp_path, ran, words, said):
@@ -215,9 +208,7 @@ def test_the_left_of_a_patient_is_the_patients_own():
 
 def test_a_side_that_holds_too_little_is_refused():
     rod = box([0.3, 0.002, 0.002], [30, 1, 1])
-    with pytest.raises(
-        InputError, match=r"rod: that side of it has too few nodes to be held; give another side, or none\."
-    ):
+    with pytest.raises(InputError, match=r"rod: that side of it has too few nodes to be held; give another"):
         _hold("rod", rod, sides_of("file", "left"))
 
 

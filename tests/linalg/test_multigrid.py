@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.linalg.multigrid import Multigrid
+from palpate.linalg.multigrid import Factor, Multigrid
 
 
 def indicator(body, level):
@@ -133,3 +133,22 @@ def test_right_sides_at_once_have_the_cycles_and_products_of_each(three_levels, 
     for act in (multigrid.solve, product(stiffness)):
         each = np.stack([act(np.ascontiguousarray(several[:, :, k])) for k in range(count)], axis=2)
         assert np.abs(act(several) - each).max() < 1e-12 * np.abs(each).max()
+
+
+@pytest.fixture
+def stiffness(slab):
+    return LinearElements(slab.coarse, slab.material).stiffness(slab.coarse.nodes)
+
+
+def test_solves_a_held_body(slab, stiffness):
+    held = np.isin(np.arange(len(slab.coarse.nodes)), slab.anchors[0])
+    hold(stiffness.indptr, stiffness.indices, stiffness.data, held)
+    right = np.random.default_rng(0).normal(size=slab.coarse.nodes.shape)
+    expected = np.linalg.solve(stiffness.toarray(), right.ravel()).reshape(right.shape)
+    assert np.abs(Factor(stiffness).solve(right) - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+def test_a_singular_matrix_is_refused(stiffness):
+    stiffness.data[:] = 0.0
+    with pytest.raises(ValueError, match="singular"):
+        Factor(stiffness)

@@ -11,9 +11,9 @@ from palpate.benchmark.model import setting_text
 from palpate.bodies.contacts import contacts_of
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.models.coarse_answers import coarse_solver
-from palpate.models.coarse_enriched import Enriched
-from palpate.models.enrichment.blend_kinds import FEATURES, WEIGHTS
+from palpate.models.coarse_answers import Enriched, coarse_solver
+from palpate.models.enrichment.features import FEATURES
+from palpate.models.enrichment.paper_enrichment import WEIGHTS
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import Compliance, compute_compliance
@@ -38,7 +38,7 @@ def answer(slab_case):
     case, test, _ = slab_case
 
     def ask(name, setting):
-        solver = model(name, {}).prepare(case, setting)
+        solver = model(name, {}).offline(case).online(setting)
         asked = zip(test.contact, test.force, test.fine, strict=True)
         return np.mean([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]), solver
 
@@ -57,7 +57,7 @@ def test_settings_are_many_and_told_apart(slab_case, name):
 def test_a_bad_contact_is_refused(slab_case, name):
     case = slab_case[0]
     made = model(name, {})
-    solver = made.prepare(case, made.settings(case)[-1])
+    solver = made.offline(case).online(made.settings(case)[-1])
     for contact in (int(case.body.anchors[0][0]), len(case.body.fine.nodes)):
         with pytest.raises(InputError, match="not a free surface node"):
             solver.respond(Load.at(contact, np.ones(3)))
@@ -74,7 +74,7 @@ def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, name):
     few = Compliance(kept, all_of.fine[rows], all_of.restricted[rows], all_of.coarse[rows])
     made = model(name, {})
     setting = made.settings(case)[-1]
-    whole, limited = (made.prepare(replace(case, response=response), setting) for response in (all_of, few))
+    whole, limited = (made.offline(replace(case, response=response)).online(setting) for response in (all_of, few))
     asked = int(test.contact[0]), test.force[0]
     assert np.array_equal(limited.respond(Load.at(*asked)), whole.respond(Load.at(*asked)))
     missing = int(np.setdiff1d(all_of.contacts, kept)[0])
@@ -101,7 +101,7 @@ def test_every_coarse_answer_is_tried_with_all_samples(slab_case, name):
 def test_patches_are_answered(patched, name):
     """Under a small force on a disc, whoever knows the load is as near the linear response as its mesh is good."""
     made, contact = model(name, {}), int(patched.database.contact[0])
-    solver = made.prepare(patched, made.settings(patched)[-1])
+    solver = made.offline(patched).online(made.settings(patched)[-1])
     force = 1e-3 * patched.database.force[0]
     found = solver.respond(Load.at(contact, force))
     assert found.shape == (patched.n_surface, 3) and np.isfinite(found).all()
@@ -182,7 +182,8 @@ def test_interpolation_is_the_coarse_mesh(answer):
 def test_a_linear_detail_on_a_linear_coarse_answer_is_linear_fem(slab_case):
     case, test, _ = slab_case
     setting = {"coarse": "linear", "samples": 0, "turned": False}
-    unturned, linear = model("detail_correction", {}).prepare(case, setting), model("linear_fem", {}).prepare(case, {})
+    unturned = model("detail_correction", {}).offline(case).online(setting)
+    linear = model("linear_fem", {}).offline(case).online({})
     for contact, force in zip(test.contact, test.force, strict=True):
         expected = linear.respond(Load.at(contact, force))
         assert np.abs(unturned.respond(Load.at(contact, force)) - expected).max() < 1e-9 * np.abs(expected).max()
@@ -194,7 +195,7 @@ def test_a_model_learns_from_such_coarse_answers_as_it_gets(slab_case, name):
     case, found = slab_case[0], []
     cheap, *_, best = model(name, {}).settings(case)
     assert (cheap["coarse"], best["coarse"]) == ("linear", "converged")
-    consistent, other = (model(name, {}).prepare(case, setting) for setting in (cheap, best))
+    consistent, other = (model(name, {}).offline(case).online(setting) for setting in (cheap, best))
     for solver in (consistent, Enriched(other._method, coarse_solver(case, cheap))):
         asked = zip(case.database.contact, case.database.force, case.database.fine, strict=True)
         found.append(np.mean([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]))
@@ -222,16 +223,15 @@ def test_a_learnt_model_pays_for_its_samples_and_no_other_does(slab_case):
     for name, expected in used.items():
         fresh = replace(case, used={})
         made = model(name, {})
-        made.prepare(
-            fresh, {"level": 0, "start": "rest", "iterations": 1} if name == "fem_p1" else made.settings(fresh)[0]
-        )
+        first = {"level": 0, "start": "rest", "iterations": 1} if name == "fem_p1" else made.settings(fresh)[0]
+        made.offline(fresh).online(first)
         assert set(fresh.used) - {"coarse answers"} == expected, name
 
 
 def test_pod_keeps_as_many_modes_as_asked(slab_case):
     """Answers with m modes lie in the mean plus m dimensions."""
     case, test, _ = slab_case
-    solver = model("pod_rbf", {}).prepare(case, {"coarse": "loose", "modes": 2})
+    solver = model("pod_rbf", {}).offline(case).online({"coarse": "loose", "modes": 2})
     given = [
         solver.respond(Load.at(c, s * f)).ravel()
         for c, f in zip(test.contact, test.force, strict=True)

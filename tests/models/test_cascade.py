@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures.stub import made_up
 from scipy import sparse
 
+from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load, Press, Refused, loads_of
-from palpate.benchmark.model import Model, setting_text
+from palpate.benchmark.model import Solver, setting_text
 from palpate.errors import InputError, NotConverged
 from palpate.models import cascade
-from palpate.models.cascade_stages import Turning, prepared_stage
-from palpate.models.conformal import bound_factor
-from palpate.models.enrichment.warped_response import WarpedResponse
+from palpate.models.cascade import Limits, Turning, prepared_stage
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.linear_fem import Linear
-from palpate.models.training_limits import Limits
+from palpate.models.warped_compliance import WarpedResponse
 
 STAGES = [{"model": "linear_fem"}, {"model": "warped_compliance", "setting": {"samples": 0}}]
 
@@ -35,13 +35,13 @@ def case(slab_case):
     return replace(given, database=many, grid={"cascade": {"asked_errors": [0.1, 0.5], "stages": STAGES}})
 
 
-class Known:
+class Known(Solver):
     """Answers with a share of the linear response, with its own estimate, or not at all."""
 
     memory_mb = 0.0
 
     def __init__(self, case, miss=0.0, own=None, fails=False):
-        self.linear, self.miss, self.own, self.fails, self.asked = Linear(case), miss, own, fails, 0
+        self.linear, self.miss, self.own, self.fails, self.asked = Linear(case, {}), miss, own, fails, 0
 
     def respond(self, load):
         self.asked += 1
@@ -60,13 +60,13 @@ def test_the_bound_is_found_on_the_training_contacts(case):
     limits, scores = Limits(case), []
     turning = Turning(case, limits.beyond)
     for each, fine in zip(limits.loads, limits.fine, strict=True):
-        missed = Linear(case).respond(each) - fine
+        missed = Linear(case, {}).respond(each) - fine
         rms = np.sqrt(np.mean(np.sum(missed**2, axis=1))) / np.linalg.norm(fine, axis=1).max()
         scores.append(rms / turning.of(each))
     load = Load.at(case.database.contact[0], case.database.force[0])
     bound = bound_factor(np.array(scores), limits.contact) * turning.of(load) + limits.unknown
-    answer = cascade.prepare(case, {"asked": 1.01 * bound}).respond(load)
-    np.testing.assert_allclose(answer.displacement, Linear(case).respond(load))
+    answer = cascade.offline(case).online({"asked": 1.01 * bound}).respond(load)
+    np.testing.assert_allclose(answer.displacement, Linear(case, {}).respond(load))
     assert answer.error == pytest.approx(bound)
     assert {"training", "compliance"} <= set(case.used)
 
@@ -108,9 +108,9 @@ def test_two_levels_are_extrapolated_as_if_ratios_were_between_two_and_four(slab
 
 def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
     """What a stage refuses at one of twelve training contacts is passed over at run time, and says nothing there."""
-    whole = Linear(case)
+    whole = Linear(case, {})
 
-    class Refuses:
+    class Refuses(Solver):
         memory_mb = 0.0
 
         def respond(self, load):
@@ -119,7 +119,7 @@ def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
             return whole.respond(load)
 
     monkeypatch.setattr(
-        "palpate.models.model_registry.model", lambda *_: Model(lambda case: [{}], lambda *_: Refuses())
+        "palpate.models.model_registry.model", lambda *_: made_up(lambda case: [{}], lambda *_: Refuses())
     )
     stage = prepared_stage(case, Turning(case), Limits(case), {"model": "refuses"})
     assert np.isfinite(stage.factor)
@@ -127,7 +127,7 @@ def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
 
 def of(case, asked, *stages, mesh=0.0):
     """A cascade of stages whose factors and solvers are given."""
-    prepared = cascade.Prepared(Turning(case), mesh, [cascade.Stage(*each) for each in stages], case)
+    prepared = cascade.Prepared(Turning(case), mesh, [cascade.CascadeStage(*each) for each in stages], case)
     return cascade.Cascade(case, prepared, asked)
 
 
@@ -206,13 +206,14 @@ def test_several_presses_and_depths_are_refused(case):
 
 def test_stages_are_prepared_once_and_their_time_is_charged_again(case, monkeypatch):
     prepared = []
-    found = Model(lambda case: [{}], lambda case, setting: prepared.append(1) or Known(case))
+    found = made_up(lambda case: [{}], lambda case, setting: prepared.append(1) or Known(case))
     monkeypatch.setattr("palpate.models.model_registry.model", lambda name, own: found)
     fresh = replace(case, database=case.database.take(np.arange(12)))
-    cascade.prepare(fresh, {"asked": 0.1})
-    again = replace(fresh, used={})
-    cascade.prepare(again, {"asked": 0.5})
-    assert len(prepared) == 2 and again.used["stages"] > 0 and "compliance" in again.used
+    stage = cascade.offline(fresh)
+    stage.online({"asked": 0.1})
+    fresh.used.clear()
+    stage.online({"asked": 0.5})
+    assert len(prepared) == 2 and fresh.used["stages"] > 0 and "compliance" in fresh.used
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.models.conformal import FEWEST, LEVEL, bound_factor, finite
+from palpate.benchmark.conformal import FEWEST, LEVEL, bound_factor, finite
 
 
 def drawn(random, contacts, presses=3, spread=1.0):

@@ -8,11 +8,10 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.bodies.material import LAWS, Tissue
-from palpate.effects.law import law_of
-from palpate.effects.own_law import fault
+from palpate.effects.law import fault, law_of
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem, model_registry, quadratic_neo_hookean
-from palpate.studies.hard_cases import engine_cases
+from palpate.studies.hard_cases import model_cases
 
 RUNS = {
     "mujoco": {"level": 0, "steps": 30, "iterations": 200},
@@ -27,8 +26,8 @@ def test_an_engine_that_is_not_installed_is_named(monkeypatch):
     assert model_registry.absent() == ["mujoco", "newton_vbd"]
     assert "engines" in model_registry.unknown(["fem_p1", "newton_vbd"], {})
     assert model_registry.unknown(["fem_p1"], {}) == ""
-    monkeypatch.setattr(engine_cases, "ENGINES", model_registry.ENGINES)
-    assert engine_cases.cases() == []
+    monkeypatch.setattr(model_cases, "ENGINES", model_registry.ENGINES)
+    assert model_cases.engines() == []
 
 
 def test_the_law_of_newton_is_a_law():
@@ -53,7 +52,7 @@ def converged(case, engine, load):
     if body.regions is not None:
         materials = tuple(replace(each, law=law) for each in body.regions.materials)
         body = replace(body, regions=replace(body.regions, materials=materials))
-    return fem.prepare(replace(case, body=body), {"level": 0, "start": "rest", "tolerance": 1e-9}, 1).respond(load)
+    return fem.Fem(replace(case, body=body), {"level": 0, "start": "rest", "tolerance": 1e-9}, 1).respond(load)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -64,11 +63,11 @@ def test_it_ends_at_the_equilibrium_of_its_law(name, slab_case):
     case = replace(case, radius_m=0.03)
     load = Load.at(test.contact[0], test.force[0])
     own = converged(case, engine, load)
-    solver = engine.prepare(case, RUNS[name])
+    solver = engine.offline(case).online(RUNS[name])
     answer = solver.respond(load)
     assert errors(answer, own).rmse_of_peak < 1e-4
     assert np.array_equal(solver.respond(load), answer)
-    few = engine.prepare(case, RUNS[name] | SHORT[name])
+    few = engine.offline(case).online(RUNS[name] | SHORT[name])
     assert errors(few.respond(load), own).rmse_of_peak > 1e-3
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
@@ -81,7 +80,7 @@ def test_it_refuses_a_bed(name, slab_case):
     pytest.importorskip(model_registry.ENGINES[name])
     case = replace(slab_case[0], body=replace(slab_case[0].body, bed=object()))
     with pytest.raises(NotConverged, match="have no elastic bed"):
-        model_registry.model(name, {}).prepare(case, RUNS[name])
+        model_registry.model(name, {}).offline(case).online(RUNS[name])
 
 
 def test_newton_has_regions_of_several_stiffnesses(slab_case):
@@ -92,6 +91,6 @@ def test_newton_has_regions_of_several_stiffnesses(slab_case):
     tissue = Tissue((soft, replace(soft, young_pa=5.0 * soft.young_pa)), hard.astype(np.int64))
     several = replace(case, radius_m=0.03, body=replace(case.body, regions=tissue))
     engine, load = model_registry.model("newton_vbd", {}), Load.at(test.contact[0], test.force[0])
-    answer = engine.prepare(several, RUNS["newton_vbd"]).respond(load)
+    answer = engine.offline(several).online(RUNS["newton_vbd"]).respond(load)
     assert errors(answer, converged(several, engine, load)).rmse_of_peak < 1e-3
     assert errors(answer, converged(replace(case, radius_m=0.03), engine, load)).rmse_of_peak > 0.1

@@ -23,9 +23,9 @@ def pressed(slab_case):
     return replace(case, radius_m=0.03), int(test.contact[0]), 0.7 * test.force[0]
 
 
-def ask(pressed, setting, module=fast_fem, *order):
+def ask(pressed, setting, module=fast_fem, **order):
     case, contact, force = pressed
-    solver = module.prepare(case, setting, *order)
+    solver = module.offline(case, **order).online(setting)
     solver.precede(Load.at(contact, force))
     return solver.respond(Load.at(contact, force))
 
@@ -33,7 +33,7 @@ def ask(pressed, setting, module=fast_fem, *order):
 @pytest.mark.parametrize("level", [0, 1])
 def test_it_converges_to_the_answer_of_newtons_method(pressed, level):
     setting = {"level": level, "start": "rest", "tolerance": 1e-8}
-    found, expected = ask(pressed, setting), ask(pressed, setting, fem, 2)
+    found, expected = ask(pressed, setting), ask(pressed, setting, fem, order=2)
     assert np.linalg.norm(expected, axis=1).max() > 0.03 * np.ptp(pressed[0].body.fine.nodes, axis=0).max()
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 

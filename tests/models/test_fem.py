@@ -8,12 +8,12 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.models import fem
-from palpate.models.fem_starts import BEFORE
+from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import to_surface
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST, model
 from palpate.solvers.equilibrium import Equilibrium
@@ -30,7 +30,7 @@ def pressed(slab_case):
 
 def ask(pressed, order, setting):
     case, contact, force = pressed
-    solver = fem.prepare(case, setting, order)
+    solver = fem.Fem(case, setting, order)
     solver.precede(Load.at(contact, force))
     return solver.respond(Load.at(contact, force))
 
@@ -59,7 +59,7 @@ def test_one_iteration_from_the_frame_before_is_worth_several_from_rest(pressed,
 def test_the_frame_before_is_that_of_nearly_the_same_load_and_no_other(pressed):
     """One iteration from it is one iteration from the answer to 97 % of the force; without ``precede``, from rest."""
     case, contact, force = pressed
-    solver = fem.prepare(case, {"level": 0, "start": "frame", "iterations": 1}, 1)
+    solver = fem.Fem(case, {"level": 0, "start": "frame", "iterations": 1}, 1)
     equilibrium, load = Equilibrium(case.body, 0), nodal_load(case.body, 0, contact, force, case.radius_m)
     up, rest = to_surface(case.body, 0), case.body.coarse.nodes
     cold = up @ (equilibrium.approach(load, 1e-8, 1).x - rest)
@@ -69,7 +69,7 @@ def test_the_frame_before_is_that_of_nearly_the_same_load_and_no_other(pressed):
     for _ in range(2):  # asked again, the same
         assert np.abs(solver.respond(Load.at(contact, force)) - warm).max() < 1e-9 * np.abs(warm).max()
     assert np.abs(warm - cold).max() > 0.01 * np.abs(cold).max()
-    other = fem.prepare(case, {"level": 0, "start": "rest", "iterations": 1}, 1).respond(Load.at(contact, 0.9 * force))
+    other = fem.Fem(case, {"level": 0, "start": "rest", "iterations": 1}, 1).respond(Load.at(contact, 0.9 * force))
     assert np.array_equal(solver.respond(Load.at(contact, 0.9 * force)), other)  # not asked for: from rest
 
 
@@ -77,17 +77,17 @@ def test_a_linear_start_is_the_linear_response_and_needs_prepared_contacts(press
     case, contact, force = pressed
     setting = {"level": 0, "start": "linear", "iterations": 1}
     fresh = replace(case, database=replace(case.database), used={})
-    solver = fem.prepare(fresh, setting, 2)
+    solver = fem.Fem(fresh, setting, 2)
     start = solver._start.at(Load.at(contact, force))
     equilibrium = Equilibrium(case.body, 0, 2)
     load = nodal_load(case.body, 0, contact, force, case.radius_m, 2)
     assert np.abs(start - equilibrium.linear_solver()(load)).max() < 1e-8 * np.abs(start).max()
     assert "columns" not in fresh.used
-    fem.prepare(fresh, setting, 2)
+    fem.Fem(fresh, setting, 2)
     assert fresh.used["columns"] > 0.0  # solved before, and charged
     known = replace(case.response, contacts=np.setdiff1d(case.response.contacts, [contact]))
     with pytest.raises(InputError, match="not one of the contacts that are prepared"):
-        fem.prepare(replace(fresh, database=replace(case.database), response=known), setting, 2).respond(
+        fem.Fem(replace(fresh, database=replace(case.database), response=known), setting, 2).respond(
             Load.at(contact, force)
         )
     assert model("fem_p2", {}).needs_contacts(setting) and not model("fem_p2", {}).needs_contacts({"start": "rest"})
@@ -112,7 +112,7 @@ def test_settings_end_with_the_finest_level_solved_from_rest(slab_case, order):
 
 def test_frames_are_not_held_but_the_last(pressed):
     case, contact, force = pressed
-    solver = fem.prepare(case, {"level": 1, "start": "frame", "iterations": 1}, 1)
+    solver = fem.Fem(case, {"level": 1, "start": "frame", "iterations": 1}, 1)
     solver.precede(Load.at(contact, 0.5 * force))
     one = solver.memory_mb
     for factor in (0.6, 0.7, 0.8):
@@ -152,7 +152,7 @@ def test_quadratic_elements_on_coarse_nodes_are_worth_more_than_linear_ones_on_t
     contact = int(body.coarse.surface[near.argmin()])
     force, cold = -0.02 * body.coarse.normals[contact], {"start": "rest", "tolerance": 1e-6}
     good, p2, p1 = (
-        fem.prepare(case, cold | {"level": level}, order).respond(Load.at(contact, force))
+        fem.Fem(case, cold | {"level": level}, order).respond(Load.at(contact, force))
         for order, level in ((2, 1), (2, 0), (1, 1))
     )
     assert errors(p2, good).rmse_of_peak < 0.005

@@ -14,7 +14,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError
 from palpate.models import fem, fem_local
-from palpate.models.local_surface import SurfaceMap
+from palpate.models.fem_local import SurfaceMap
 
 FAR = 100.0
 
@@ -28,7 +28,7 @@ def pressed(slab_case):
 
 def ask(pressed, setting):
     case, contact, force = pressed
-    solver = fem_local.prepare(case, setting)
+    solver = fem_local.offline(case).online(setting)
     solver.precede(Load.at(contact, force))
     return solver.respond(Load.at(contact, force))
 
@@ -40,7 +40,7 @@ def setting(reach, order=1, start="rest", **end):
 @pytest.mark.parametrize("order", [1, 2])
 def test_refined_everywhere_it_answers_as_the_fine_level(pressed, order):
     case, contact, force = pressed
-    fine = fem.prepare(case, {"level": 1, "start": "rest", "tolerance": 1e-9}, order).respond(Load.at(contact, force))
+    fine = fem.Fem(case, {"level": 1, "start": "rest", "tolerance": 1e-9}, order).respond(Load.at(contact, force))
     found = ask(pressed, setting(FAR, order))
     assert np.abs(found - fine).max() < 1e-7 * np.abs(fine).max()
 
@@ -51,8 +51,8 @@ def test_the_more_is_refined_the_softer_it_is(pressed):
     small = 1e-3 * force
     nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
     rows = np.searchsorted(case.body.fine.surface, nodes)
-    levels = [fem.prepare(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 1) for level in (0, 1)]
-    local = [fem_local.prepare(case, setting(reach)) for reach in (0.0, 2.0)]
+    levels = [fem.Fem(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 1) for level in (0, 1)]
+    local = [fem_local.offline(case).online(setting(reach)) for reach in (0.0, 2.0)]
     answers = [solver.respond(Load.at(contact, small)) for solver in (levels[0], *local, levels[1])]
     work = [float(shares @ answer[rows] @ small) for answer in answers]
     assert np.all(np.diff(work) > 1e-3 * work[-1])
@@ -68,10 +68,11 @@ def test_an_early_stop_begins_at_the_frame_before(pressed, order):
 def test_settings_share_meshes_and_each_is_charged_for_them(pressed):
     case, _, force = pressed
     fresh = replace(case, body=replace(case.body), used={})
-    first = fem_local.prepare(fresh, setting(1.0))
-    again = replace(fresh, used={})
-    second = fem_local.prepare(again, setting(1.0, start="frame", iterations=1))
-    assert first._meshes is second._meshes and again.used["meshes"] > 0.0
+    stage = fem_local.offline(fresh)
+    first = stage.online(setting(1.0))
+    fresh.used.clear()
+    second = stage.online(setting(1.0, start="frame", iterations=1))
+    assert first._meshes is second._meshes and fresh.used["meshes"] > 0.0
     assert set(first._meshes._made) == set(case.prepared_contacts.tolist())
     unprepared = np.setdiff1d(first._meshes._contacts, case.prepared_contacts)
     if len(unprepared):

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import eye_array
 from scipy.sparse.linalg import splu
 
-from palpate.models.memory import held_mb
+from palpate.benchmark.model import held_mb
 
 ONE = np.zeros(125_000)  # a megabyte
 

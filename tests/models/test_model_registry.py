@@ -8,14 +8,15 @@ import pytest
 from palpate.errors import InputError
 from palpate.models import model_registry
 from palpate.models.coarse_answers import COARSE_ANSWERS
-from palpate.models.enrichment.blend_kinds import FEATURES, WEIGHTS
+from palpate.models.enrichment.features import FEATURES
 from palpate.models.enrichment.methods import METHODS
+from palpate.models.enrichment.paper_enrichment import WEIGHTS
 
 
 @pytest.mark.parametrize("name", model_registry.MODELS)
 def test_every_model_has_its_module(name):
     model = model_registry.model(name, {})
-    assert callable(model.settings) and callable(model.prepare)
+    assert callable(model.settings) and callable(model.offline)
 
 
 def test_names_alone_import_no_solver():
@@ -38,7 +39,7 @@ def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
             "fem_p2": {"place": "palpate.models.fem", "keywords": {"order": 2}},
             "fem_p1": {"place": "palpate.models.fem", "keywords": {"order": 1}},
         },
-        "pod_rbf": {"pod_rbf": {"place": "palpate.models.pod_rbf", "keywords": {}}},
+        "pod_rbf": {"pod_rbf": {"place": "palpate.models.enrichment.pod_rbf", "keywords": {}}},
         "mine": {"mine": {"place": "mine.py", "keywords": {}}},
     }
 
@@ -99,7 +100,7 @@ def test_what_a_model_is_told_stands_with_it():
 
 def test_measuring_a_model_reads_no_registry():
     code = (
-        "import sys, palpate.benchmark.judge, palpate.benchmark.measure_model\n"
+        "import sys, palpate.benchmark.judge, palpate.benchmark.measure\n"
         "from palpate.models.load_model import load_model\n"
         "load_model('fem_p1', 'palpate.models.fem', {'order': 1})\n"
         "names = ('palpate.models.model_registry', 'palpate.models.enrichment.methods')\n"

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.benchmark.measure_model import measure
+from palpate.benchmark.measure import measure
 from palpate.errors import InputError
+from palpate.models.load_model import load_own
 from palpate.models.model_registry import model
-from palpate.models.own_model import load
 
 DOCS = Path(__file__).parents[2] / "docs"
 SETTINGS = "def settings(case):\n    return [{}]\n"
@@ -51,22 +51,22 @@ def test_a_bad_one_is_refused_by_name(tmp_path, slab_case, slab_judge, text, sai
     file = tmp_path / "mine.py"
     file.write_text(text)
     with pytest.raises(InputError, match=said) as caught:
-        measure(case, "mine", load("mine", file), slab_judge, 1, 0.1)
+        measure(case, "mine", load_own("mine", file), slab_judge, 1, 0.1)
     assert "mine.py" in str(caught.value)
 
 
 def test_a_file_may_say_what_its_model_sees_and_what_precedes_a_query(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(SETTINGS + SOLVER % "return self.frame" + PREPARE)
-    made = load("mine", file)
+    made = load_own("mine", file)
     assert (made.sees, made.prepared, made.reduces) == ("load", False, "")
-    assert not hasattr(made.prepare(None, {}), "precede")
+    made.offline(None).online({}).precede(3)
     before = "    def precede(self, load):\n        self.frame = load\n"
     told = "SEES, PREPARED, REDUCES = 'deformation', True, 'p2'\n"
     file.write_text(told + SETTINGS + SOLVER % "return self.frame" + before + PREPARE)
-    made = load("mine", file)
+    made = load_own("mine", file)
     assert (made.sees, made.prepared, made.reduces) == ("deformation", True, "p2")
-    solver = made.prepare(None, {})
+    solver = made.offline(None).online({})
     solver.precede(3)
     assert solver.respond(4) == 3
 
@@ -77,7 +77,7 @@ def test_one_that_is_not_finite_has_failed(tmp_path, slab_case, slab_judge):
     file.write_text(
         "import numpy as np\n" + SETTINGS + SOLVER % f"return np.full(({case.n_surface}, 3), np.nan)" + PREPARE
     )
-    samples, settings = measure(case, "mine", load("mine", file), slab_judge, 1, 0.1)
+    samples, settings = measure(case, "mine", load_own("mine", file), slab_judge, 1, 0.1)
     assert (samples["failure"] != "").all() and settings["failures"].item() == settings["samples"].item()
     assert "not finite" in settings["failure"].item()
     assert settings["failure"].item().startswith(f"{file}: ")

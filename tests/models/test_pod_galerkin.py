@@ -10,7 +10,7 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem, pod_galerkin
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes.workshop import Workshop
 
 RADIUS_M = 0.03
 GRID = {"pod_galerkin": {"nodes": 12000, "modes": [4, 100], "tolerances": [0.1, 0.01]}}
@@ -22,14 +22,14 @@ def case(slab_case):
     """The slab with presses of a disc as samples, by quadratic elements on its last level but one."""
     plain = replace(slab_case[0], radius_m=RADIUS_M, grid={**slab_case[0].grid, **GRID})
     db = plain.database.take(np.arange(12))
-    elements = fem.prepare(plain, {"level": 0, "start": "rest", "tolerance": 1e-9}, 2)
+    elements = fem.Fem(plain, {"level": 0, "start": "rest", "tolerance": 1e-9}, 2)
     fine = np.array([elements.respond(load) for load in loads_of(db.contact, 0.5 * db.force)])
     return replace(plain, database=replace(db, force=0.5 * db.force, fine=fine))
 
 
 @pytest.fixture(scope="module")
 def solver(case):
-    return pod_galerkin.prepare(case, SETTING)
+    return pod_galerkin.offline(case).online(SETTING)
 
 
 def load_of(case, row=0):
@@ -44,7 +44,7 @@ def test_its_samples_are_its_answers(case, solver):
 def test_all_points_are_full_galerkin(case):
     """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
     low = replace(case, grid={"pod_galerkin": GRID["pod_galerkin"] | {"nodes": 1}})
-    solver = pod_galerkin.prepare(low, {"modes": 5, "thinned": 0.0})
+    solver = pod_galerkin.offline(low).online({"modes": 5, "thinned": 0.0})
     elements, load = Workshop(case.body, RADIUS_M, 1).elements(0), load_of(case, 3)
     modes, pull = solver._modes, load.presses[0].force @ solver._pull(load.presses[0].node)
     assert modes.shape[2] == 5
@@ -61,7 +61,7 @@ def test_all_points_are_full_galerkin(case):
 
 
 def test_few_cells_answer_as_all_do_with_weights_that_are_not_negative(case, solver):
-    whole = pod_galerkin.prepare(case, SETTING | {"thinned": 0.0})
+    whole = pod_galerkin.offline(case).online(SETTING | {"thinned": 0.0})
     assert (solver._reduced.cells.volumes > 0.0).all()
     assert len(solver._reduced.cells.volumes) < 0.05 * len(whole._reduced.cells.volumes)
     for row in (0, 5):
@@ -97,7 +97,7 @@ def test_what_it_cannot_do_it_refuses(case, solver):
 
 
 def test_answers_are_the_same_bits_again(case, solver):
-    again = pod_galerkin.prepare(replace(case, database=case.database.take(np.arange(12))), SETTING)
+    again = pod_galerkin.offline(replace(case, database=case.database.take(np.arange(12)))).online(SETTING)
     assert np.array_equal(again.respond(load_of(case)), solver.respond(load_of(case)))
 
 
@@ -106,5 +106,5 @@ def test_settings_have_at_most_as_many_modes_as_samples_and_charge_them(case):
         {"modes": 4, "thinned": 0.01}, {"modes": 12, "thinned": 0.1}, {"modes": 12, "thinned": 0.01}
     ]  # fmt: skip
     fresh = replace(case, used={})
-    pod_galerkin.prepare(fresh, SETTING)
+    pod_galerkin.offline(fresh).online(SETTING)
     assert set(fresh.used) == {"training", "volumes"}

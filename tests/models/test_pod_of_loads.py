@@ -9,7 +9,6 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
 from palpate.errors import InputError
 from palpate.models import pod_of_loads
-from palpate.models.enrichment import pod_of_loads as learning
 
 GRID = {"modes": [2, 12], "hidden": [8]}
 SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}
@@ -18,7 +17,7 @@ SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}
 @pytest.fixture(scope="module")
 def learnt(slab_case):
     case = replace(slab_case[0], grid={**slab_case[0].grid, "pod_of_loads": GRID})
-    return case, {name: pod_of_loads.prepare(case, setting, name) for name, setting in SETTINGS.items()}
+    return case, {name: pod_of_loads.Learnt(case, setting, name) for name, setting in SETTINGS.items()}
 
 
 @pytest.mark.parametrize("learner", SETTINGS)
@@ -45,7 +44,7 @@ def test_it_has_learnt_its_samples(learnt, learner, most):
 def test_modes_are_those_of_the_samples(learnt):
     """With fewer modes the answer lies in fewer dimensions, those in which the samples vary most."""
     case, _ = learnt
-    solver = pod_of_loads.prepare(case, {"modes": 2}, "gaussian")
+    solver = pod_of_loads.Learnt(case, {"modes": 2}, "gaussian")
     db = case.database
     found = np.array([solver.respond(Load.at(c, f)).ravel() for c, f in zip(db.contact, db.force, strict=True)])
     assert np.linalg.matrix_rank(found, tol=1e-9 * np.linalg.norm(found)) == 2
@@ -65,12 +64,12 @@ def test_slopes_of_the_network_are_its_differences():
     draw = np.random.default_rng(1)
     weights = [draw.normal(size=shape) for shape in ((4, 5), (6, 5), (6, 9 * 4))]
     given = draw.normal(size=(8, 3)), draw.normal(size=(8, 9)), draw.normal(size=(8, 4))
-    _, slopes = learning._slopes(weights, *given)
+    _, slopes = pod_of_loads._slopes(weights, *given)
     for layer, slope in enumerate(slopes):
         way, step = draw.normal(size=slope.shape), 1e-6
         ahead, back = ([*weights] for _ in range(2))
         ahead[layer], back[layer] = weights[layer] + step * way, weights[layer] - step * way
-        difference = (learning._slopes(ahead, *given)[0] - learning._slopes(back, *given)[0]) / 2 / step
+        difference = (pod_of_loads._slopes(ahead, *given)[0] - pod_of_loads._slopes(back, *given)[0]) / 2 / step
         assert difference == pytest.approx(float(np.vdot(slope, way)), rel=1e-6)
 
 
@@ -85,7 +84,7 @@ def test_a_process_knows_what_is_linear_in_the_force():
 
     from types import SimpleNamespace
 
-    predict = learning.gaussian_process(
+    predict = pod_of_loads.gaussian_process(
         places, forces, targets(places, forces), np.arange(36) // 3 % 4, SimpleNamespace(seed=1)
     )
     place, force = np.full(3, 0.5), np.array([0.3, -0.2, 0.5])

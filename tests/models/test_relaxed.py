@@ -33,13 +33,13 @@ def pressed(slab_case):
 
 def ask(pressed, method, **changed):
     case, load = pressed
-    return relaxed.prepare(case, LONG[method] | changed, method).respond(load)
+    return relaxed.Relaxed(case, LONG[method] | changed, method).respond(load)
 
 
 @pytest.fixture(scope="module")
 def equilibrium(pressed):
     case, load = pressed
-    return fem.prepare(case, {"level": 0, "start": "rest", "tolerance": 1e-10}, 1).respond(load)
+    return fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-10}, 1).respond(load)
 
 
 @pytest.mark.parametrize("method", LONG)
@@ -85,14 +85,14 @@ FEW = {
 def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, equilibrium, method):
     """Nearer than from rest with as many steps, and not nearer than the frames' own steps let it: they are its own."""
     case, load = pressed
-    following = relaxed.prepare(case, LONG[method] | FEW[method] | {"start": "frame"}, method)
+    following = relaxed.Relaxed(case, LONG[method] | FEW[method] | {"start": "frame"}, method)
     following.precede(load)
     found = errors(following.respond(load), equilibrium).rmse_of_peak
     assert found < 0.5 * errors(ask(pressed, method, **FEW[method]), equilibrium).rmse_of_peak
-    none = relaxed.prepare(case, LONG[method] | FEW[method] | {"start": "frame"}, method)
+    none = relaxed.Relaxed(case, LONG[method] | FEW[method] | {"start": "frame"}, method)
     assert np.array_equal(none.respond(load), ask(pressed, method, **FEW[method]))
     fewest = {"xpbd": "steps", "vertex_block_descent": "sweeps", "projective_dynamics": "iterations"}[method]
-    lagging = relaxed.prepare(case, LONG[method] | FEW[method] | {"start": "frame", fewest: 1}, method)
+    lagging = relaxed.Relaxed(case, LONG[method] | FEW[method] | {"start": "frame", fewest: 1}, method)
     lagging.precede(load)
     assert errors(lagging.respond(load), equilibrium).rmse_of_peak > found
 
@@ -120,14 +120,14 @@ def test_a_radius_that_is_too_large_does_no_harm(pressed, equilibrium):
 @pytest.mark.parametrize("method", LONG)
 def test_what_they_cannot_do_they_refuse(pressed, method):
     case, load = pressed
-    solver = relaxed.prepare(case, LONG[method], method)
+    solver = relaxed.Relaxed(case, LONG[method], method)
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
     with pytest.raises(Refused):
         solver.respond(Load((Press(load.presses[0].node, moved=np.ones(3)),)))
     other = replace(case.body.material, law="neo_hookean")
     with pytest.raises(NotConverged, match="corotational law"):
-        relaxed.prepare(replace(case, body=replace(case.body, material=other)), LONG[method], method)
+        relaxed.Relaxed(replace(case, body=replace(case.body, material=other)), LONG[method], method)
 
 
 @pytest.mark.parametrize("method", LONG)
@@ -137,7 +137,7 @@ def test_two_presses_are_more_than_one(pressed, method):
     node, force = load.single()
     other = int(np.setdiff1d(case.database.contact, [node])[0])
     loads = [Load((Press(node, 1e-4 * force),)), Load((Press(other, 1e-4 * force),))]
-    solver = relaxed.prepare(case, LONG[method], method)
+    solver = relaxed.Relaxed(case, LONG[method], method)
     one, two, both = (solver.respond(each) for each in (*loads, Load(loads[0].presses + loads[1].presses)))
     assert np.abs(one + two - both).max() < 0.05 * np.abs(both).max()
 
@@ -153,5 +153,5 @@ def test_a_soft_material_needs_as_many_sweeps_as_a_stiff_one(pressed, equilibriu
     stiff = replace(case.body.material, young_pa=1e3 * case.body.material.young_pa)
     body = replace(case.body, material=stiff)
     for method in LONG:
-        scaled = relaxed.prepare(replace(case, body=body), LONG[method], method).respond(load.times(1e3))
+        scaled = relaxed.Relaxed(replace(case, body=body), LONG[method], method).respond(load.times(1e3))
         assert np.abs(scaled - ask(pressed, method)).max() < 1e-6 * np.abs(scaled).max()

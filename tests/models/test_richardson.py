@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.models.richardson import doubt, limit, ratio
+from palpate.benchmark.truth import doubt, limit, ratio
 
 
 @pytest.fixture

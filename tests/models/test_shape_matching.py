@@ -7,10 +7,10 @@ import pytest
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
-from palpate.bodies.bed import Bed
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.models import shape_matching
-from palpate.models.shape_statics import LEFT, Shapes, Softness, cubes, fit
+from palpate.models.shape_matching import LEFT, Shapes, Softness, cubes, fit
 
 SOFT = Softness(2e-4, 0.3)
 

@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import expect
 
 from palpate.report import page as report
-from palpate.studies.enrichment.figures import error_over_body, predictions, turnable_errors
-from palpate.studies.scenes.figures import turnable_motion
+from palpate.studies.enrichment.figures import bodies
+from palpate.studies.scenes.figures import motion
 
 sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium
@@ -37,22 +37,15 @@ setTimeout(() => { document.title = "done"; throw new Error("thrown"); });</scri
 
 
 @pytest.fixture(scope="module")
-def browser():
-    """A browser that opens pages."""
-    with chromium.started() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
 def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
     """A page with real views."""
     folder = tmp_path_factory.mktemp("page")
     shutil.copytree(whole_folder.path, folder, dirs_exist_ok=True)
-    errors = predictions.read(predictions_file, "paper", "samples", error_over_body.METHODS)
+    errors = bodies.read(predictions_file, "paper", "samples", bodies.METHODS_ERROR_OVER_BODY)
     for view in folder.glob("figures/motion_*.json"):
-        turnable_motion.write(sagging, view)
+        motion.write(sagging, view)
     for view in folder.glob("figures/error_over_body_*.json"):
-        turnable_errors.write(database, errors, view)
+        bodies.write(database, errors, view)
     report.write(
         folder,
         folder / "report.html",

@@ -1,5 +1,6 @@
-"""A script's digest follows what its modules do, and its closure holds what it imports while it runs."""
+"""A job's digest follows what its function and its modules do, and its closure holds what it imports while it runs."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -8,19 +9,18 @@ import pytest
 
 from palpate.run import dependencies
 
-SCRIPTS = Path(__file__).parents[2] / "workflow/scripts"
-
 
 @pytest.fixture
-def script(tmp_path):
-    """Write a script, and return its digest."""
+def script(tmp_path, monkeypatch):
+    """Write a module, and return the digest of its function ``sides``."""
+    path, usual = tmp_path / "script.py", dependencies.files_of
+    monkeypatch.setattr(dependencies, "files_of", lambda name: [path] if name == "script" else usual(name))
 
     def digest(text: str, *lazily: str) -> str:
-        dependencies._facts.cache_clear()
-        dependencies.imported.cache_clear()
-        path = tmp_path / "script.py"
+        for kept in (dependencies._facts, dependencies.imported, dependencies._tree):
+            kept.cache_clear()
         path.write_text(text)
-        return dependencies.digest(path, *lazily)
+        return dependencies.digest("script:sides", *lazily)
 
     return digest
 
@@ -41,6 +41,14 @@ def test_what_is_done_counts(script, edited):
     assert script(PLAIN) != script(edited)
 
 
+def test_the_rest_of_the_module_does_not_count_and_what_the_function_names_does(script):
+    more = "from palpate.bodies.cylinder import cylinder\n" + PLAIN + "\n\ndef other():\n    return cylinder\n"
+    assert script(more) == script(PLAIN)
+    helped = PLAIN.replace("return box", "return helper()") + "\n\ndef helper():\n    return 1\n"
+    assert script(helped) != script(helped.replace("return 1", "return 2"))
+    assert script(helped) != script(helped.replace("return 1", "return box"))
+
+
 def test_modules_named_at_run_time_count(script):
     assert len({script(PLAIN), script(PLAIN, "palpate.effects.gravity"), script(PLAIN, "palpate.effects")}) == 3
 
@@ -53,11 +61,20 @@ def test_closure_follows_imports_in_functions_and_of_packages(tmp_path):
     assert "job.py" not in names and not any(name.startswith("evaluation") for name in names)
 
 
-@pytest.mark.parametrize("name", ["simulate_fine", "draw_motion", "tabulate_node_mass"])
-def test_the_closure_holds_whatever_is_loaded(name):
-    lines = (SCRIPTS / f"{name}.py").read_text().splitlines()
-    imports = "\n".join(line for line in lines if line.startswith(("import", "from")))
+CALLS = [
+    ("palpate.run.jobs", "simulate_fine"),
+    ("palpate.studies.scenes.jobs", "draw_motion"),
+    ("palpate.studies.ct.jobs", "tabulate_node_mass"),
+]
+
+
+@pytest.mark.parametrize(("module", "name"), CALLS)
+def test_the_closure_holds_whatever_is_loaded(module, name):
+    part = dependencies._part(dependencies.files_of(module)[0], name)
+    imports = [node for node in ast.walk(part) if isinstance(node, ast.Import | ast.ImportFrom)]
+    named = {path for each in dependencies._names(part) if (path := dependencies._module(each))}
     ask = 'import sys; print(*(m.__file__ for n, m in sys.modules.items() if n.startswith("palpate.") and m.__file__))'
-    done = subprocess.run([sys.executable, "-c", f"{imports}\n{ask}"], capture_output=True, text=True, check=True)
+    code = "\n".join([*map(ast.unparse, imports), ask])
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {path for path in map(Path, done.stdout.split()) if path.read_text()} - dependencies.WRAPPERS
-    assert loaded and loaded <= dependencies.closure([SCRIPTS / f"{name}.py"])
+    assert loaded and loaded <= dependencies.closure(named - dependencies.WRAPPERS)

@@ -8,11 +8,10 @@ from fixtures.small_scene import BAR
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
 from palpate.effects import linear_elements
-from palpate.errors import InputError
-from palpate.run.job import job
-from palpate.run.kept_warnings import about, in_logs, load, save
+from palpate.errors import InputError, about
+from palpate.run.job import job, load_warnings, save_warnings, warnings_in_logs
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.hard_cases import locking
+from palpate.studies.hard_cases import fem_cases
 
 
 @pytest.fixture(autouse=True)
@@ -34,10 +33,10 @@ def test_linear_elements_near_incompressibility_warn_and_quadratic_ones_do_not(a
 
 @pytest.mark.parametrize(("poisson", "per_cent"), [(0.3, 6), (0.45, 11), (0.49, 22)])
 def test_a_bar_of_linear_elements_bends_less_the_nearer_it_is_to_incompressible(poisson, per_cent, monkeypatch):
-    monkeypatch.setattr(locking, "POISSON", poisson)
-    monkeypatch.setattr(locking, "reference", locking.reference.__wrapped__)
-    monkeypatch.setitem(locking.CASES, "level_2", (2, poisson, 1))
-    answer = locking.deflection("level_2")
+    monkeypatch.setattr(fem_cases, "POISSON", poisson)
+    monkeypatch.setattr(fem_cases, "reference", fem_cases.reference.__wrapped__)
+    monkeypatch.setitem(fem_cases.CASES, "level_2", (2, poisson, 1))
+    answer = fem_cases.deflection("level_2")
     assert round(100 * answer.error(answer.found)) == per_cent
 
 
@@ -55,11 +54,11 @@ def test_a_job_keeps_what_it_warns_of_and_forgets_it_when_it_no_longer_does(tmp_
         say("one of two")
         for text in ("the organ\nis cut", "a piece is dropped", "a piece is dropped"):
             warnings.warn(text, stacklevel=1)
-    assert load([warned]) == ["the organ is cut", "a piece is dropped"]
-    assert in_logs([log, log, tmp_path / "none.log"]) == load([warned])
+    assert load_warnings([warned]) == ["the organ is cut", "a piece is dropped"]
+    assert warnings_in_logs([log, log, tmp_path / "none.log"]) == load_warnings([warned])
     with job(str(log), str(warned)):
         pass
-    assert load([warned]) == in_logs([log]) == [] and warned.read_text() == ""
+    assert load_warnings([warned]) == warnings_in_logs([log]) == [] and warned.read_text() == ""
 
 
 def test_a_failed_job_leaves_no_file_of_warnings(tmp_path):
@@ -67,10 +66,10 @@ def test_a_failed_job_leaves_no_file_of_warnings(tmp_path):
         warnings.warn("careful", stacklevel=1)
         raise InputError("no")
     assert not (tmp_path / "warned.txt").exists()
-    assert in_logs([tmp_path / "a.log"]) == ["careful"]
+    assert warnings_in_logs([tmp_path / "a.log"]) == ["careful"]
 
 
 def test_each_is_kept_once_over_all_jobs(tmp_path):
-    save(["a", "b"], tmp_path / "1")
-    save(["b", "c"], tmp_path / "2")
-    assert load([tmp_path / "1", tmp_path / "2"]) == ["a", "b", "c"]
+    save_warnings(["a", "b"], tmp_path / "1")
+    save_warnings(["b", "c"], tmp_path / "2")
+    assert load_warnings([tmp_path / "1", tmp_path / "2"]) == ["a", "b", "c"]

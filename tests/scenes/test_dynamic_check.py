@@ -5,23 +5,8 @@ import pytest
 from palpate.errors import InputError
 from palpate.scenes.dynamic_check import check_trial, fits, taught, trials, unable, unfit
 
-LOAD = {
-    "at_m": [0, 0, 0],
-    "force_n": [0, 0, -1],
-    "radius_m": 0,
-    "start_s": 0.1,
-    "press_s": 0.3,
-    "hold_s": 9,
-    "release_s": 0,
-}
-PRESSED = {
-    "body": "bar",
-    "effects": "auto",
-    "duration_s": 5.0,
-    "held": True,
-    "start": "rest",
-    "push": {"loads": [LOAD]},
-}
+LOAD = {"at_m": [0, 0, 0], "force_n": [0, 0, -1], "radius_m": 0, "start_s": 0.1, "press_s": 0.3, "hold_s": 9}
+PRESSED = {"body": "bar", "effects": "auto", "duration_s": 5.0, "push": {"loads": [LOAD]}}
 
 
 @pytest.mark.parametrize(
@@ -30,13 +15,10 @@ PRESSED = {
         ({}, ""),
         ({"effects": ["corotational", "held", "push"]}, ""),
         ({"contact": {"self_contact": True}}, "has contact"),
-        (
-            {"others": [{"body": "bar", "shift_m": [1, 0, 0]}], "effects": ["corotational", "push"]},
-            "has several bodies",
-        ),
+        ({"others": [{"body": "bar"}], "effects": ["corotational", "push"]}, "has several bodies"),
         ({"held": False}, "is not held"),
         ({"start": "random"}, "does not start at rest"),
-        ({"plasticity": {"yield_strain": 0.1}}, "has plasticity, which not all models have"),
+        ({"plasticity": {"yield_strain": 0.1, "max_strain": 1}}, "has plasticity, which not all models have"),
         ({"prony": {"shares": [0.5], "times_s": [1.0]}}, "has prony, which not all models have"),
         ({"maxwell": {"stiffness_ratio": 1.0}}, "has maxwell, which not all models have"),
         ({"plasticity": {}, "effects": ["corotational", "held", "push"]}, ""),  # described, and not named
@@ -49,7 +31,7 @@ def test_a_scene_is_left_out_for_a_reason(change, reason):
 
 
 def test_a_model_that_cannot_do_a_scene_is_named_before_anything_runs():
-    clay = PRESSED | {"plasticity": {"yield_strain": 0.1}}
+    clay = PRESSED | {"plasticity": {"yield_strain": 0.1, "max_strain": 1}}
     assert unable("springs", clay) == unable("springs_volume", clay) == "has plasticity"
     assert unable("springs", PRESSED, "sheet") == "" and unable("springs_volume", PRESSED, "sheet") == "moves a sheet"
     assert unable("detail_correction", PRESSED | {"contact": {"self_contact": True}}) == "has contact"
@@ -59,9 +41,7 @@ def test_a_model_that_cannot_do_a_scene_is_named_before_anything_runs():
 
 def test_without_loads_or_on_a_sheet_there_is_nothing_to_compare():
     assert unfit({name: value for name, value in PRESSED.items() if name != "push"}) == "has none of gravity and push"
-    with pytest.raises(
-        InputError, match=r"^here names press, which moves a sheet; describe .*, or choose another scene\.$"
-    ):
+    with pytest.raises(InputError, match=r"^here names press, which moves a sheet; describe"):
         check_trial("here", "press", PRESSED, "sheet")
 
 

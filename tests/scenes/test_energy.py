@@ -11,15 +11,13 @@ from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
-from palpate.config import complete
 from palpate.errors import NotConverged
 from palpate.files import read_yaml
-from palpate.scenes.contact_settings import bodies_in
+from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene, scene_of
-from palpate.schema import read_schema
+from palpate.scenes.scene import Scene, bodies_in, scene_of
 from palpate.solvers import backward_euler
-from palpate.studies.scenes.energy_balance import HOLDS, UNKNOWN, energy_balance
+from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
 ROOT = Path(__file__).parents[2]
 SHORTER = {
@@ -52,8 +50,7 @@ POKED = Scene(
 
 @pytest.fixture(scope="module")
 def config():
-    schema = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
-    return complete(read_yaml(ROOT / "config.yaml"), schema, ROOT / "config.yaml")
+    return complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
 
 
 @pytest.fixture(scope="module")

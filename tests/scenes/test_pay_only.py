@@ -7,15 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from palpate.config import complete
 from palpate.files import read_yaml
-from palpate.scenes.contact_settings import bodies_in
+from palpate.run.settings import complete
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
-from palpate.schema import read_schema
+from palpate.scenes.scene import bodies_in
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
-CONFIG = complete(read_yaml(ROOT / "config.yaml"), SCHEMA, ROOT / "config.yaml")
+CONFIG = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
 NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 RUN = """
 import gc, json, sys

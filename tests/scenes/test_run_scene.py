@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
 from palpate.scenes.build_system import compose, decisions, effect_names
-from palpate.scenes.initial_states import STARTS, initial_positions
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import STARTS, initial_positions, run
 from palpate.scenes.scene import Scene, scene_of
 
 GUIDE = Path(__file__).parents[2] / "docs/add-an-effect.md"

@@ -1,5 +1,6 @@
 """Equilibria of bodies: balance, a direct solver, load steps, numbering, and what is refused."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -8,14 +9,20 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.material import Material
+from palpate.bodies.box import box
+from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.patch_load import nodal_load
+from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.surface_integrals import midpoints
 from palpate.errors import InputError, NotConverged
-from palpate.linalg import linear_response
+from palpate.linalg import conjugate_gradients
 from palpate.linalg.block_pattern import hold
 from palpate.solvers import equilibrium
-from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
+from palpate.solvers.lbfgs import descend
 from palpate.solvers.newton import minimise
 
 
@@ -42,7 +49,7 @@ def test_linear_solver_against_a_direct_one(slab, level):
 
 
 def test_linear_solver_says_when_it_fails(slab, monkeypatch):
-    monkeypatch.setattr(linear_response, "MOST", 2)
+    monkeypatch.setattr(conjugate_gradients, "MAX_PRODUCTS", 2)
     with pytest.raises(NotConverged, match="after 2 products") as failure:
         Equilibrium(slab, 1).linear_solver()(push(slab, 1, 40, [0, 0, 1.0]))
     assert 1e-9 < failure.value.history[0] < 1.0
@@ -175,3 +182,187 @@ def test_a_residual_that_rounding_alone_leaves_is_accepted(box):
     linear = Equilibrium(body, 1).linear_solver(1e-6)(push(body, 1, len(mesh.nodes) - 1, [0.0, 0.0, -1e-4]))
     moved = solution.x - body.fine.nodes
     assert np.abs(moved - linear).max() < 0.01 * np.abs(linear).max()
+
+
+@pytest.fixture(scope="module")
+def bent(slab):
+    """The slab pressed by a disc, by more than a twentieth of its size: both ways to its equilibrium, and the load."""
+    newton, fast = Equilibrium(slab, 0, order=2), FastEquilibrium(slab, 0, order=2)
+    return newton, fast, nodal_load(slab, 0, 44, np.array([0.02, 0.01, -0.06]), 0.03, order=2)
+
+
+def test_it_finds_newtons_answer_without_any_matrix(bent, slab, monkeypatch):
+    newton, fast, load = bent
+    expected = newton.solve(load, 1e-9).x
+    monkeypatch.setattr(FastEquilibrium, "_stiffness", lambda self, x, definite: pytest.fail("assembled"))
+    found = fast.solve(load, 1e-8)
+    assert np.abs(expected - slab.fine.nodes).max() > 0.05 * slab.fine.size
+    assert np.abs(found.x - expected).max() < 1e-6 * np.abs(expected - slab.fine.nodes).max()
+    force = QuadraticElements(slab.coarse, slab.material).force(found.x) + load
+    free = np.setdiff1d(np.arange(len(load)), slab.anchors[1])
+    assert np.linalg.norm(force[free]) <= 1e-8 * np.linalg.norm(load)
+    assert found.history[-1] == pytest.approx(np.linalg.norm(force[free]) / np.linalg.norm(load), rel=1e-4)
+    assert found.linear_solves == 0 and found.products == found.iterations
+    again = fast.solve(load, 1e-8, start=found.x)
+    assert np.array_equal(again.x, found.x) and again.iterations == 0
+
+
+def test_newton_goes_on_from_where_it_was_too_slow(bent, monkeypatch):
+    newton, fast, load = bent
+    expected = newton.solve(load, 1e-9)
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 16)
+    found = fast.solve(load, 1e-9)
+    assert found.history[:17] == fast.approach(load, 0.0, 16).history
+    assert 0 < found.iterations - 16 < expected.iterations
+    assert found.linear_solves > 0 and found.history[-1] <= 1e-9
+    assert len(found.history) == len(found.seconds) and (np.diff(found.seconds) > 0.0).all()
+    assert np.abs(found.x - expected.x).max() < 1e-7 * np.abs(expected.x - newton.mesh.nodes).max()
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 60)
+    monkeypatch.setattr(equilibrium, "PACE", 1e-6)  # no search is as fast as that
+    assert fast.solve(load, 1e-12).linear_solves > 0
+
+
+def test_newton_begins_anew_where_the_energy_is_not_convex(bent, monkeypatch):
+    """What L-BFGS has found beyond a hill is forgotten: the answer is Newton's from the same start, to the last bit."""
+    newton, fast, load = bent
+
+    def over_a_hill(*asked):
+        return replace(descend(*asked), convex=False)
+
+    monkeypatch.setattr(equilibrium, "descend", over_a_hill)
+    for start in (None, newton.solve(0.8 * load, 1e-6).x):
+        expected, found = newton.solve(load, 1e-6, start), fast.solve(load, 1e-6, start)
+        assert found.linear_solves == expected.linear_solves > 0 and found.iterations > expected.iterations
+        assert np.array_equal(found.x, expected.x)
+
+
+def test_what_newton_does_not_find_is_not_found(bent, monkeypatch):
+    _, fast, load = bent
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 2)
+    monkeypatch.setattr(Equilibrium, "solve", lambda *_: (_ for _ in ()).throw(NotConverged("no", [1.0])))
+    with pytest.raises(NotConverged, match="no"):
+        fast.solve(load, 1e-8)
+
+
+def test_every_iteration_lowers_the_energy_and_the_first_is_a_cycle(bent):
+    newton, fast, load = bent
+    answers = [fast.approach(load, 1e-12, n) for n in range(10)]
+    assert [answer.iterations for answer in answers] == list(range(10))
+    assert np.array_equal(answers[0].x, newton.mesh.nodes)
+    energies = [fast.energy(answer.x) for answer in answers]
+    assert (np.diff(energies) < 0.0).all()
+    step = answers[1].x - newton.mesh.nodes
+    cycle = fast._precondition(np.where(fast._held[:, None], 0.0, load))
+    halvings = -np.log2(np.vdot(step, cycle) / np.vdot(cycle, cycle))
+    assert halvings == pytest.approx(round(halvings), abs=1e-9) and halvings > -1e-9
+    assert np.abs(step - 0.5**halvings * cycle).max() < 1e-12 * np.abs(cycle).max()
+    assert answers[9].history[-1] < 0.1 * answers[1].history[-1]
+
+
+def test_nothing_moves_without_a_load(bent):
+    _, fast, load = bent
+    for found in (fast.solve(0.0 * load, 1e-8), fast.approach(0.0 * load, 1e-8, 3)):
+        assert np.array_equal(found.x, fast.mesh.nodes) and found.history == [0.0]
+
+
+def test_a_nearly_incompressible_body_has_newtons_answer_too(box):
+    mesh = box([4, 2, 2], [0.2, 0.1, 0.1])
+    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(3000.0, 0.49, 1000.0))
+    newton, fast = Equilibrium(body, 0, order=2), FastEquilibrium(body, 0, order=2)
+    load = push(body, 1, 40, [0.0, 0.0, -0.1])
+    expected, found = newton.solve(load, 1e-8), fast.solve(load, 1e-8)
+    assert found.history[-1] <= 1e-8
+    assert np.abs(found.x - expected.x).max() < 1e-5 * np.abs(expected.x - newton.mesh.nodes).max()
+
+
+LENGTH, YOUNG, STRESS = 0.2, 3000.0, 300.0
+ELEMENTS = [(0, 1), (2, 1), (0, 2), (1, 2)]
+"""Levels, and orders of elements."""
+
+
+def two_layers(contrast: float):
+    """Make a bar along x, held at its beginning, whose second half is stiffer; with ν = 0 each layer only stretches."""
+    mesh = box([LENGTH, 0.04, 0.04], [6, 2, 2])
+    middles = mesh.nodes[mesh.tetrahedra].mean(axis=1)
+    materials = tuple(Material(YOUNG * factor, 0.0, 1000.0) for factor in (1.0, contrast))
+    held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
+    return nest("bar", mesh, 2, held, materials[0], regions=Tissue(materials, (middles[:, 0] > LENGTH / 2).astype(int)))
+
+
+def pulled(mesh, order: int) -> np.ndarray:
+    """Integrate STRESS on the end of the bar with the shape functions of the elements: nodal forces (n, 3) [N]."""
+    ends = mesh.triangles[(mesh.nodes[mesh.triangles][..., 0] > LENGTH - 1e-9).all(axis=1)]
+    a, b, c = (mesh.nodes[ends[:, i]] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    nodes = ends if order == 1 else midpoints(mesh, ends)
+    load = np.zeros((len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0), 3))
+    np.add.at(load[:, 0], nodes.ravel(), np.repeat(STRESS * areas / 3, 3))
+    return load
+
+
+@pytest.mark.parametrize(("contrast", "tolerance"), [(1.0, 1e-6), (10.0, 1e-6), (1e4, 1e-3)])
+@pytest.mark.parametrize(("level", "order"), ELEMENTS)
+def test_two_layers_stretch_as_springs_in_a_row(contrast, tolerance, level, order):
+    """Under a dead load F and with ν = 0 the law is P = E (s − 1), so each layer stretches by F/(A E), however far."""
+    body = two_layers(contrast)
+    problem = Equilibrium(body, level, order)
+    x = problem.solve(pulled(body.levels[level], order), 1e-8).x
+    rest = problem.mesh.nodes
+    for begin, young in ((0.0, YOUNG), (LENGTH / 2, YOUNG * contrast)):
+        layer = (rest[:, 0] > begin - 1e-9) & (rest[:, 0] < begin + LENGTH / 2 + 1e-9)
+        stretch = np.ptp(x[layer, 0]) / (LENGTH / 2) - 1.0
+        assert stretch == pytest.approx(STRESS / young, rel=tolerance)
+    assert np.abs(x[:, 1:] - rest[:, 1:]).max() < 1e-9
+
+
+def test_layers_side_by_side_share_a_load_by_their_moduli():
+    """Layers along z act in parallel, and the bar bends: a check of which element is which."""
+    mesh = box([LENGTH, 0.02, 0.04], [20, 2, 4])
+    stiff = mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 2] > 0.02
+    materials = (Material(YOUNG, 0.0, 1000.0), Material(10 * YOUNG, 0.0, 1000.0))
+    held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
+    body = nest("bar", mesh, 1, held, materials[0], regions=Tissue(materials, stiff.astype(int)))
+    load = 1e-4 * pulled(body.levels[0], 2)
+    problem = Equilibrium(body, 0, 2)
+    moved = problem.solve(load, 1e-8).x - problem.mesh.nodes
+    # between two cross-sections away from the ends, where the traction is not the one of a beam
+    ends = []
+    for place in (0.25 * LENGTH, 0.75 * LENGTH):
+        section = np.isclose(problem.mesh.nodes[:, 0], place)
+        ends.append(np.polyfit(problem.mesh.nodes[section, 2] - 0.02, moved[section, 0], 1))
+    slope, middle = ends[1] - ends[0]
+    # composite beam under an axial force at half its height: Σ E A, Σ E S and Σ E I of the layers, of unit width
+    height = 0.02
+    area, first, second = (YOUNG * (height**k / k) * np.array([(-1.0) ** (k - 1), 10.0]).sum() for k in (1, 2, 3))
+    strain, curvature = np.linalg.solve([[area, first], [first, second]], [1e-4 * STRESS * 2 * height, 0.0])
+    assert middle == pytest.approx(strain * LENGTH / 2, rel=0.005)
+    assert slope == pytest.approx(curvature * LENGTH / 2, rel=0.005)
+
+
+@pytest.fixture(scope="module")
+def organ():
+    def make(contrast: float):
+        entry = {"kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": YOUNG, "poisson": 0.3}
+        entry |= {"density_kg_m3": 1000, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
+        sphere = {"center_m": [0.02, -0.02, 0.01], "radius_m": 0.015}
+        return make_body("liver", entry | {"regions": {"tumour": {"sphere": sphere, "young_pa": YOUNG * contrast}}})
+
+    return make
+
+
+@pytest.mark.parametrize(("level", "order", "most"), [(2, 1, 1.6), (1, 2, 2.8)])
+def test_a_contrast_of_ten_thousand_takes_few_more_products(organ, level, order, most):
+    """Coarse elements have the materials of fine ones, so that multigrid does not suffer from the interface."""
+    products, depths = {}, {}
+    for contrast in (1.0, 1e4):
+        body = organ(contrast)
+        contact = body.coarse.surface[np.argmax(body.coarse.nodes[body.coarse.surface] @ [0.1, -0.1, 1.0])]
+        normal = body.fine.normals[contact]
+        load = nodal_load(body, level, int(contact), -0.1 * normal, 0.012, order)
+        problem = Equilibrium(body, level, order)
+        solution = problem.solve(load, 1e-8)
+        assert solution.history[-1] <= 1e-8
+        products[contrast] = solution.products
+        depths[contrast] = float(np.vdot(load, solution.x - problem.mesh.nodes))
+    assert products[1e4] <= most * products[1.0]
+    assert depths[1e4] < depths[1.0]

@@ -8,8 +8,8 @@ from fixtures.trade_off import *  # noqa: F403
 from scipy.sparse import csr_array
 
 from palpate.benchmark.database import Database
+from palpate.benchmark.model import FitOptions
 from palpate.bodies.material import Material
-from palpate.models.enrichment.training_samples import FitOptions
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,7 @@ for path in map(Path, snakemake.output):
     path.write_text(snakemake.rule)
 raise SystemExit
 """
-"""Stands before what a script would do."""
+"""Stands before what a job would do."""
 
 
 @pytest.fixture(scope="session")
@@ -84,10 +84,10 @@ def copy_of_workflow() -> Callable[[Path], Path]:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory, copy_of_workflow, run, whole) -> Path:
-    """Return a copy of the workflow that has run: real rules, settings and modules, and STUB before each script."""
+    """Return a copy of the workflow that has run: real rules, settings and modules, and STUB before each job."""
     root = copy_of_workflow(tmp_path_factory.mktemp("copy"))
-    for script in (root / "workflow/scripts").glob("*.py"):
-        script.write_text(STUB + script.read_text())
+    script = root / "workflow/job.py"
+    script.write_text(STUB + script.read_text())
     (root / "whole.yaml").write_text(yaml.safe_dump(whole, sort_keys=False))
     done = run(root, root / "whole.yaml", root=root)
     assert done.returncode == 0, done.stdout

@@ -4,11 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from palpate.config import complete
 from palpate.errors import InputError
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 
-SCHEMA = read_schema(Path(__file__).parents[2] / "workflow/schemas/config.schema.yaml")
 COMMON = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
 BAR = {"kind": "box", "sizes_m": [0.3, 0.1, 0.1], "divisions": [6, 2, 2], "refinements": 0} | COMMON
 CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.3], "divisions": [6, 6], "thickness_m": 0.001} | COMMON
@@ -18,7 +16,7 @@ SAMPLES = {"magnitudes": [0.7, 1.3], "train": 8, "test": 6}
 
 def check(smoke, body):
     smoke["bodies"]["new"] = body
-    return complete(smoke, SCHEMA, Path("my.yaml"))["bodies"]["new"]
+    return complete(smoke, Path("my.yaml"))["bodies"]["new"]
 
 
 @pytest.mark.parametrize("body", [BAR, CLOTH, BAR | {"refinements": 1} | SAMPLES], ids=["box", "sheet", "trained box"])
@@ -38,10 +36,10 @@ def test_a_ct_is_the_synthetic_abdomen_by_default(smoke):
 def test_an_image_may_be_a_folder_and_a_mask_not(smoke, tmp_path):
     (tmp_path / "slices").mkdir()
     smoke["bodies"]["new"] = CT | {"image": "slices"}
-    assert complete(smoke, SCHEMA, tmp_path / "my.yaml")["bodies"]["new"]["image"] == "slices"
+    assert complete(smoke, tmp_path / "my.yaml")["bodies"]["new"]["image"] == "slices"
     smoke["bodies"]["new"] |= {"mask": "slices"}
     with pytest.raises(InputError, match=r"bodies\.new\.mask is slices, where there is no file; give a path relative"):
-        complete(smoke, SCHEMA, tmp_path / "my.yaml")
+        complete(smoke, tmp_path / "my.yaml")
 
 
 def test_a_body_without_samples_needs_no_refinement(smoke):
@@ -75,7 +73,7 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (CT | {"image": __file__, "mask": ""}, "bodies.new.mask is '', but must not be empty"),
         (CT | {"surface_nodes": 8}, "bodies.new.surface_nodes is 8, but must be at least 12"),
         (CT | {"crop_m": [[0, 0, 0]]}, "bodies.new.crop_m is [[0, 0, 0]], but must have at least 2 entries"),
-        (BAR | {"divisions": [6, 0, 2]}, "bodies.new.divisions[1] is 0, but must be at least 1 (Cells along an axis)."),
+        (BAR | {"divisions": [6, 0, 2]}, "bodies.new.divisions[1] is 0, but must be at least 1 (Coarse cells along x"),
     ],
 )
 def test_what_is_wrong_is_said(smoke, body, said):

@@ -17,8 +17,8 @@ def settings():
 def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_path, settings):
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs == {
-        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_table": 2, "tabulate_advice": 1,
-        "draw": 2, "dynamic": 1,
+        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_dynamic_accuracy": 1,
+        "tabulate_advice": 1, "draw_dynamic_accuracy": 1, "dynamic": 1,
     }  # fmt: skip
 
 

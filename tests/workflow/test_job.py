@@ -2,12 +2,11 @@
 
 import shutil
 import warnings
-from pathlib import Path
 
 import pytest
 
 from palpate.errors import InputError
-from palpate.run import job as job_module
+from palpate.run import dependencies
 from palpate.run.job import job, steps
 
 
@@ -42,15 +41,24 @@ def test_steps_hands_on_everything_and_says_the_first_and_last():
 
 def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
     package = tmp_path / "palpate"
-    shutil.copytree(Path(job_module.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(job_module, "__file__", str(package / "job.py"))
-    before = job_module.kernel_cache()
-    assert before == job_module.kernel_cache()
-    (package / "config.py").write_text("no kernel here\n")
-    assert before == job_module.kernel_cache()
-    svd = package / "linalg/signed_svd.py"
-    svd.write_text(svd.read_text() + "\n")
-    assert before != job_module.kernel_cache()
+    (package / "run").mkdir(parents=True)
+    for name in ("linalg/polar.py", "errors.py"):
+        (package / name).parent.mkdir(exist_ok=True)
+        shutil.copy(dependencies.PACKAGE / name, package / name)
+    monkeypatch.setattr(dependencies, "PACKAGE", package)
+    monkeypatch.setattr(dependencies, "KEPT", tmp_path / "digests.json")
+
+    def digest() -> str:
+        dependencies._facts.cache_clear()
+        return dependencies.kernels()
+
+    before = digest()
+    (package / "errors.py").write_text("NONE = 0\n")
+    svd = package / "linalg/polar.py"
+    svd.write_text(f"# a comment\n{svd.read_text()}")
+    assert digest() == before
+    svd.write_text(f"{svd.read_text()}\nONE = 1\n")
+    assert digest() != before
 
 
 def test_what_palpate_warns_of_stands_in_the_log(tmp_path, monkeypatch):

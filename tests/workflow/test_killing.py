@@ -40,7 +40,7 @@ def start(command, tmp_path):
 
 def test_a_killed_run_is_completed(start, run, tmp_path):
     for line, unfinished in [
-        ("make the body liver", "results/data/liver/body.h5"),
+        ("make body (liver)", "results/data/liver/body.h5"),
         ("unit forces at contact 1", "results/data/liver/compliance_0.0m.h5"),
         ("fine sample 1", TARGET),
     ]:
@@ -82,7 +82,7 @@ def test_a_job_killed_from_outside_is_named_last(start):
         os.kill(job, signal.SIGKILL)
     printed = run.stdout.read().splitlines()
     assert run.wait() == 1
-    said = "error: compute the compliance of liver: its process was ended from outside (signal 9), most likely for lack"
+    said = "error: compute compliance (liver, 0.0): its process was ended from outside (signal 9), most likely for lack"
     assert printed[-1].startswith(said)
     assert "results/logs/liver/compute_compliance_0.0m.log, .snakemake/log/" in printed[-2]
 
@@ -101,7 +101,7 @@ def jobs_of(run: int) -> list[int]:
 
 
 def test_a_second_run_in_the_same_folder_is_refused(start, run, tmp_path):
-    start("make the body liver")
+    start("make body (liver)")
     done = run(tmp_path, SMOKE, "--", TARGET)
     assert done.returncode == 1
     assert "error: another run is under way in this folder; wait for it or stop it first." in done.stdout

@@ -37,7 +37,7 @@ def last(run, tmp_path, sagging):
 def test_a_run_names_its_jobs_and_counts_them(run, tmp_path, sagging):
     done = run(tmp_path, sagging, "--", BODY)
     assert done.stdout.splitlines()[1].startswith("1 job to do: about a minute on 2 cores")
-    assert done.stdout.splitlines()[2:] == ["1 of 1: make the body bar"]
+    assert done.stdout.splitlines()[2:] == ["1 of 1: make body (bar)"]
     done = run(tmp_path, sagging, "--", BODY)
     assert done.stdout.splitlines()[1:] == ["everything is up to date"]
 

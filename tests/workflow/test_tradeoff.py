@@ -4,12 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.config import complete
 from palpate.errors import InputError
-from palpate.schema import read_schema
+from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 TRADEOFF = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
 
 
@@ -24,8 +22,8 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
     assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
     assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
-    assert jobs["estimate_errors"] == 1 and jobs["tabulate_error_bounds"] == 1
-    assert not {"sweep_sigma", "evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
+    assert jobs["measure_bounds"] == 1 and jobs["tabulate_error_bounds"] == 1
+    assert not {"evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
 
 
 def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):
@@ -41,7 +39,7 @@ def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_
     families, scenes, fingers = 2, 1, 1
     assert jobs["measure_models"] == families * (2 * scenes + fingers + scenes)
     assert jobs["choose_presses"] == jobs["simulate_truth"] == 2 * scenes + fingers
-    assert jobs["estimate_errors"] == 2 * scenes + scenes  # fingers of other radii are in no table of bounds
+    assert jobs["measure_bounds"] == 2 * scenes + scenes + fingers
 
 
 def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(tmp_path, plan, write_config, trading):
@@ -49,13 +47,13 @@ def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(
     (tmp_path / "mine.py").write_text("settings = prepare = print\n")
     trading["tradeoff"] |= {"own_models": {"mine": "mine.py"}, "any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_any_load"] == 1 and jobs["merge_table"] == 1
+    assert jobs["measure_any_load"] == jobs["merge_any_load"] == 1
 
 
 def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
     trading["tradeoff"] |= {"beyond_design": {"models": {"fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_beyond_design"] == 1 and jobs["merge_table"] == 1
+    assert jobs["measure_beyond_design"] == jobs["merge_beyond_design"] == 1
 
 
 @pytest.mark.parametrize(
@@ -96,7 +94,7 @@ def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, writ
 def test_what_is_wrong_is_said(trading, changes, said):
     trading["tradeoff"] |= changes
     with pytest.raises(InputError) as caught:
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
     assert str(caught.value).startswith(f"config.yaml: {said}")
 
 
@@ -104,20 +102,20 @@ def test_it_needs_bodies_that_are_sampled(trading):
     trading["bodies"] = {"bar": trading["bodies"]["bar"]}
     trading["tradeoff"]["bodies"] = None
     with pytest.raises(InputError, match="tradeoff is there and no body is refined"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
 
 
 def test_a_regime_with_the_name_of_a_finger_is_refused(trading):
     trading["regimes"]["finger_4000_um"] = {"radius_m": 0.01}
     trading["tradeoff"]["finger_radii_m"] = [0.004]
     with pytest.raises(InputError, match=r"regimes\.finger_4000_um has the name of a regime of finger_radii_m; give"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
 
 
 def test_it_needs_regimes_for_bodies_that_are_there(trading):
     trading["regimes"]["small"]["radius_of_body_m"] = {"livr": 0.01}
     with pytest.raises(InputError, match=r"regimes\.small\.radius_of_body_m names livr, which is unknown"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))
     del trading["regimes"]
     with pytest.raises(InputError, match="tradeoff is there and there are no regimes"):
-        complete(trading, SCHEMA, Path("config.yaml"))
+        complete(trading, Path("config.yaml"))

@@ -1,8 +1,7 @@
 # Paper 3, chapter 4: bounding structures on deforming scenes, beside python-fcl and coal where they are installed.
 
-TARGETS["collision"] = tabulated(
-    "collision", "collision_scaling", "collision_precision", "collision_apart"
-) + figures("collision", "collision", "collision_scaling", "collision_precision", "collision_apart")
+COLLISION_TABLES = ("collision", "collision_scaling", "collision_precision", "collision_apart")
+TARGETS["collision"] = tabulated(*COLLISION_TABLES) + figures("collision", *COLLISION_TABLES)
 
 
 rule measure_collision:
@@ -12,13 +11,11 @@ rule measure_collision:
         "results/logs/measure_collision.log",
     threads: HALF
     params:
-        settings={key: config["collision"][key] for key in ("frames", "refinements", "depths")},
+        **calls("palpate.studies.collision.jobs:measure_collision"),
+        settings=some("collision", "frames", "refinements", "depths"),
         seed=config["seed"],
-        code=code_of("measure_collision"),
-    message:
-        "compare bounding structures on deforming scenes"
     script:
-        "../scripts/measure_collision.py"
+        "../job.py"
 
 
 rule measure_collision_scaling:
@@ -28,13 +25,11 @@ rule measure_collision_scaling:
         "results/logs/measure_collision_scaling.log",
     threads: HALF
     params:
+        **calls("palpate.studies.collision.jobs:measure_collision_scaling"),
         triangles=config["collision"]["triangles"],
         depths=config["collision"]["depths"][:1],
-        code=code_of("measure_collision_scaling"),
-    message:
-        "grow bounding structures"
     script:
-        "../scripts/measure_collision_scaling.py"
+        "../job.py"
 
 
 rule measure_collision_precision:
@@ -45,13 +40,8 @@ rule measure_collision_precision:
         "results/logs/measure_collision_precision.log",
     threads: HALF
     params:
-        stopped=config["collision"]["stopped"],
-        apart=config["collision"]["apart"],
-        depths=config["collision"]["depths"],
-        refinements=config["collision"]["refinements"],
+        **some("collision", "stopped", "apart", "depths", "refinements"),
+        **calls("palpate.studies.collision.jobs:measure_collision_precision"),
         seed=config["seed"],
-        code=code_of("measure_collision_precision"),
-    message:
-        "stop bounding trees early, and search them between bodies that are apart"
     script:
-        "../scripts/measure_collision_precision.py"
+        "../job.py"

@@ -6,28 +6,27 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.config import asked_for, complete, finger_regimes, paths_of_body, pressed_bodies
-from palpate.report import declared
-from palpate.run.dependencies import digest
-from palpate.run.environment import check_environment
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
+from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.run.job import FAILED, kernel_cache
+from palpate.report import declared
+from palpate.run.dependencies import digest
+from palpate.run.estimate import Estimate, jobs_of
+from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
-from palpate.run.kept_warnings import in_logs
-from palpate.plan.plan import Plan, when_known
-from palpate.schema import defaults, read_schema, studies
-from palpate.settings_file import read_settings
-from palpate.run.stale_results import stale_results
+from palpate.run.leftovers import stale_results
+from palpate.run.settings import STUDIES, asked_for, complete, defaults
+from palpate.run.settings_file import read_settings
+from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt
 from snakemake_logger_plugin_palpate.targets import offer
 
 ROOT = Path(workflow.basedir)
-CONFIG_FILES = [Path(relpath(file)) for file in workflow.overwrite_configfiles] or [Path("config.yaml")]
+CONFIG_FILES = [Path(relpath(file)) for file in workflow.config_settings.configfiles] or [Path("config.yaml")]
 CONFIG_FILE = CONFIG_FILES[0]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 # what this run will do, once that is known
 planned = None
 
@@ -42,24 +41,22 @@ try:
     for file in CONFIG_FILES:
         update_config(config, read_settings(file))
     update_config(config, dict(workflow.config_settings.config))
-    config = complete(config, SCHEMA, CONFIG_FILE)
+    config = complete(config, CONFIG_FILE)
 except InputError as error:
     # make is typed in palpate's folder, and runs this in that of the settings
     typed = relpath(CONFIG_FILE, os.getenv("PWD")) if os.getenv("PALPATE_COMMAND") else CONFIG_FILE
     sys.exit(f"{FAILED}{error}".replace(f"{FAILED}{CONFIG_FILE}: ", f"{FAILED}{typed}: "))
 
 # the studies whose block is in the settings, in the order of the report
-ASKED = asked_for(config, SCHEMA)
+ASKED = asked_for(config)
 # what each study makes, by its name; its rules file says so
 TARGETS = {}
 # the warnings of jobs that the studies need; the report lists them
 WARNED = []
 # tables that the report reads, and that not every run of their studies makes
 OPTIONAL = []
-# tables that several jobs fill: the parts of each
-MERGED = {}
-# figures that only read tables: module, scene and published numbers of each
-FIGURES = {}
+# tables that several jobs fill, and their parts; figures that only read tables; by the first of those that a job makes
+MERGED, FIGURES = {}, {}
 
 # bodies that are pressed under a finger, and how hard
 PRESSED = pressed_bodies(config)
@@ -93,12 +90,23 @@ shell.prefix(f"trap '' INT; export {' '.join(f'{name}={quote(value)}' for name, 
 HALF = max(1, (workflow.cores or 1) // 2)
 
 
-def code_of(script, *lazily):
-    """A digest of the code that a script runs, as a parameter: snakemake notices no edits of imported modules.
+BODY = "results/data/{body}/body.h5"
+PRESS = "results/data/{body}/{regime}"
 
-    lazily : modules or packages of palpate that are imported by name at run time
+
+def calls(function, lazily=()):
+    """The function of palpate that a job calls, and a digest of its code, as parameters: snakemake notices no edits of modules.
+
+    lazily : modules or packages of palpate that are imported by name at run time, or a function of the wildcards
     """
-    return digest(ROOT / f"workflow/scripts/{script}.py", *lazily)
+    of_job = callable(lazily)
+    code = (lambda wildcards: digest(function, *lazily(wildcards))) if of_job else digest(function, *lazily)
+    return {"call": function, "code": code}
+
+
+def some(block, *keys):
+    """Some of the settings of a block."""
+    return {key: config[block][key] for key in keys}
 
 
 def tabulated(*names):
@@ -111,24 +119,18 @@ def drawn(*names):
     return [f"results/figures/{name}.{suffix}" for name in names for suffix in ("png", "svg")]
 
 
-def figures(study, *names, scenes=None, published=False):
-    """The files of figures of a study that only read tables, one a module; with ``scenes`` one for each of these.
+def figures(study, *names, scenes=(None,), **options):
+    """The files of figures that one job draws from tables alone, one a module; with ``scenes`` one for each of these.
 
-    published : whether they show what the paper published, too
+    published=True : they show what the paper published, too
     """
-    found = []
+    shown = FIGURES[names[0]] = {}
     for name in names:
         _, place, tables = declared.figures(study)[name]
-        for scene in [None] if scenes is None else scenes:
-            stem = name if scene is None else f"{name}_{scene}"
-            FIGURES[stem] = {
-                "place": place,
-                "tables": tables,
-                "scene": scene,
-                "published": [published_of(study)] if published else [],
-            }
-            found += drawn(stem)
-    return found
+        shared = {"place": place, "tables": tables}
+        shared["published"] = published_of(study) if options.get("published") else None
+        shown |= {f"{name}_{scene}" if scene else name: shared | {"scene": scene} for scene in scenes}
+    return drawn(*shown)
 
 
 def claims_of(study):
@@ -138,10 +140,10 @@ def claims_of(study):
     return {place: tables for place, tables in judges if made.issuperset(tabulated(*tables))}
 
 
-def merged(table, parts):
-    """The file of a table that is merged from ``parts``."""
-    MERGED[table] = parts
-    return tabulated(table)
+def merged(**tables):
+    """The files of tables that one job merges from the parts of each."""
+    MERGED[next(iter(tables))] = tables
+    return tabulated(*tables)
 
 
 def published_of(study):
@@ -166,49 +168,30 @@ def hold_folder():
         sys.exit(f"{FAILED}another run is under way in this folder; wait for it or stop it first.")
 
 
-def stay_idle():
-    """Keep snakemake from looking for jobs while none can start: without a limit of jobs a second it does so when one ends.
-
-    With it, it does so once a second for each job that has ever ended, which in the end takes the half of a core.
-    """
-    workflow.scheduler.job_rate_limiter = None
-
-
-def plan():
-    """Return what this run will do, once snakemake knows it."""
-    return Plan(workflow.dag, config, CONFIG_FILE.parent, workflow.cores if workflow.local_exec else None)
-
-
 def announce():
     """Print what a run will cost before it begins. An estimate is no reason to stop a run."""
     global planned
     try:
-        planned = plan()
+        planned = Estimate(jobs_of(workflow.dag), config["bodies"], workflow.cores if workflow.local_exec else None)
         print("\n".join(planned.describe()), file=sys.stderr)
     except Exception as error:
         print(f"no estimate of what this run will cost ({type(error).__name__}: {error})", file=sys.stderr)
 
 
-def remember():
-    """Keep what the jobs of this run took, for the next estimate."""
+def announce_once(record):
+    """Announce a dry run, for which snakemake calls no onstart, at the record by which its jobs are known."""
+    known = getattr(record, "event", None) == "run_info" or record.getMessage().startswith("Nothing to be done")
+    if known and workflow.dryrun and planned is None:
+        announce()
+    return True
+
+
+def conclude():
+    """Keep what jobs took, and print what they warned of where it does not scroll by: also those done before this run."""
     if planned is not None:
         planned.remember()
-
-
-def warnings_kept():
-    """What jobs warned of, each once, in the results as they stand: also jobs that were done before this run."""
-    return in_logs(sorted({log for job in workflow.dag.jobs for log in job.log}))
-
-
-def print_warnings():
-    """Print these at the end of a run, where they do not scroll by."""
-    if lines := warnings_kept():
-        print(
-            "warnings about these results:",
-            *(f"warning: {line}" for line in lines),
-            sep="\n",
-            file=sys.stderr,
-        )
+    if lines := warnings_in_logs(sorted({log for job in workflow.dag.jobs for log in job.log})):
+        print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
 
 
 def mention_stale():

@@ -21,18 +21,16 @@ rule tabulate_node_mass:
     log:
         "results/logs/tabulate_node_mass.log",
     params:
+        **calls("palpate.studies.ct.jobs:tabulate_node_mass"),
         entries={body: body_entry(body) for body in WEIGHED},
         sizes=config["ct"]["surface_nodes"],
-        code=code_of("tabulate_node_mass"),
-    message:
-        "weigh the nodes of bodies from CT"
     script:
-        "../scripts/tabulate_node_mass.py"
+        "../job.py"
 
 
 rule draw_ct:
     input:
-        body="results/data/{body}/body.h5",
+        body=BODY,
         files=lambda wildcards: body_files(wildcards.body),
     output:
         slices=drawn("ct_slices_{body}"),
@@ -40,12 +38,10 @@ rule draw_ct:
     log:
         "results/logs/{body}/draw_ct.log",
     params:
+        **calls("palpate.studies.ct.jobs:draw_ct"),
         entry=lambda wildcards: body_entry(wildcards.body),
-        code=code_of("draw_ct"),
-    message:
-        "draw the CT of {wildcards.body}"
     script:
-        "../scripts/draw_ct.py"
+        "../job.py"
 
 
 rule measure_imaging:
@@ -58,10 +54,8 @@ rule measure_imaging:
         "results/logs/measure_imaging.log",
     threads: HALF
     params:
+        **calls("palpate.studies.ct.jobs:measure_imaging"),
         entries={body: body_entry(body) for body in CTS},
         settings=config["ct"]["imaging"],
-        code=code_of("measure_imaging"),
-    message:
-        "cast rays through scans, and fill masks between slices"
     script:
-        "../scripts/measure_imaging.py"
+        "../job.py"

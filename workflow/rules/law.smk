@@ -2,22 +2,18 @@
 
 
 from palpate.bodies.material import LAWS
-from palpate.studies.law.check import changes_of, compared_bodies
+from palpate.studies.law.settings import changes_of, compared_bodies
 
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file
-COMPARED_LAWS = {
-    name: name if name in LAWS else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]
-}
-TARGETS["law"] = merged("law", expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures(
-    "law", "law"
-)
+COMPARED_LAWS = {name: name if name in LAWS else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
+TARGETS["law"] = merged(law=expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures("law", "law")
 WARNED += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.txt", body=COMPARED_BODIES)
 
 
 rule compare_laws:
     input:
-        body="results/data/{body}/body.h5",
+        body=BODY,
         own=[path for name, path in COMPARED_LAWS.items() if name not in LAWS],
     output:
         table="results/data/{body}/law.csv",
@@ -25,15 +21,11 @@ rule compare_laws:
     log:
         "results/logs/{body}/compare_laws.log",
     params:
+        **calls("palpate.studies.law.jobs:compare_laws", ["palpate.effects.laws"]),
         laws=lambda wildcards: [COMPARED_LAWS[name] for name in changes_of(config, wildcards.body)["laws"]],
         poissons=lambda wildcards: changes_of(config, wildcards.body)["poissons"],
         contacts=lambda wildcards: changes_of(config, wildcards.body)["contacts"],
         depths=config["law"]["depths"],
-        radius_m=lambda wildcards: config["law"]["radius_of_body_m"].get(
-            wildcards.body, config["law"]["radius_m"]
-        ),
-        code=code_of("compare_laws", "palpate.effects.laws"),
-    message:
-        "press under each law: {wildcards.body}"
+        radius_m=lambda wildcards: config["law"]["radius_of_body_m"].get(wildcards.body, config["law"]["radius_m"]),
     script:
-        "../scripts/compare_laws.py"
+        "../job.py"

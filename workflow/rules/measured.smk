@@ -8,12 +8,12 @@ include: "functions/measured.smk"
 
 
 EXPERIMENTS = list(config["measured"]["experiments"])
+OF_EXPERIMENT = "results/data/measured/{experiment}"
 
-TARGETS["measured"] = merged(
-    "measured", expand("results/data/measured/{experiment}.csv", experiment=EXPERIMENTS)
-) + figures("measured", "measured", scenes=EXPERIMENTS)
+TARGETS["measured"] = merged(measured=expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS))
+TARGETS["measured"] += figures("measured", "measured", scenes=EXPERIMENTS)
 WARNED += warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values()))
-WARNED += expand("results/data/measured/{experiment}_warned.txt", experiment=EXPERIMENTS)
+WARNED += expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS)
 
 
 rule measure_experiment:
@@ -22,18 +22,16 @@ rule measure_experiment:
         files=files_of_experiment,
         own=own_laws_of_measured(),
     output:
-        table="results/data/measured/{experiment}.csv",
-        warned="results/data/measured/{experiment}_warned.txt",
+        table=f"{OF_EXPERIMENT}.csv",
+        warned=f"{OF_EXPERIMENT}_warned.txt",
     log:
         "results/logs/measured/{experiment}.log",
     wildcard_constraints:
         experiment="|".join(EXPERIMENTS),
     params:
+        **calls("palpate.studies.measured.jobs:measure_experiment", ["palpate.effects"]),
         entry=experiment_entry,
         models=models_of_measured(),
         # laws are imported by name
-        code=code_of("measure_experiment", "palpate.effects"),
-    message:
-        "put models beside what was measured: {wildcards.experiment}"
     script:
-        "../scripts/measure_experiment.py"
+        "../job.py"

@@ -1,33 +1,25 @@
 # Whether a finger feels the regions of bodies, and how deep in a slab a ball may lie to be felt.
 
-PALPATED = config["palpation"]["bodies"] or [
-    name for name, body in config["bodies"].items() if body.get("regions")
-]
+PALPATED = config["palpation"]["bodies"] or [name for name, body in config["bodies"].items() if body.get("regions")]
+IN_SLAB = ("slab", "ball_radius_m", "covers_m", "contrasts", "radius_m", "pressure_of_young", "felt")
 
-TARGETS["palpation"] = (
-    merged("palpation", expand("results/data/{body}/palpation.csv", body=PALPATED))
-    + tabulated("palpation_limits")
-    + figures("palpation", "palpation", "palpation_limits")
-)
+TARGETS["palpation"] = merged(palpation=expand("results/data/{body}/palpation.csv", body=PALPATED))
+TARGETS["palpation"] += tabulated("palpation_limits") + figures("palpation", "palpation", "palpation_limits")
 WARNED += warned_of(PALPATED)
 
 
 rule measure_palpation:
     input:
-        body="results/data/{body}/body.h5",
+        body=BODY,
     output:
         "results/data/{body}/palpation.csv",
     log:
         "results/logs/{body}/measure_palpation.log",
     params:
-        settings={
-            key: config["palpation"][key] for key in ("radius_m", "places", "pressures_of_young", "felt")
-        },
-        code=code_of("measure_palpation"),
-    message:
-        "feel the regions of {wildcards.body}"
+        **calls("palpate.studies.palpation.jobs:measure_palpation"),
+        settings=some("palpation", "radius_m", "places", "pressures_of_young", "felt"),
     script:
-        "../scripts/measure_palpation.py"
+        "../job.py"
 
 
 rule measure_palpation_limits:
@@ -36,20 +28,7 @@ rule measure_palpation_limits:
     log:
         "results/logs/measure_palpation_limits.log",
     params:
-        settings={
-            key: config["palpation"][key]
-            for key in (
-                "slab",
-                "ball_radius_m",
-                "covers_m",
-                "contrasts",
-                "radius_m",
-                "pressure_of_young",
-                "felt",
-            )
-        },
-        code=code_of("measure_palpation_limits"),
-    message:
-        "feel for balls in a slab"
+        **calls("palpate.studies.palpation.jobs:measure_palpation_limits"),
+        settings=some("palpation", *IN_SLAB),
     script:
-        "../scripts/measure_palpation_limits.py"
+        "../job.py"

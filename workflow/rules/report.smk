@@ -14,13 +14,11 @@ rule write_report:
     log:
         "results/logs/write_report.log",
     params:
+        **calls("palpate.run.jobs:write_report", [f"palpate.studies.{study}.report" for study in ASKED]),
         studies=ASKED,
         scenes=list(config.get("scenes", {})),
         cts=CTS if "ct" in ASKED else [],
         more=OPTIONAL,
         driven=DRIVEN if "scenes" in ASKED else [],
-        code=code_of("write_report", *(f"palpate.studies.{study}.report" for study in ASKED)),
-    message:
-        "write the report"
     script:
-        "../scripts/write_report.py"
+        "../job.py"

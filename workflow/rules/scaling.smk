@@ -1,14 +1,13 @@
 # How cost and memory of each component grow, up to millions of elements.
 
 GROWING = ["fem", "fine_nodes", "samples", "triangles", "particles", "cores"]
-TARGETS["scaling"] = merged(
-    "scaling", expand("results/data/scaling/{component}.csv", component=GROWING)
-) + figures("scaling", "scaling")
+GROWN = "results/data/scaling/{component}.csv"
+TARGETS["scaling"] = merged(scaling=expand(GROWN, component=GROWING)) + figures("scaling", "scaling")
 
 
 rule measure_scaling:
     output:
-        "results/data/scaling/{component}.csv",
+        GROWN,
     log:
         "results/logs/scaling/measure_scaling_{component}.log",
     wildcard_constraints:
@@ -18,9 +17,7 @@ rule measure_scaling:
     resources:
         mem_mb=8000,
     params:
+        **calls("palpate.studies.scaling.jobs:measure_scaling", ["palpate.effects", "palpate.solvers"]),
         sizes=lambda wildcards: config["scaling"].get(wildcards.component),
-        code=code_of("measure_scaling", "palpate.effects", "palpate.solvers"),
-    message:
-        "grow {wildcards.component}"
     script:
-        "../scripts/measure_scaling.py"
+        "../job.py"

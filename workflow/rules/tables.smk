@@ -1,4 +1,4 @@
-# Tables that several jobs or studies fill, and figures that only read tables.
+# Tables that several jobs or studies fill, and figures that only read tables: light enough for a cluster's head node.
 
 # what judges the papers' claims, by the tables of the studies that are asked for
 JUDGES = {place: tables for study in ASKED for place, tables in claims_of(study).items()}
@@ -7,41 +7,42 @@ CLAIMS = tabulated("claims") if JUDGES else []
 OPTIONAL += ["claims"] if JUDGES else []
 
 
-rule merge_table:
-    input:
-        lambda wildcards: MERGED[wildcards.table],
-    output:
-        "results/tables/{table}.csv",
-    log:
-        "results/logs/merge_table_{table}.log",
-    wildcard_constraints:
-        table="|".join(MERGED) or "nothing",
-    params:
-        code=code_of("merge_table"),
-    message:
-        "merge the table {wildcards.table}"
-    script:
-        "../scripts/merge_table.py"
+for first, parts in MERGED.items():
+
+    rule:
+        name:
+            f"merge_{first}"
+        input:
+            **parts,
+        output:
+            tabulated(*parts),
+        log:
+            f"results/logs/merge_{first}.log",
+        localrule: True
+        params:
+            **calls("palpate.run.jobs:merge"),
+        script:
+            "../job.py"
 
 
-rule draw:
-    input:
-        tables=lambda wildcards: tabulated(*FIGURES[wildcards.figure]["tables"]),
-        published=lambda wildcards: FIGURES[wildcards.figure]["published"],
-    output:
-        drawn("{figure}"),
-    log:
-        "results/logs/draw/{figure}.log",
-    wildcard_constraints:
-        figure="|".join(FIGURES) or "nothing",
-    params:
-        place=lambda wildcards: FIGURES[wildcards.figure]["place"],
-        scene=lambda wildcards: FIGURES[wildcards.figure]["scene"],
-        code=lambda wildcards: code_of("draw", FIGURES[wildcards.figure]["place"].split(":")[0]),
-    message:
-        "draw {wildcards.figure}"
-    script:
-        "../scripts/draw.py"
+for first, shown in FIGURES.items():
+
+    rule:
+        name:
+            f"draw_{first}"
+        input:
+            tables=sorted({file for figure in shown.values() for file in tabulated(*figure["tables"])}),
+            published=sorted({figure["published"] for figure in shown.values() if figure["published"]}),
+        output:
+            drawn(*shown),
+        log:
+            f"results/logs/draw_{first}.log",
+        localrule: True
+        params:
+            **calls("palpate.run.jobs:draw", sorted({figure["place"].split(":")[0] for figure in shown.values()})),
+            figures=shown,
+        script:
+            "../job.py"
 
 
 if JUDGES:
@@ -54,12 +55,10 @@ if JUDGES:
         log:
             "results/logs/check_claims.log",
         params:
+            **calls("palpate.run.jobs:check_claims", sorted({place.split(":")[0] for place in JUDGES})),
             places=JUDGES,
-            code=code_of("check_claims", *(place.split(":")[0] for place in JUDGES)),
-        message:
-            "check the papers' claims"
         script:
-            "../scripts/check_claims.py"
+            "../job.py"
 
 
 if {"tradeoff", "dynamic"} & set(ASKED):
@@ -75,12 +74,8 @@ if {"tradeoff", "dynamic"} & set(ASKED):
         log:
             "results/logs/tabulate_advice.log",
         params:
-            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults(SCHEMA, "tradeoff")})[
-                "tradeoff"
-            ]["advice"],
+            **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
+            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],
             speeds=config.get("dynamic", {}).get("speeds", []),
-            code=code_of("tabulate_advice"),
-        message:
-            "advise a model for each budget and error"
         script:
-            "../scripts/tabulate_advice.py"
+            "../job.py"

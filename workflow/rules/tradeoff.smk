@@ -3,20 +3,19 @@
 
 from palpate.models.model_registry import MODELS, absent, families
 
+TRADEOFF = config["tradeoff"]
 # models by family, one job each, and the user's own
-OWN_MODELS = {
-    name: normpath(CONFIG_FILE.parent / path) for name, path in config["tradeoff"]["own_models"].items()
-}
+OWN_MODELS = {name: normpath(CONFIG_FILE.parent / path) for name, path in TRADEOFF["own_models"].items()}
 # engines that are not installed are left out, and cost nothing
-COMPARED = [*(config["tradeoff"]["models"] or [name for name in MODELS if name not in absent()]), *OWN_MODELS]
+COMPARED = [*(TRADEOFF["models"] or [name for name in MODELS if name not in absent()]), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
 STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
-SPLITS = config["tradeoff"]["splits"]
+SPLITS = TRADEOFF["splits"]
 # bodies that get all splits, and fingers of all radii
-IN_DEPTH = config["tradeoff"]["in_depth"] or PRESSED
-CHECKED = config["tradeoff"]["truth"]["check_samples"]
+IN_DEPTH = TRADEOFF["in_depth"] or PRESSED
+CHECKED = TRADEOFF["truth"]["check_samples"]
 # loads that models were not prepared for, and presses that they were not made for
-ANY_LOAD, BEYOND = config["tradeoff"]["any_load"], config["tradeoff"]["beyond_design"]
+BEYOND = {name: TRADEOFF[name] for name in ("any_load", "beyond_design") if TRADEOFF[name]}
 
 
 include: "functions/tradeoff.smk"
@@ -24,25 +23,19 @@ include: "functions/tradeoff.smk"
 
 TARGETS["tradeoff"] = (
     tabulated("accuracy_vs_time", "advice", "truth", "error_bounds")
-    + figures("tradeoff", "advice", "break_even", "truth", "error_bounds")
+    + figures("tradeoff", "advice", "break_even")
+    + figures("tradeoff", "truth", "error_bounds")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
 WARNED += warned_of(PRESSED) + presses("loads_warned.txt") + presses("truth_warned.txt")
-if config["tradeoff"]["limit_points"]:
+if TRADEOFF["limit_points"]:
     OPTIONAL += ["limit_points"]
     TARGETS["tradeoff"] += figures("tradeoff", "limit_points")
-if ANY_LOAD:
-    OPTIONAL += ["any_load"]
+for name, asked in BEYOND.items():
+    OPTIONAL += [name]
+    merged(**{name: [f"results/data/{body}/{regime}/{name}.csv" for body, regime in asked_scenes(asked)]})
+if "any_load" in BEYOND:
     TARGETS["tradeoff"] += figures("tradeoff", "any_load")
-    merged(
-        "any_load", [f"results/data/{body}/{regime}/any_load.csv" for body, regime in asked_scenes(ANY_LOAD)]
-    )
-if BEYOND:
-    OPTIONAL += ["beyond_design"]
-    merged(
-        "beyond_design",
-        [f"results/data/{body}/{regime}/beyond_design.csv" for body, regime in asked_scenes(BEYOND)],
-    )
 if FINGERS:
     OPTIONAL += ["advice_by_radius"]
     TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
@@ -50,40 +43,50 @@ if len(SPLITS) > 1:
     OPTIONAL += ["advice_agreement"]
 TARGETS["tradeoff"] += tabulated(*OPTIONAL)
 
+# what every model is judged by, and with what
+JUDGED = {
+    "body": BODY,
+    "database": f"{PRESS}/database.h5",
+    "compliance": lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
+    "samples": f"{PRESS}/samples.csv",
+    "truth": f"{PRESS}/truth.h5",
+}
+JUDGED_WITH = {
+    "regression": TRADEOFF["regression"],
+    "seed": config["seed"],
+    "tolerance": config["solver"]["tolerance"],
+    "radius_m": lambda wildcards: radius(wildcards.body, wildcards.regime),
+}
+TIMED = {"repeats": config["timing"]["repeats"], "budget_s": TRADEOFF["budget_s"]}
+
 
 rule simulate_truth:
     input:
-        body="results/data/{body}/body.h5",
-        loads="results/data/{body}/{regime}/loads.csv",
-        samples="results/data/{body}/{regime}/samples.csv",
+        body=BODY,
+        loads=f"{PRESS}/loads.csv",
+        samples=f"{PRESS}/samples.csv",
     output:
-        truth="results/data/{body}/{regime}/truth.h5",
-        warned="results/data/{body}/{regime}/truth_warned.txt",
+        truth=f"{PRESS}/truth.h5",
+        warned=f"{PRESS}/truth_warned.txt",
     log:
         "results/logs/{body}/{regime}/simulate_truth.log",
     params:
+        **calls("palpate.studies.tradeoff.jobs:simulate_truth"),
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
         splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
         more=lambda wildcards: bool(more_of(wildcards)),
-        tolerance=config["tradeoff"]["truth"]["tolerance"],
-        code=code_of("simulate_truth"),
-    message:
-        "simulate the truth: {wildcards.body}, {wildcards.regime}"
+        tolerance=TRADEOFF["truth"]["tolerance"],
     script:
-        "../scripts/simulate_truth.py"
+        "../job.py"
 
 
 rule measure_models:
     input:
-        body="results/data/{body}/body.h5",
-        database="results/data/{body}/{regime}/database.h5",
-        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
-        samples="results/data/{body}/{regime}/samples.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
+        **JUDGED,
         own=lambda wildcards: [OWN_MODELS[wildcards.family]] if wildcards.family in OWN_MODELS else [],
     output:
-        samples="results/data/{body}/{regime}/tradeoff/{split}/{family}_samples.csv",
-        settings="results/data/{body}/{regime}/tradeoff/{split}/{family}_settings.csv",
+        samples=f"{PRESS}/tradeoff/{{split}}/{{family}}_samples.csv",
+        settings=f"{PRESS}/tradeoff/{{split}}/{{family}}_settings.csv",
     log:
         "results/logs/{body}/{regime}/measure_models_{family}_{split}.log",
     wildcard_constraints:
@@ -91,109 +94,54 @@ rule measure_models:
         split=r"\d",
     threads: HALF
     params:
+        **JUDGED_WITH,
+        **TIMED,
+        **calls("palpate.studies.tradeoff.jobs:measure_models", lambda wildcards: modules_of(wildcards.family)),
         models=lambda wildcards: FAMILIES[wildcards.family],
         settings=lambda wildcards: grid_of(wildcards.family),
-        regression=config["tradeoff"]["regression"],
-        seed=config["seed"],
-        tolerance=config["solver"]["tolerance"],
-        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
-        repeats=config["timing"]["repeats"],
-        budget_s=config["tradeoff"]["budget_s"],
         more_of=lambda wildcards: more_of(wildcards),
-        code=lambda wildcards: code_of("measure_models", *modules_of(wildcards.family)),
-    message:
-        "measure the models of {wildcards.family}: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
     script:
-        "../scripts/measure_models.py"
+        "../job.py"
 
 
 rule measure_bounds:
     input:
-        body="results/data/{body}/body.h5",
-        database="results/data/{body}/{regime}/database.h5",
-        samples="results/data/{body}/{regime}/samples.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
+        **JUDGED,
     output:
-        samples="results/data/{body}/{regime}/tradeoff/{split}/bounds_samples.csv",
-        settings="results/data/{body}/{regime}/tradeoff/{split}/bounds_settings.csv",
+        samples=f"{PRESS}/tradeoff/{{split}}/bounds_samples.csv",
+        settings=f"{PRESS}/tradeoff/{{split}}/bounds_settings.csv",
+        estimates=f"{PRESS}/tradeoff/{{split}}/estimates.csv",
     log:
         "results/logs/{body}/{regime}/measure_bounds_{split}.log",
     wildcard_constraints:
         split=r"\d",
     params:
-        regression=config["tradeoff"]["regression"],
-        seed=config["seed"],
-        tolerance=config["solver"]["tolerance"],
-        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
-        code=code_of("measure_bounds"),
-    message:
-        "measure the truth itself, and the answer zero: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
-    script:
-        "../scripts/measure_bounds.py"
-
-
-rule estimate_errors:
-    input:
-        body="results/data/{body}/body.h5",
-        database="results/data/{body}/{regime}/database.h5",
-        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
-        samples="results/data/{body}/{regime}/samples.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
-    output:
-        "results/data/{body}/{regime}/tradeoff/{split}/estimates.csv",
-    log:
-        "results/logs/{body}/{regime}/estimate_errors_{split}.log",
-    wildcard_constraints:
-        split=r"\d",
-    params:
-        models=config["tradeoff"]["residual_of"],
+        **JUDGED_WITH,
+        **calls("palpate.studies.tradeoff.jobs:measure_bounds"),
+        models=TRADEOFF["residual_of"],
         more=lambda wildcards: bool(more_of(wildcards)),
-        regression=config["tradeoff"]["regression"],
-        seed=config["seed"],
-        tolerance=config["solver"]["tolerance"],
-        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
-        code=code_of("estimate_errors"),
-    message:
-        "estimate the errors of answers: {wildcards.body}, {wildcards.regime}, split {wildcards.split}"
     script:
-        "../scripts/estimate_errors.py"
+        "../job.py"
 
 
 rule check_truth:
     input:
-        body="results/data/{body}/body.h5",
-        loads="results/data/{body}/{regime}/loads.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
+        body=BODY,
+        loads=f"{PRESS}/loads.csv",
+        truth=f"{PRESS}/truth.h5",
     output:
-        "results/data/{body}/{regime}/truth_check.csv",
+        check=f"{PRESS}/truth_check.csv",
+        geometry=f"{PRESS}/geometry.csv",
     log:
         "results/logs/{body}/{regime}/check_truth.log",
     params:
+        **calls("palpate.studies.tradeoff.jobs:check_truth"),
         samples=CHECKED,
-        code=code_of("check_truth"),
-    message:
-        "find the truth of {params.samples} samples with linear elements, too: {wildcards.body}, {wildcards.regime}"
-    script:
-        "../scripts/check_truth.py"
-
-
-rule measure_geometry:
-    input:
-        body="results/data/{body}/body.h5",
-        loads="results/data/{body}/{regime}/loads.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
-    output:
-        "results/data/{body}/{regime}/geometry.csv",
-    log:
-        "results/logs/{body}/{regime}/measure_geometry.log",
-    params:
-        samples=config["tradeoff"]["truth"]["geometry_samples"],
+        # of bodies whose smooth surface is known
+        geometry_samples=lambda wildcards: TRADEOFF["truth"]["geometry_samples"] * is_smooth(wildcards.body),
         entry=lambda wildcards: config["bodies"][wildcards.body],
-        code=code_of("measure_geometry"),
-    message:
-        "measure what facets change, on {params.samples} samples: {wildcards.body}, {wildcards.regime}"
     script:
-        "../scripts/measure_geometry.py"
+        "../job.py"
 
 
 rule tabulate_truth:
@@ -206,13 +154,11 @@ rule tabulate_truth:
     log:
         "results/logs/tabulate_truth.log",
     params:
+        **calls("palpate.studies.tradeoff.jobs:tabulate_truth"),
         scenes=STATIC,
         smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
-        code=code_of("tabulate_truth"),
-    message:
-        "tabulate how exactly the truth is known"
     script:
-        "../scripts/tabulate_truth.py"
+        "../job.py"
 
 
 rule tabulate_tradeoff:
@@ -223,11 +169,9 @@ rule tabulate_tradeoff:
     log:
         "results/logs/tabulate_tradeoff.log",
     params:
-        code=code_of("tabulate_tradeoff"),
-    message:
-        "tabulate what accuracy costs in time"
+        **calls("palpate.studies.tradeoff.jobs:tabulate_tradeoff"),
     script:
-        "../scripts/tabulate_tradeoff.py"
+        "../job.py"
 
 
 rule tabulate_error_bounds:
@@ -240,11 +184,9 @@ rule tabulate_error_bounds:
     log:
         "results/logs/tabulate_error_bounds.log",
     params:
-        code=code_of("tabulate_error_bounds"),
-    message:
-        "tabulate how wrong a single answer may be"
+        **calls("palpate.studies.tradeoff.jobs:tabulate_error_bounds"),
     script:
-        "../scripts/tabulate_error_bounds.py"
+        "../job.py"
 
 
 rule tabulate_advice_agreement:
@@ -255,12 +197,10 @@ rule tabulate_advice_agreement:
     log:
         "results/logs/tabulate_advice_agreement.log",
     params:
+        **calls("palpate.studies.tradeoff.jobs:tabulate_advice_agreement"),
         scenes={f"{body}_{regime}": (body, regime) for body in IN_DEPTH for regime in REGIMES},
-        code=code_of("tabulate_advice_agreement"),
-    message:
-        "tabulate in how many splits the advice is the same"
     script:
-        "../scripts/tabulate_advice_agreement.py"
+        "../job.py"
 
 
 rule tabulate_advice_by_radius:
@@ -272,88 +212,49 @@ rule tabulate_advice_by_radius:
     log:
         "results/logs/tabulate_advice_by_radius.log",
     params:
+        **calls("palpate.studies.tradeoff.jobs:tabulate_advice_by_radius"),
         radii={f"{body}_{regime}": (body, radius(body, regime)) for body, regime in finger_scenes()},
-        limits=config["tradeoff"]["advice"],
-        code=code_of("tabulate_advice_by_radius"),
-    message:
-        "tabulate the advice for fingers of other radii"
+        limits=TRADEOFF["advice"],
     script:
-        "../scripts/tabulate_advice_by_radius.py"
+        "../job.py"
 
 
-rule measure_any_load:
-    input:
-        body="results/data/{body}/body.h5",
-        database="results/data/{body}/{regime}/database.h5",
-        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
-        samples="results/data/{body}/{regime}/samples.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
-        own=[file for name, file in OWN_MODELS.items() if name in (ANY_LOAD or {"models": {}})["models"]],
-    output:
-        "results/data/{body}/{regime}/any_load.csv",
-    log:
-        "results/logs/{body}/{regime}/measure_any_load.log",
-    threads: HALF
-    params:
-        models=asked_models(ANY_LOAD),
-        samples=lambda wildcards: ANY_LOAD["samples"],
-        split=SPLITS[0],
-        grid=config["tradeoff"]["settings"],
-        regression=config["tradeoff"]["regression"],
-        seed=config["seed"],
-        tolerance=config["solver"]["tolerance"],
-        reference=config["solver"]["reference_tolerance"],
-        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
-        repeats=config["timing"]["repeats"],
-        budget_s=config["tradeoff"]["budget_s"],
-        code=lambda wildcards: code_of("measure_any_load", *asked_modules(ANY_LOAD)),
-    message:
-        "ask models for loads that they were not prepared for: {wildcards.body}, {wildcards.regime}"
-    script:
-        "../scripts/measure_any_load.py"
+for name, asked in BEYOND.items():
 
-
-rule measure_beyond_design:
-    input:
-        body="results/data/{body}/body.h5",
-        database="results/data/{body}/{regime}/database.h5",
-        compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
-        samples="results/data/{body}/{regime}/samples.csv",
-        truth="results/data/{body}/{regime}/truth.h5",
-        own=[file for name, file in OWN_MODELS.items() if name in (BEYOND or {"models": {}})["models"]],
-    output:
-        "results/data/{body}/{regime}/beyond_design.csv",
-    log:
-        "results/logs/{body}/{regime}/measure_beyond_design.log",
-    threads: HALF
-    params:
-        models=asked_models(BEYOND),
-        samples=lambda wildcards: BEYOND["samples"],
-        split=SPLITS[0],
-        grid=config["tradeoff"]["settings"],
-        regression=config["tradeoff"]["regression"],
-        seed=config["seed"],
-        tolerance=config["solver"]["tolerance"],
-        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
-        code=lambda wildcards: code_of("measure_beyond_design", *asked_modules(BEYOND)),
-    message:
-        "press harder than models were made for: {wildcards.body}, {wildcards.regime}"
-    script:
-        "../scripts/measure_beyond_design.py"
+    rule:
+        name:
+            f"measure_{name}"
+        input:
+            **JUDGED,
+            own=[file for model, file in OWN_MODELS.items() if model in asked["models"]],
+        output:
+            f"{PRESS}/{name}.csv",
+        log:
+            f"results/logs/{{body}}/{{regime}}/measure_{name}.log",
+        threads: HALF
+        params:
+            **JUDGED_WITH,
+            **(TIMED if name == "any_load" else {}),
+            **calls(f"palpate.studies.tradeoff.jobs:measure_{name}", asked_modules(asked)),
+            models=asked_models(asked),
+            samples=asked["samples"],
+            split=SPLITS[0],
+            grid=TRADEOFF["settings"],
+            reference=config["solver"]["reference_tolerance"],
+        script:
+            "../job.py"
 
 
 rule tabulate_limit_points:
     input:
-        body=lambda wildcards: f"results/data/{config['tradeoff']['limit_points']['body']}/body.h5",
+        body=lambda wildcards: f"results/data/{TRADEOFF['limit_points']['body']}/body.h5",
     output:
         "results/tables/limit_points.csv",
     log:
         "results/logs/tabulate_limit_points.log",
     params:
-        radius_m=lambda wildcards: config["tradeoff"]["limit_points"]["radius_m"],
-        contacts=lambda wildcards: config["tradeoff"]["limit_points"]["contacts"],
-        code=code_of("tabulate_limit_points"),
-    message:
-        "press harder and harder, until the material's law gives way"
+        **calls("palpate.studies.tradeoff.jobs:tabulate_limit_points"),
+        radius_m=lambda wildcards: TRADEOFF["limit_points"]["radius_m"],
+        contacts=lambda wildcards: TRADEOFF["limit_points"]["contacts"],
     script:
-        "../scripts/tabulate_limit_points.py"
+        "../job.py"

@@ -1,7 +1,7 @@
 """Measure the error of a prediction, and tabulate it."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,6 @@ import pandas as pd
 from palpate.benchmark.database import Database
 from palpate.bodies.mesh import Mesh
 from palpate.errors import InputError
-from palpate.models.enrichment.fit_inputs import Method
 
 COLUMNS = [
     "body", "regime", "protocol", "split", "method", "sigma_m", "samples",
@@ -94,6 +93,15 @@ def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
     surface = mesh.surface
     near = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
     return (near & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
+
+
+class Method(Protocol):
+    """A fitted method; ``sigma_m`` is its kernel width [m], NaN if it has none."""
+
+    sigma_m: float
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
 
 
 def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:

@@ -7,22 +7,23 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark import findings
-from palpate.benchmark.bootstrap import BOUNDS
-from palpate.benchmark.coverage import Draws
-from palpate.benchmark.equal_settings import EXACT, KINDS, lasting
-from palpate.benchmark.estimates import COARSER, EVERY, RESIDUAL
+from palpate.benchmark import measure
+from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting
+from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
-from palpate.models.conformal import bound_factor, finite
 
 COLUMNS = [
     "scene", "body", "regime", "model", "setting", "error", "estimate", "contacts", "samples", "rank_correlation",
     "error_of_peak", "bound_factor", "bound_of_peak", "sharpness", "coverage", "coverage_low", "coverage_of_contacts",
     "coverage_elsewhere", "estimate_s",
 ]  # fmt: skip
+RESIDUAL, COARSER = "residual", "coarser"
+"""Estimates from one fine residual, and from a second, coarser answer."""
+EVERY = "every model"
+"""The model in whose row an estimate stands that does not look at the answer."""
 CONSTANT, OWN = "constant", "own"
 """The same for every answer, and what the model itself says of its answer."""
-ESTIMATED, APART = findings.ESTIMATED, findings.COARSER
+ESTIMATED, APART = measure.ESTIMATED, measure.COARSER
 SAMPLES = [
     "model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED, *APART.values(),
 ]  # fmt: skip
@@ -34,7 +35,7 @@ class Scene(NamedTuple):
     """All that is known of one scene.
 
     settings : its rows of accuracy_vs_time.csv; errors : of all models on all samples they were asked, with SAMPLES
-    estimates : the table of ``estimates.estimates``, of all its splits
+    estimates : the table of ``error_estimates.estimates``, of all its splits
     """
 
     settings: pd.DataFrame

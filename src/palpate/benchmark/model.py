@@ -1,20 +1,49 @@
-"""Define a model, two functions ``settings`` and ``prepare``, and the case that it may see before it is asked."""
+"""Define a model, by its settings and its two stages, offline and online, and the case that it may see."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Protocol
+from functools import partial
+from time import perf_counter
+from types import FunctionType, MethodType, ModuleType
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from palpate.benchmark.database import Database
-from palpate.benchmark.load import Answer, Load, displacement_of
+from palpate.benchmark.database import Database, database_of
+from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
 from palpate.bodies.body import Body
+from palpate.effects.patch_load import Patch
 from palpate.errors import InputError, NotConverged
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.solvers.compliance import Compliance
 
 Setting = dict[str, Any]
 """A model's setting: name → int, float, str or bool."""
+Made = TypeVar("Made")
+_PLAIN = (str, bytes, int, float, bool, complex, type(None), type)
+_FOREIGN = ("numba", "llvmlite", "ctypes", "_ctypes")
+"""Packages whose objects are code, and lead to everything that was ever compiled."""
+
+
+class Kept(dict[Hashable, tuple[Any, float]]):
+    """What models and settings of one case share, by name, with what making it took [s]; no solver's own memory."""
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """The options that methods of enrichment are fitted with.
+
+    neighbours : nodes of the contact-ordered feature, l
+    sigma_relative : min, max and count of the σ tried, relative to the median distance of training features
+    folds : parts of the cross-validation
+    split : "samples" or "contacts"; folds hold out what the split holds out
+    seed : of the folds
+    """
+
+    neighbours: int
+    sigma_relative: Mapping[str, float]
+    folds: int
+    split: str
+    seed: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +57,7 @@ class Case:
     tolerance : relative residual at which run-time solves stop
     grid : by family, the values to try of its settings: ``tradeoff.settings`` of the config; and ``coarse_answers``
     used : what was used, with its cost [s]; the evaluation adds it to the offline time
+    kept : what ``share`` has made
     """
 
     body: Body
@@ -39,6 +69,15 @@ class Case:
     tolerance: float
     grid: Mapping[str, Any] = field(default_factory=dict)
     used: dict[str, float] = field(default_factory=dict)
+    kept: Kept = field(default_factory=Kept)
+
+    @staticmethod
+    def untrained(body: Body, regime: str, radius_m: float, seed: int, tolerance: float, grid: Mapping) -> "Case":
+        """Return the case of a body alone, without any sample or response, for models that need none."""
+        coarse, fine = (np.empty((0, len(mesh.nodes), 3)) for mesh in (body.coarse, body.fine))
+        database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), coarse, fine)
+        options = FitOptions(1, {}, 2, "contacts", seed)
+        return Case(body, regime, radius_m, database, None, options, tolerance, grid)
 
     def use_training(self) -> Database:
         """Return the k training samples, and charge what simulating them took.
@@ -58,6 +97,20 @@ class Case:
     def charge(self, what: str, seconds: float) -> None:
         """Add ``seconds`` to the offline time; the same thing is charged once, at its highest."""
         self.used[what] = max(seconds, self.used.get(what, 0.0))
+
+    def share(self, name: Hashable, make: Callable[[], Made], charged: str = "") -> Made:
+        """Return what ``make`` makes, made once for all models and settings of this case.
+
+        name : with all that it depends on, such as the body or the samples, which other cases may replace
+        charged : name by which every later user is charged for what it took; the first has waited for it
+        """
+        if name not in self.kept:
+            begin = perf_counter()
+            made = make()
+            self.kept[name] = made, perf_counter() - begin
+        elif charged:
+            self.charge(charged, self.kept[name][1])
+        return self.kept[name][0]
 
     @property
     def meshes(self) -> Database:
@@ -85,14 +138,18 @@ class Case:
         return replace(self, database=self.database.take(np.sort(order[:count])))
 
 
-class Solver(Protocol):
-    """A prepared model; ``memory_mb`` is what it holds [MB], read after the queries: ``memory.held_mb`` counts.
+class Solver:
+    """A prepared model with one setting: what answers. Those of a user's file need no base class.
 
-    It may have ``precede(load)`` too, which is called before each query, with its load, and not timed: it
-    finds the frame before, under 97 % of the force, for a model that starts from there.
+    presses_anywhere : whether ``place`` presses discs anywhere on the surface, and not at its nodes alone
     """
 
-    memory_mb: float
+    presses_anywhere = False
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB], read after them."""
+        return held_mb(self)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] of the fine surface under ``load``, or an ``Answer`` with more.
@@ -101,13 +158,54 @@ class Solver(Protocol):
         kind Refused for a load of a sort that the model cannot answer, and InputError for a contact that cannot be
         pressed, or that is not prepared.
         """
+        raise NotImplementedError
+
+    def precede(self, load: Load) -> None:
+        """Do what comes before a query, which is not timed: find the frame before, or prepare contacts and charge."""
+
+    def prepare_nodes(self, nodes: tuple[int, ...]) -> float | None:
+        """Prepare presses at these nodes at once; return what that takes [s], or None where nothing is prepared."""
+        return None
+
+    def place(self, number: int, patch: Patch) -> int:
+        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
+        raise NotImplementedError
+
+
+class Stage:
+    """The offline stage of a model: what it prepares for one case, kept by whoever holds this object.
+
+    What only some settings need is made when the first of them asks, by ``case.share``, and charged to all that use it.
+    """
+
+    def __init__(self, case: Case):
+        self.case = case
+
+    def online(self, setting: Setting) -> Solver:
+        """Return what answers with a setting; InputError or NotConverged if it cannot be prepared."""
+        raise NotImplementedError
+
+
+class _Trivial(Stage):
+    def __init__(self, case: Case, prepare: Callable[[Case, Setting], Solver]):
+        super().__init__(case)
+        self._prepare = prepare
+
+    def online(self, setting: Setting) -> Solver:
+        return self._prepare(self.case, setting)
+
+
+def one_stage(prepare: Callable[..., Solver]) -> Callable[..., Stage]:
+    """Return the offline stage of a model whose settings share nothing, each by ``prepare(case, setting, ...)``."""
+    return lambda case, **keywords: _Trivial(case, partial(prepare, **keywords))
 
 
 class Model(NamedTuple):
     """A way of simulating.
 
     settings(case) : from cheap to expensive, at least five where the model has a setting, else [{}]
-    prepare(case, setting) : offline work, timed; InputError or NotConverged if it cannot be done
+    offline(case) : what settings share, and ``online(setting)`` of it what answers; both timed; InputError or
+        NotConverged if it cannot be done
     place : the module or file that it comes from, for messages
     sees : "load", if it is given the force, or "deformation", if it sees what a force does to the coarse mesh only
     prepared : whether it uses what was computed for each contact before, responses or meshes; see ``needs_contacts``
@@ -116,7 +214,7 @@ class Model(NamedTuple):
     """
 
     settings: Callable[[Case], list[Setting]]
-    prepare: Callable[[Case, Setting], Solver]
+    offline: Callable[[Case], Stage]
     place: str = "a model"
     sees: str = "load"
     prepared: bool = False
@@ -205,5 +303,58 @@ def checked(answer: np.ndarray | Answer, n_surface: int, place: str = "a model")
     return displacement
 
 
+def answered(solver: Solver, load: Load, n_surface: int, place: str = "a model") -> tuple[Answer, str]:
+    """Ask once: return the answer, looked at as ``checked`` does, and why the model does not believe it, or ""."""
+    try:
+        answer, doubt = solver.respond(load), ""
+    except Doubted as doubted:
+        answer, doubt = doubted.answer, str(doubted)
+    moved = checked(answer, n_surface, place)
+    return answer if isinstance(answer, Answer) else Answer(moved), doubt
+
+
 def _short(value: int | float | str | bool) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value).lower()
+
+
+def held_mb(held: object) -> float:
+    """Count the megabytes (1e6 bytes) of the arrays and sparse factors that ``held`` reaches, each counted once.
+
+    Follows attributes, containers, partial calls and what functions closed over, but not what a case keeps
+    for all. Sparse LU factors count 12 bytes a stored number. Small objects and code do not count.
+    """
+    total = 0
+    waiting: list[Any] = [held]
+    seen: dict[int, object] = {}  # the objects too, so that no number of one is given to another
+    while waiting:
+        thing = waiting.pop()
+        if isinstance(thing, _PLAIN) or id(thing) in seen:
+            continue
+        seen[id(thing)] = thing
+        if isinstance(thing, np.ndarray):
+            if isinstance(thing.base, np.ndarray):
+                waiting.append(thing.base)
+            else:
+                total += thing.nbytes
+        elif type(thing).__name__ == "SuperLU":
+            total += 12 * thing.nnz
+        else:
+            waiting += _inside(thing)
+    return total / 1e6
+
+
+def _inside(thing: object) -> list[object]:
+    if isinstance(thing, Kept | ModuleType) or type(thing).__module__.split(".")[0] in _FOREIGN:
+        return []
+    if isinstance(thing, dict):
+        return list(thing.values())
+    if isinstance(thing, list | tuple | set | frozenset):
+        return list(thing)
+    if isinstance(thing, partial):
+        return [thing.func, thing.args, thing.keywords]
+    if isinstance(thing, MethodType):
+        return [thing.__self__]
+    if isinstance(thing, FunctionType):
+        return [cell.cell_contents for cell in thing.__closure__ or ()]
+    slots = [getattr(thing, name, None) for name in getattr(type(thing), "__slots__", ())]
+    return slots + list(getattr(thing, "__dict__", {}).values())

@@ -1,23 +1,258 @@
-"""Choose the presses of the trade-off: discs at well-spread contacts, as deep as asked if the model bears that."""
+"""Choose which contacts are pressed, and how hard: paper 1's loads, and the presses of the trade-off."""
 
 import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.loads import COLUMNS
-from palpate.benchmark.press_search import DEEPEST, FAILED, PRESSURE, SOUND, PressSearch, Tried
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import kept_contacts
-from palpate.errors import InputError
+from palpate.bodies.contacts import kept_contacts, pressed_contacts
+from palpate.bodies.refinement import finer
+from palpate.effects.patch_load import nodal_load
+from palpate.effects.surface_integrals import enclosed_volume
+from palpate.errors import InputError, NotConverged
+from palpate.solvers.compliance import Compliance
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
+
+LOAD_TOLERANCE = 0.02
+"""Relative difference from the wanted peak up to which a force counts as found."""
+LOAD_COLUMNS = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
+
+
+def choose_loads(
+    body: Body,
+    compliance: Compliance,
+    magnitudes: list[float],
+    peak_of_size: float,
+    radius_m: float,
+    count: int,
+    seed: int,
+) -> pd.DataFrame:
+    """Choose ``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
+
+    A press of magnitude 1 is meant to move the body by ``peak_of_size`` times its size at most: the force is
+    found with the nonlinear coarse body, corrected by how much softer the fine one is for small loads.
+    Contacts in an element with a held node are left out: there the anchor is pressed and not the body.
+
+    Warns of forces that were not found, which the search leaves as large as it came to.
+
+    Raises InputError where ``count`` is no multiple of the magnitudes or asks for more contacts than there are.
+    """
+    if count % len(magnitudes):
+        raise InputError(
+            f"bodies.{body.name}: train + test is {count}, which {len(magnitudes)} magnitudes do not divide; "
+            "change train, test or magnitudes."
+        )
+    able = pressed_contacts(body, compliance.contacts)
+    n_contacts = count // len(magnitudes)
+    if n_contacts > len(able):
+        raise InputError(
+            f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
+            "lower train and test, give more magnitudes, or raise contacts where it is given."
+        )
+    contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
+    solver = Equilibrium(body, 0)
+    rows: list[list[float]] = []
+    found: list[float] = []
+    for contact in contacts:
+        direction = -body.fine.normals[contact]
+        row = compliance.row(contact)
+        softer = _peak(np.tensordot(direction, compliance.fine[row], 1)) / _peak(
+            np.tensordot(direction, compliance.coarse[row], 1)
+        )
+        unit = nodal_load(body, 0, contact, direction, radius_m)
+        start = 1.0 / _peak(np.tensordot(direction, compliance.fine[row], 1))
+        for magnitude in magnitudes:
+            peak = magnitude * peak_of_size * body.fine.size
+            newtons, reached = _force_for(solver, unit, peak / softer, start * peak)
+            rows.append([len(rows), contact, *(newtons * direction), radius_m])
+            found.append(reached)
+    _warn_of_missed(body.name, np.array(found))
+    return pd.DataFrame(rows, columns=LOAD_COLUMNS)
+
+
+def force_of(load: pd.Series) -> np.ndarray:
+    """Return the force (3,) [N] of one row."""
+    return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
+
+
+def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1) -> np.ndarray:
+    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does."""
+    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]), order)
+
+
+def _peak(displacement: np.ndarray) -> float:
+    return float(np.linalg.norm(displacement, axis=-1).max())
+
+
+def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
+    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within NEAR.
+
+    Returns it and the share of ``peak`` that it reaches, which is farther from 1 if the search fails.
+    """
+    for _ in range(12):
+        reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
+        if abs(reached / peak - 1.0) < LOAD_TOLERANCE:
+            return newtons, reached / peak
+        newtons *= np.clip(peak / reached, 0.5, 2.0)
+    return newtons, _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes) / peak
+
+
+def _warn_of_missed(name: str, reached: np.ndarray) -> None:
+    """Warn if a force is not what was asked for; reached : (n,) peak of each load in shares of the wanted one."""
+    missed = reached[np.abs(reached - 1.0) >= LOAD_TOLERANCE]
+    if len(missed):
+        least, most = (f"{100 * share:.3g} %" for share in (missed.min(), missed.max()))
+        reach = least if least == most else f"{least} to {most}"
+        warnings.warn(
+            f"bodies.{name}: {len(missed)} of {len(reached)} loads do not move the coarse body by the peak that is "
+            f"asked for, but by {reach} of it; lower peak_of_size of the regime.",
+            stacklevel=3,
+        )
+
+
+PEAK_TOLERANCE = 0.05
+"""Relative difference from the wanted peak up to which a force counts as found."""
+PRESSURE = 0.25
+"""Peak pressure as a share of Young's modulus that no press exceeds, unless the regime says otherwise."""
+DEEPEST = 0.15
+"""Share of the body's size by which a press of a regime without peak_of_size moves it at most: slender bodies bend."""
+TOLERANCE = 1e-4
+"""Relative residual of the solves that the search takes: far below NEAR."""
+SOUND = 0.5
+"""The smallest det F that a press may reach: finer meshes reach less, and below there is no truth to compare with."""
+FIRST = 0.7
+"""Share of a hard press that the search tries first."""
+TRIES, CLOSE = 12, 0.02
+"""Solves that a press may take, and how near two forces on either side of a jump are when the search ends."""
+LOWER, CLEAR = 0.85, 0.6
+"""Factors by which a press that fails is lowered, then the one that holds: finer meshes are softer and fail earlier.
+
+The thin lobe of the liver snaps at 0.19 of Young's modulus on level 1, and below 0.154 on level 2.
+"""
+UNCAPPED = "no"
+FAILED = ("inverted", "squeezed", "unstable")
+"""Why a press is lowered at a force at which the body itself gives way, whatever was asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A press tried: its force [N], the displacements (n, 3) [m], their peak [m], the smallest det F, what is wrong."""
+
+    newtons: float
+    moved: np.ndarray
+    peak: float
+    least_det: float
+    wrong: str = ""
+
+
+class PressSearch:
+    """Forces on one body, found with quadratic elements on the last level but one.
+
+    regime, radius_m : as of ``choose_presses``
+    """
+
+    def __init__(self, body: Body, regime: Mapping, radius_m: float):
+        self._level = max(len(body.levels) - 2, 0)
+        self._body = body if len(body.levels) > 1 else finer(body)
+        self._solver = FastEquilibrium(self._body, self._level, order=2)
+        self._linear = self._solver.linear_solver(1e-6)
+        self._radius = radius_m
+        self._free = "peak_of_size" not in regime
+        self._peak = regime.get("peak_of_size", DEEPEST) * body.fine.size
+        self._most = regime.get("pressure_of_young", PRESSURE) / self.pressure(1.0)
+
+    def pressure(self, newtons: float) -> float:
+        """Return the peak pressure of a force [N] as a share of Young's modulus."""
+        return 2.0 * newtons / (np.pi * self._radius**2) / self._body.material.young_pa
+
+    def volume_change(self, moved: np.ndarray) -> float:
+        """Return the change of the body's volume under displacements (n, 3) [m], over its volume at rest."""
+        mesh, rest = self._body.levels[self._level], self._solver.mesh.nodes
+        return enclosed_volume(mesh, rest + moved) / enclosed_volume(mesh, rest) - 1.0
+
+    def find(
+        self, contact: int, direction: np.ndarray, magnitude: float, bound: float = np.inf, why: str = ""
+    ) -> tuple[Tried, str]:
+        """Find the press along ``direction`` (3,) that is as deep as asked, or the deepest one below and why.
+
+        bound : force [N] that it may not exceed, because of ``why``
+        """
+        unit = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
+        wanted, most = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
+        limit = UNCAPPED if self._free else "pressure"
+        if bound < most:
+            most, limit = bound, why
+        stiffness = 1.0 / _peak(self._linear(unit))
+        low, high = Tried(0.0, np.zeros_like(unit), 0.0, 1.0), None
+        newtons = min(wanted * stiffness, most)
+        if newtons > self._most / 2.0:  # not at once to where the body may collapse, which takes long to find out
+            newtons *= FIRST
+        for _ in range(TRIES):
+            tried = self._press(newtons * unit, newtons, low)
+            if not tried.wrong and abs(tried.peak / wanted - 1.0) <= PEAK_TOLERANCE:
+                if self._free:
+                    return tried, "peak" if newtons < most else limit
+                return tried, UNCAPPED
+            if not tried.wrong and tried.peak < wanted:
+                low = tried
+                if newtons >= most:
+                    return low, limit
+            else:
+                high = tried
+            if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - CLOSE) * high.newtons:
+                break
+            newtons = _next(low, high, wanted, stiffness, most)
+        if not low.newtons:
+            raise NotConverged(
+                f"{self._body.name}, contact {contact}: no press was found at which all elements keep their shape; "
+                "lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m.",
+                [],
+            )
+        lower = self._press(CLEAR * low.newtons * unit, CLEAR * low.newtons, low)
+        low = low if lower.wrong else lower
+        return low, (high.wrong if high is not None else "") or "unstable"
+
+    def _press(self, load: np.ndarray, newtons: float, below: Tried) -> Tried:
+        """Solve, starting from the press ``below`` as if displacements grew with the force."""
+        rest = self._solver.mesh.nodes
+        start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
+        try:
+            x = self._solver.solve(load, TOLERANCE, start=start).x
+        except NotConverged:
+            return Tried(newtons, below.moved, np.inf, -np.inf, "unstable")
+        least = self._solver.least_det(x)
+        wrong = "" if least >= SOUND else "squeezed" if least > 0.0 else "inverted"
+        return Tried(newtons, x - rest, _peak(x - rest), least, wrong)
+
+
+def _next(low: Tried, high: Tried | None, wanted: float, stiffness: float, most: float) -> float:
+    """Return the next force to try [N], between ``low`` and ``high``.
+
+    Force over peak changes nearly in proportion to the peak, from ``stiffness`` [N/m] at rest.
+    """
+    sound = [press for press in (low, high) if press is not None and press.peak > 0.0 and not press.wrong]
+    known = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
+    if len(known) == 1:
+        return 0.5 * most if high is None else 0.5 * high.newtons
+    (p, q), (r, s) = known[-2:]
+    newtons = wanted * (q + (s - q) * (wanted - p) / (r - p))
+    least = (1.0 + CLOSE / 2.0) * low.newtons
+    largest = most
+    if high is not None:
+        largest = LOWER * high.newtons if high.wrong else high.newtons - (high.newtons - low.newtons) / 8.0
+    # a step beyond twice the force of a known press is a guess
+    return float(np.clip(newtons, least, min(largest, 2.0 * low.newtons) if low.newtons else largest))
+
 
 MOST_OF_SIZE = 0.5
 """Share of the body's size that the radius of a press may have."""
 REACHED = ["peak_of_size", "pressure_of_young", "least_det", "volume_change"]
 """Columns of what a press reaches: smallest det F, change of the body's volume over that at rest, and the like."""
-PRESS_COLUMNS = [*COLUMNS, "magnitude", "tilt_degrees", *REACHED, "capped"]
+PRESS_COLUMNS = [*LOAD_COLUMNS, "magnitude", "tilt_degrees", *REACHED, "capped"]
 """Columns of the table."""
 
 

@@ -1,5 +1,7 @@
-"""Press a body: simulate the static response to each load of a table, and record what it cost."""
+"""Simulate the static response to each load of a table, and assemble the database from those of both meshes."""
 
+import hashlib
+import json
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -9,17 +11,22 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.loads import nodal_forces
+from palpate.benchmark.database import Database
+from palpate.benchmark.presses import nodal_forces
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.quadratic import POINTS, prolongation, shape_slopes, ten_nodes
-from palpate.bodies.refinement import with_midpoints
+from palpate.bodies.refinement import (
+    QUADRATURE_POINTS,
+    quadratic_gradients,
+    quadratic_prolongation,
+    ten_nodes,
+    with_midpoints,
+)
 from palpate.effects.linear_elements import shape_gradients
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.newton import Solution
 
 NESTED = 1e-4
@@ -105,7 +112,7 @@ class _Solver:
         for problem in self._problems:  # compiled before the clock runs
             _warm_up(problem, order)
         if len(self._levels) == 2:
-            self._up = prolongation(body.levels[level - 1], body.levels[level])
+            self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
     def solve(self, load: pd.Series, tolerance: float) -> tuple[Solution, tuple[float, int]]:
         """Return the equilibrium under one row; the smallest det F in it, and the number of inverted elements."""
@@ -134,7 +141,9 @@ def _warm_up(problem: Equilibrium, order: int) -> None:
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
     """Count the elements on ``mesh`` with a point at which det F is not positive; ``x`` (n, 3) [m] are the nodes."""
     gradients, _ = shape_gradients(mesh)
-    elements, slopes = (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), shape_slopes(POINTS))
+    elements, slopes = (
+        (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
+    )
     f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
     return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())
 
@@ -164,3 +173,72 @@ def load_responses(paths: Iterable[Path]) -> Responses:
             for name, values in parts.items():
                 values.append(file[name][:])
     return Responses(*(np.concatenate(values) for values in parts.values()))
+
+
+def subsample(body: Body, fine: np.ndarray) -> np.ndarray:
+    """Return the displacements (k, N, 3) [m] of the coarse nodes from those of all fine nodes, ``fine`` (k, n, 3) [m].
+
+    Levels are nested and coarse nodes come first, so that this takes the first N nodes. InputError for another n.
+    """
+    if fine.shape[1:] != body.fine.nodes.shape:
+        raise InputError(
+            f"{body.name}: the fine responses have {fine.shape[1]} nodes and the fine mesh {len(body.fine.nodes)}; "
+            "simulate them again."
+        )
+    return fine[:, : len(body.coarse.nodes)]
+
+
+def save_subsampled(sample: np.ndarray, displacement: np.ndarray, path: Path | str) -> None:
+    """Write sample numbers (k,) and coarse displacements (k, N, 3) [m] to HDF5, whole or not at all."""
+    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
+        file.create_dataset("sample", data=sample, fletcher32=True)
+        file.create_dataset("displacement", data=displacement, fletcher32=True).attrs["unit"] = "m"
+
+
+def load_subsampled(path: Path | str) -> tuple[np.ndarray, np.ndarray]:
+    """Read what ``save_subsampled`` wrote."""
+    with read_hdf5(path) as file:
+        return file["sample"][:], file["displacement"][:]
+
+
+def assemble(
+    body: Body,
+    loads: pd.DataFrame,
+    fine: Responses,
+    paper: tuple[np.ndarray, np.ndarray],
+    live: Responses,
+    digest: str,
+) -> Database:
+    """Put the k samples of both protocols together.
+
+    fine, live : responses of the fine and of the coarse mesh to ``loads``, in the same order
+    paper : sample numbers (k,) and coarse displacements (k, N, 3) [m] that were subsampled from the fine ones
+    Raises InputError where they are not of the same samples.
+    """
+    for name, sample in (("fine", fine.sample), ("subsampled", paper[0]), ("coarse", live.sample)):
+        if not np.array_equal(sample, loads["sample"]):
+            raise InputError(f"{body.name}: the {name} responses are not those to the loads; simulate them again.")
+    surface, mesh = body.fine.surface, body.coarse
+    return Database(
+        nodes_fine_surface=body.fine.nodes[surface],
+        triangles=np.searchsorted(surface, body.fine.triangles),
+        coarse_nodes=mesh.nodes,
+        coarse_tetrahedra=mesh.tetrahedra,
+        coarse_surface=mesh.surface,
+        prolongation=body.prolongation[surface].tocsr(),
+        contact_normals=mesh.normals[mesh.surface],
+        contact=loads["contact"].to_numpy(),
+        force=loads[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(),
+        fine=fine.displacement[:, surface],
+        coarse_paper=paper[1],
+        coarse_live=live.displacement,
+        residual=fine.residual,
+        seconds=fine.seconds + live.seconds,
+        material=body.material,
+        config_digest=digest,
+    )
+
+
+def digest(settings: dict) -> str:
+    """Name ``settings`` briefly; the name changes with any of them."""
+    return hashlib.sha256(json.dumps(settings, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.material import Material, Tissue, uniform
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.refinement import midpoints_between, refine
-from palpate.bodies.sheet import Sheet
+from palpate.bodies.supports import Bed
 
 if TYPE_CHECKING:  # it checks the quality of bodies
     from palpate.bodies.smooth_surface import SmoothSurface

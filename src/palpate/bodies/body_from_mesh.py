@@ -7,15 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary, check_closed, check_tetrahedra
-from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
-from palpate.bodies.mesh_shapes import KEPT_NODES, load_shape
-from palpate.bodies.region_balls import balls_of
+from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
+from palpate.bodies.mesh_quality import LEAST_DEG, check_boundary, check_closed, check_tetrahedra, dihedral_angles
+from palpate.bodies.regions import balls_of
 from palpate.bodies.surfaces.mend import Mended, mend
 from palpate.bodies.surfaces.remeshed import NODES, Remeshed, Snap, remesh_solid
 from palpate.bodies.surfaces.solid import solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
-from palpate.bodies.units import choose_scale, in_words
 from palpate.errors import InputError
 
 

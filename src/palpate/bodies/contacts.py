@@ -4,8 +4,8 @@ from typing import NoReturn
 
 import numpy as np
 
-from palpate.bodies.bed import inner_nodes
 from palpate.bodies.body import Body
+from palpate.bodies.supports import inner_nodes
 from palpate.errors import InputError
 
 

@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.material import Tissue, uniform
 from palpate.bodies.mesh import EDGES, TetMesh
-from palpate.bodies.quadratic import ten_nodes
+from palpate.bodies.refinement import ten_nodes
 
 _SIDES = np.array([[i for i, edge in enumerate(EDGES) if corner not in edge] for corner in range(4)])
 """The three edges of the face opposite each corner."""

@@ -6,18 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.bodies.anchors import choose_anchors, default_anchors
-from palpate.bodies.bed import read_bed
 from palpate.bodies.body import Body, nest
+from palpate.bodies.box import box, cylinder, sheet
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_quality
-from palpate.bodies.region_balls import balls_of
-from palpate.bodies.regions import read_regions
-from palpate.bodies.sheet import Sheet, sheet
+from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.smooth_surface import organ_shape, surface_of
-from palpate.errors import InputError
-from palpate.run.kept_warnings import about
+from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
+from palpate.errors import InputError, about
 
 
 def make_body(name: str, entry: dict) -> Body:
@@ -30,8 +27,16 @@ def make_body(name: str, entry: dict) -> Body:
 
 
 def _make(name: str, entry: dict) -> Body:
-    kinds = {"cylinder": _cylinder, "liver": _organ, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
-    kinds |= {"kidney": _organ, "stomach": _organ}
+    kinds: dict[str, Callable] = {
+        "cylinder": lambda e: cylinder(e["length_m"], e["radius_m"]),
+        "liver": _organ,
+        "file": _file,
+        "box": lambda e: box(e["sizes_m"], e["divisions"]),
+        "sheet": lambda e: sheet(e["sizes_m"], e["divisions"], e["thickness_m"]),
+        "ct": _ct,
+        "kidney": _organ,
+        "stomach": _organ,
+    }
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
@@ -69,14 +74,8 @@ def _remedy(body: Body, remeshed: bool) -> str:
     return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
 
 
-def _cylinder(entry: dict) -> TetMesh:
-    from palpate.bodies.cylinder import cylinder
-
-    return cylinder(entry["length_m"], entry["radius_m"])
-
-
 def _organ(entry: dict) -> TetMesh:
-    from palpate.bodies.smooth_shape import coarse_body
+    from palpate.bodies.organs import coarse_body
 
     return coarse_body(organ_shape(entry["kind"]), entry["length_m"], balls_of(entry))
 
@@ -85,16 +84,6 @@ def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
     from palpate.bodies.body_from_mesh import build
 
     return build(entry)
-
-
-def _box(entry: dict) -> TetMesh:
-    from palpate.bodies.box import box
-
-    return box(entry["sizes_m"], entry["divisions"])
-
-
-def _sheet(entry: dict) -> Sheet:
-    return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
 
 
 def _ct(entry: dict) -> tuple[TetMesh, Callable | None, bool]:

@@ -93,3 +93,27 @@ class TetMesh(Mesh):
         ends, n = self.tetrahedra[:, EDGES].reshape(-1, 2), len(self.nodes)
         keys = np.unique(ends.min(axis=1) * n + ends.max(axis=1))  # numbers sort many times as fast as rows
         return np.column_stack([keys // n, keys % n])
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet(Mesh):
+    """A triangulated sheet in its rest state, with the properties of a ``TetMesh`` and without tetrahedra.
+
+    nodes : (n_nodes, 3) float64 [m]
+    triangles : (n_triangles, 3) int64, consistently wound
+    thickness_m : of the material, half of it on either side of the triangles [m]
+    """
+
+    nodes: np.ndarray
+    triangles: np.ndarray
+    thickness_m: float
+
+    @property
+    def tetrahedra(self) -> np.ndarray:
+        """Empty array, (0, 4) int64."""
+        return np.empty((0, 4), dtype=np.int64)
+
+    @cached_property
+    def edges(self) -> np.ndarray:
+        """Triangle edges, (n_edges, 2), each once, smaller node first, in lexicographic order."""
+        return np.unique(np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue, joined, uniform
-from palpate.bodies.mesh import Mesh, TetMesh
-from palpate.bodies.sheet import Sheet
+from palpate.bodies.mesh import Mesh, Sheet, TetMesh
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 
 STIFFNESS = ("young_pa", "poisson")

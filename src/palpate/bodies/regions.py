@@ -9,14 +9,30 @@ import numpy as np
 
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_shapes import load_tagged
+from palpate.bodies.mesh_file import in_words, load_tagged
 from palpate.bodies.refinement import refine
-from palpate.bodies.units import in_words
 from palpate.errors import InputError
+
+
+def balls_of(entry: dict) -> list[tuple[np.ndarray, float]]:
+    """List centre (3,) [m] and radius [m] of the balls in which elements have to be small, for a body's config entry.
+
+    They are the spheres of its regions, and of labels of a CT's mask balls of the same volume and middle.
+    """
+    balls = []
+    for rule in (entry.get("regions") or {}).values():
+        if "sphere" in rule:
+            balls.append((np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])))
+        elif "label" in rule and entry["kind"] == "ct":
+            from palpate.bodies.ct.scan_of import label_ball
+
+            balls.append(label_ball(entry, rule["label"]))
+    return balls
+
 
 CONTRAST = 1e4
 """Ratio of the moduli of a body up to which solvers are tested."""
-COARSE, MISPLACED = 0.2, 0.3
+VOLUME_OFF, MISPLACED = 0.2, 0.3
 """Shares of a region's volume from which on there is a warning: of the difference to that of its elements, and of what
 lies in one of the two alone."""
 KINDS = ("tag", "sphere", "label")
@@ -69,7 +85,7 @@ def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
     if kinds == ["label"]:
         if entry["kind"] != "ct":
             raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
-        from palpate.bodies.ct.label_region import label_region
+        from palpate.bodies.ct.scan_of import label_region
 
         return label_region(entry, rule["label"])
     return _in_sphere(rule["sphere"]) if kinds == ["sphere"] else None
@@ -134,7 +150,7 @@ def _check_shown(name: str, mesh: TetMesh, shares: np.ndarray, inside: Inside | 
     held = shares >= 0.5
     asked, has, beyond = shares @ mesh.volumes, mesh.volumes[held].sum(), (1.0 - shares[held]) @ mesh.volumes[held]
     misplaced = np.abs(held - shares) @ mesh.volumes
-    if abs(has / asked - 1.0) > COARSE or misplaced > MISPLACED * asked:
+    if abs(has / asked - 1.0) > VOLUME_OFF or misplaced > MISPLACED * asked:
         warnings.warn(
             f"regions of the body are made of whole coarse tetrahedra: those of {name} have {1e6 * has:.3g} mL, and "
             f"what is asked {1e6 * asked:.3g} mL; {1e6 * beyond:.3g} mL of the first are outside of the second; "

@@ -3,16 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import REFUSED_DEG
-from palpate.bodies.surfaces.relax import element_quality
+from palpate.bodies.surfaces.snap import element_quality
 from palpate.errors import InputError
 
 if TYPE_CHECKING:
-    from palpate.bodies.smooth_shape import Shape
+    from palpate.bodies.organs import Shape
     from palpate.bodies.surfaces.snap import Onto
 
 ORGANS = ("liver", "kidney", "stomach")
@@ -23,7 +22,7 @@ ORGANS = ("liver", "kidney", "stomach")
 class SmoothSurface:
     """The smooth surface of a body.
 
-    kind : cylinder, or one of ORGANS, which have a module of that name
+    kind : cylinder, or one of ORGANS
     size_m : the organ's longest side, or the cylinder's radius [m], whose flat ends need no size
     """
 
@@ -55,13 +54,16 @@ def surface_of(entry: dict) -> SmoothSurface | None:
 
 def organ_shape(kind: str) -> "Shape":
     """Return the map of the unit sphere to the organ ``kind``, one of ORGANS."""
-    return getattr(import_module(f"palpate.bodies.{kind}"), f"{kind}_shape")
+    from palpate.bodies import organs
+
+    shapes: dict[str, Shape] = {"liver": organs.liver_shape, "kidney": organs.kidney_shape}
+    return (shapes | {"stomach": organs.stomach_shape})[kind]
 
 
 @lru_cache(maxsize=8)
 def _snapper(surface: SmoothSurface) -> Callable[[TetMesh, int], TetMesh]:
-    from palpate.bodies.cylinder import onto_cylinder
-    from palpate.bodies.smooth_shape import onto_shape
+    from palpate.bodies.box import onto_cylinder
+    from palpate.bodies.organs import onto_shape
     from palpate.bodies.surfaces.snap import snapper_onto
 
     onto: Onto

@@ -1,17 +1,143 @@
-"""Readers of surface files, by VTK.
+"""Readers of surface files by VTK, after a check that the file is whole.
 
-Measured with 56 small files, of the readers that could be had (docs/add-a-body.md has the table): VTK 9.7 reads all
-that exporters write, meshio 5.3.5 refuses normal OBJ and half of STL and PLY, and trimesh 5.2 misreads OBJ files
-whose relative numbers stand between the points. VTK crashes on truncated PLY files, which are therefore found first.
+Measured with 56 small files (docs/add-a-body.md has the table): VTK 9.7 reads all that exporters write, meshio 5.3.5
+refuses normal OBJ and half of STL and PLY, and trimesh 5.2 misreads OBJ files whose relative numbers stand between the
+points. Trap: VTK accepts some truncated files and crashes on truncated PLY, which are therefore found first.
 """
 
+import re
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from palpate.bodies.surfaces.polydata import arrays
-from palpate.bodies.whole_files import is_binary_stl
+from palpate.bodies.surfaces.triangles import arrays
+
+CUT = "it is cut off: {}; download or export it again"
+_PLY_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
+}  # fmt: skip
+# (name, count, [(type of the list's length or None, type of the value)])
+_Element = tuple[str, int, list[tuple[str | None, str]]]
+
+
+def check_whole(kind: str, data: bytes) -> None:
+    """Raise ValueError if a file's content, of the kind that its suffix names, ends before what it announces."""
+    checks: dict[str, Callable[[bytes], None]] = {
+        ".stl": _check_stl,
+        ".ply": _check_ply,
+        ".obj": _check_obj,
+        ".off": _check_off,
+        ".msh": _check_gmsh,
+        ".vtu": _check_vtu,
+    }
+    if not data.strip():
+        raise ValueError("it is empty")
+    if kind in checks:
+        checks[kind](data)
+
+
+def is_binary_stl(data: bytes) -> bool:
+    """Test whether an STL file is binary; trap: the header of a binary one may begin with "solid", too."""
+    if len(data) >= 84 and len(data) == 84 + 50 * int(np.frombuffer(data, "<u4", 1, 80)[0]):
+        return True
+    return data.lstrip()[:5].lower() != b"solid" or b"\0" in data[:1000]
+
+
+def _check_stl(data: bytes) -> None:
+    if not is_binary_stl(data):
+        if not data.rstrip().rsplit(b"\n", 1)[-1].strip().lower().startswith(b"endsolid"):
+            raise ValueError(CUT.format("its last line is not endsolid"))
+        return
+    if len(data) < 84:
+        raise ValueError(CUT.format(f"its {len(data)} bytes do not hold even the header of a binary STL file"))
+    announced, there = int(np.frombuffer(data, "<u4", 1, 80)[0]), (len(data) - 84) // 50
+    if announced > there:
+        raise ValueError(CUT.format(f"its header announces {announced} triangles and {there} are there"))
+
+
+def _check_obj(data: bytes) -> None:
+    last = data.replace(b"\\\n", b" ").rsplit(b"\n", 1)[-1].split()
+    if last and last[0] in (b"v", b"f") and len(last) < 4:
+        raise ValueError(CUT.format(f"its last line is {b' '.join(last).decode('latin-1')!r}"))
+    if re.search(rb"^\s*v\s", data, re.M) and not re.search(rb"^\s*f\s", data, re.M):
+        raise ValueError(CUT.format("it has points and no faces"))
+
+
+def _check_off(data: bytes) -> None:
+    lines = [words for line in data.split(b"\n") if (words := line.split(b"#")[0].split())]
+    lines = lines[1:] if not lines[0][0].isdigit() else lines
+    points, faces = int(lines[0][0]), int(lines[0][1])
+    if len(lines) < 1 + points + faces:
+        raise ValueError(
+            CUT.format(f"it announces {points} points and {faces} faces and has {len(lines) - 1} lines of them")
+        )
+
+
+def _check_gmsh(data: bytes) -> None:
+    if data.startswith(b"$") and b"$End" not in data.rstrip()[-40:] and b"$END" not in data.rstrip()[-40:]:
+        raise ValueError(CUT.format("its last section has no end"))
+
+
+def _check_vtu(data: bytes) -> None:
+    if b"<VTKFile" in data[:1000] and b"</VTKFile>" not in data[-200:]:
+        raise ValueError(CUT.format("its last line is not </VTKFile>"))
+
+
+def _check_ply(data: bytes) -> None:
+    head, found, body = data.partition(b"end_header")
+    if not head.startswith(b"ply"):
+        raise ValueError("it does not start like a PLY file")
+    if not found:
+        raise ValueError(CUT.format("its header has no end"))
+    body = body[2:] if body.startswith(b"\r\n") else body[1:]
+    elements = _ply_elements(head)
+    announced = " and ".join(f"{count} of {name}" for name, count, _ in elements)
+    if b"format ascii" in head:
+        lines = [line for line in body.split(b"\n") if line.strip()]
+        whole = len(lines) >= sum(count for _, count, _ in elements)
+        if whole and elements and elements[-1][2] and elements[-1][2][0][0] and lines:
+            last = lines[sum(count for _, count, _ in elements) - 1].split()
+            whole = len(last) > int(last[0])
+    else:
+        whole = _ply_length(elements, body, ">" if b"binary_big_endian" in head else "<") <= len(body)
+    if not whole:
+        raise ValueError(CUT.format(f"its header announces {announced}, and fewer are there"))
+
+
+def _ply_elements(head: bytes) -> list[_Element]:
+    elements: list[_Element] = []
+    for words in (line.split() for line in head.decode("latin-1").splitlines()):
+        if words[:1] == ["element"]:
+            elements.append((words[1], int(words[2]), []))
+        elif words[:2] == ["property", "list"]:
+            elements[-1][2].append((_PLY_TYPES[words[2]], _PLY_TYPES[words[3]]))
+        elif words[:1] == ["property"]:
+            elements[-1][2].append((None, _PLY_TYPES[words[1]]))
+    return elements
+
+
+def _ply_length(elements: list[_Element], body: bytes, order: str) -> int:
+    """Compute the bytes that the elements take, walking along their lists, as far as the content reaches."""
+    position = 0
+    for _, count, properties in elements:
+        if all(length is None for length, _ in properties):
+            position += count * sum(np.dtype(value).itemsize for _, value in properties)
+            continue
+        for _ in range(count):
+            for length, value in properties:
+                entries = 1
+                if length is not None:
+                    size = np.dtype(length).itemsize
+                    if position + size > len(body):
+                        return len(body) + 1
+                    entries = int(np.frombuffer(body, order + length, 1, position)[0])
+                    position += size
+                position += entries * np.dtype(value).itemsize
+    return position
+
 
 SURFACES = (".stl", ".obj", ".ply", ".off")
 
@@ -25,23 +151,16 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Read points (n, 3) and triangles (m, 3) from a file's content; polygons are cut into triangles.
 
     kind : ``.stl``, ``.obj``, ``.ply``, ``.off`` or ``.vtk`` (legacy polydata)
-    Raises ValueError if it is malformed; the content must have passed ``whole_files.check_whole``.
+    Raises ValueError if it is malformed; the content must have passed ``check_whole``.
     Trap: VTK stores coordinates of all but ``.vtk`` in single precision.
     """
     from vtkmodules.vtkCommonCore import vtkObject
     from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
-    readers: dict[str, Callable[[bytes], Any]] = {
-        ".stl": _stl,
-        ".obj": _obj,
-        ".ply": _ply,
-        ".off": _off,
-        ".vtk": _polydata,
-    }
     shown = vtkObject.GetGlobalWarningDisplay()
     vtkObject.GlobalWarningDisplayOff()
     try:
-        reader = readers[kind](data)
+        reader = _reader(kind, data)
         errors: list[str] = []
         reader.AddObserver("ErrorEvent", lambda *_: errors.append("VTK cannot read it"))
         cut = vtkTriangleFilter()
@@ -59,52 +178,45 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
     return points, triangles
 
 
-def _stl(data: bytes) -> Any:
-    from vtkmodules.vtkIOGeometry import vtkSTLReader
-
-    reader = vtkSTLReader()
-    # the points are merged with a tolerance later
-    reader.MergingOff()
-    if is_binary_stl(data):
-        # some programs append data of their own, announce no triangles, or begin the header as an ASCII file does
-        count = int(np.frombuffer(data, "<u4", 1, 80)[0]) or (len(data) - 84) // 50
-        data = b"binary".ljust(80) + count.to_bytes(4, "little") + data[84 : 84 + 50 * count]
-    else:
-        data = data.lower()
-    return _with_stream(reader, data)
-
-
-def _obj(data: bytes) -> Any:
-    from vtkmodules.vtkIOGeometry import vtkOBJReader
-
-    # VTK joins continued lines of faces, but not of points
-    return _with_stream(vtkOBJReader(), data.replace(b"\r\n", b"\n").replace(b"\\\n", b" "))
-
-
-def _ply(data: bytes) -> Any:
-    from vtkmodules.vtkIOPLY import vtkPLYReader
-
-    return _with_stream(vtkPLYReader(), data, "ReadFromInputStreamOn")
-
-
-def _off(data: bytes) -> Any:
-    from vtkmodules.vtkIOGeometry import vtkOFFReader
-
-    return _with_stream(vtkOFFReader(), data)
-
-
-def _polydata(data: bytes) -> Any:
-    from vtkmodules.vtkIOLegacy import vtkPolyDataReader
-
-    return _with_stream(vtkPolyDataReader(), data, "ReadFromInputStreamOn")
-
-
-def _with_stream(reader: Any, data: bytes, *switches: str) -> Any:
+def _reader(kind: str, data: bytes) -> Any:
+    """Return VTK's reader of a file's content."""
     from vtkmodules.vtkIOCore import vtkMemoryResourceStream
 
+    reader: Any
+    if kind == ".stl":
+        from vtkmodules.vtkIOGeometry import vtkSTLReader
+
+        reader = vtkSTLReader()
+        # the points are merged with a tolerance later
+        reader.MergingOff()
+        data = _plain_stl(data)
+    elif kind == ".obj":
+        from vtkmodules.vtkIOGeometry import vtkOBJReader
+
+        reader = vtkOBJReader()
+        # VTK joins continued lines of faces, but not of points
+        data = data.replace(b"\r\n", b"\n").replace(b"\\\n", b" ")
+    elif kind == ".off":
+        from vtkmodules.vtkIOGeometry import vtkOFFReader
+
+        reader = vtkOFFReader()
+    else:
+        from vtkmodules.vtkIOLegacy import vtkPolyDataReader
+        from vtkmodules.vtkIOPLY import vtkPLYReader
+
+        reader = vtkPLYReader() if kind == ".ply" else vtkPolyDataReader()
     stream = vtkMemoryResourceStream()
     stream.SetBuffer(data, len(data), True)
     reader.SetStream(stream)
-    for switch in switches:
-        getattr(reader, switch)()
+    if kind in (".ply", ".vtk"):
+        reader.ReadFromInputStreamOn()
     return reader
+
+
+def _plain_stl(data: bytes) -> bytes:
+    """Return an STL file's content as VTK reads it."""
+    if not is_binary_stl(data):
+        return data.lower()
+    # some programs append data of their own, announce no triangles, or begin the header as an ASCII file does
+    count = int(np.frombuffer(data, "<u4", 1, 80)[0]) or (len(data) - 84) // 50
+    return b"binary".ljust(80) + count.to_bytes(4, "little") + data[84 : 84 + 50 * count]

@@ -7,13 +7,10 @@ volumes of a ``StoppedTree``, less exactly and sooner.
 """
 
 from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
-from palpate.collision.trees.stopped_tree import StoppedTree
 from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.tree_query import crossing_pairs
-from palpate.collision.triangles.crossing_segments import crossing_segments
-from palpate.collision.triangles.penetration_depth import triangle_pairs_depth
-from palpate.collision.triangles.triangle_distance import triangle_pairs_distance
-from palpate.collision.triangles.triangle_pairs import triangle_pairs_intersect
+from palpate.collision.trees.tree_query import StoppedTree, crossing_pairs
+from palpate.collision.triangles.distance import triangle_pairs_depth, triangle_pairs_distance
+from palpate.collision.triangles.intersection import crossing_segments, triangle_pairs_intersect
 
 __all__ = [
     "ContactPoints",

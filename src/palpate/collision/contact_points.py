@@ -6,12 +6,10 @@ import numba
 import numpy as np
 
 from palpate.collision.trees.build_tree import FIRST, LAST
-from palpate.collision.trees.stopped_tree import StoppedTree, volume_pairs
 from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.tree_query import Counts, crossing_pairs
-from palpate.collision.trees.volume_contacts import overlaps
-from palpate.collision.triangles.penetration_depth import triangle_pairs_contact
-from palpate.collision.triangles.triangle_checks import coordinates
+from palpate.collision.trees.tree_query import Counts, StoppedTree, crossing_pairs, overlaps, volume_pairs
+from palpate.collision.triangles.distance import triangle_pairs_contact
+from palpate.collision.triangles.intersection import coordinates
 from palpate.errors import InputError
 
 FLAT = 1e-12

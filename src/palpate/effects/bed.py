@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.bed import Bed
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
-from palpate.effects.ball_integral import ball_points, midpoints, triangle_shapes
+from palpate.bodies.supports import Bed
 from palpate.effects.effect import Effect, Energy, Stiffness
+from palpate.effects.surface_integrals import ball_points, midpoints, triangle_shapes
 from palpate.errors import InputError
 
 
@@ -51,12 +51,10 @@ class BedSprings(Energy, Stiffness):
         return sparse.bsr_array(sparse.kron(self._scalar, np.eye(3), format="bsr"))
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the energy of the springs [J] at positions ``x`` (n, 3) [m]."""
         moved = x - self._rest
         return 0.5 * float(np.vdot(moved, self._scalar @ moved))
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
-        """Add the forces of the springs to ``force`` (n, 3) [N]."""
         force -= self._scalar @ (x - self._rest)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:

@@ -59,11 +59,9 @@ class Bending(Energy, Stiffness):
         self.weights = stiffness * areas / (moments**2).sum(axis=(1, 2))
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the bending energy [J] at positions ``x`` (n, 3) [m]."""
         return _energy(x, self.couples, self.cotangents, self.weights)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add minus the energy's gradient to ``force`` (n, 3) [N]."""
         _add_force(x, self.couples, self.cotangents, self.weights, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Damping, Effect, Energy, Stiffness
-from palpate.effects.spring_network import edge_stiffness
+from palpate.effects.springs import edge_stiffness
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "BodySprings":
@@ -29,17 +29,13 @@ class BodySprings(Energy, Stiffness, Damping):
         self.damping = 2.0 * damping_ratio * np.sqrt(stiffness_n_m * particles.masses)[:, None]
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the energy of the springs [J] at positions ``x`` (n_nodes, 3) [m]."""
         return 0.5 * self.stiffness_n_m * float(np.sum((x - self.rest) ** 2))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the forces of springs and dampers to ``force`` (n_nodes, 3) [N]."""
         force -= self.stiffness_n_m * (x - self.rest) + self.damping * v
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add k I for each node to ``values`` (n_blocks, 3, 3) [N/m]."""
         values[slots[:, 0, 0]] += self.stiffness_n_m * np.eye(3)
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add c I for each node to ``values`` (n_blocks, 3, 3) [N s/m]."""
         values[slots[:, 0, 0]] += self.damping[:, :, None] * np.eye(3)

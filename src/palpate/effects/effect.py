@@ -52,7 +52,6 @@ class Energy(Force, Protocol):
 
     def energy(self, x: np.ndarray) -> float:
         """Return the potential energy [J]; infinite where ``x`` is forbidden."""
-        raise NotImplementedError
 
 
 class Load(Force, Protocol):
@@ -135,7 +134,6 @@ class Placement(Protocol):
 
     def place(self, x: np.ndarray) -> np.ndarray:
         """Return the positions (n, 3) [m] from which the first step begins, given those that the scene describes."""
-        raise NotImplementedError
 
 
 class StepBegin(Protocol):
@@ -143,11 +141,10 @@ class StepBegin(Protocol):
 
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
         """Return the positions (n, 3) [m] from which the search begins: ``x``, unless something was moved into it."""
-        raise NotImplementedError
 
 
 class StepEnd(Protocol):
-    """Work at the end of an implicit step, such as an update of inner variables that needs what ``begin`` was told."""
+    """Work at the end of an implicit step, such as an update of inner variables by what ``begin`` prepared."""
 
     def end(self, x: np.ndarray) -> None:
         """Take note that an implicit step, or a part of one, is accepted and ends at ``x`` (n, 3) [m]."""
@@ -170,7 +167,6 @@ class StepLimit(Protocol):
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         """Return the fraction of ``direction`` (n, 3) [m], at most 1, by which the nodes may move from ``x``."""
-        raise NotImplementedError
 
 
 class Touching(Protocol):
@@ -181,7 +177,6 @@ class Touching(Protocol):
 
         ``definite`` asks for a positive semidefinite approximation.
         """
-        raise NotImplementedError
 
 
 class Relaxation(Protocol):
@@ -217,7 +212,6 @@ class Observation(Protocol):
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
         """Return numbers by column name, after each step; names carry the unit."""
-        raise NotImplementedError
 
 
 class Rigid(Protocol):
@@ -226,31 +220,25 @@ class Rigid(Protocol):
     @property
     def name(self) -> str:
         """Its name in tables."""
-        raise NotImplementedError
 
     @property
     def kind(self) -> str:
         """Its shape, such as "sphere"."""
-        raise NotImplementedError
 
     @property
     def points(self) -> np.ndarray:
         """Points (k, 3) [m] before it moves."""
-        raise NotImplementedError
 
     @property
     def triangles(self) -> np.ndarray:
         """Numbers (m, 3) of the points of each triangle."""
-        raise NotImplementedError
 
     @property
     def radius_m(self) -> float:
         """Thickness around the triangles [m]."""
-        raise NotImplementedError
 
     def at(self, t: float) -> np.ndarray:
         """Return the points (k, 3) [m] at the time ``t`` [s]."""
-        raise NotImplementedError
 
 
 class Contacts(Protocol):
@@ -263,33 +251,12 @@ class Contacts(Protocol):
 
     def contacts(self, x: np.ndarray) -> "pd.DataFrame":
         """Return one row for each contact, after each step of which a picture is kept."""
-        raise NotImplementedError
 
 
 HOOKS: tuple[type, ...] = (
-    Force,
-    Energy,
-    Load,
-    Couples,
-    Stiffness,
-    Damping,
-    Proportional,
-    Time,
-    FixedNodes,
-    HeldNodes,
-    Projection,
-    Placement,
-    StepBegin,
-    StepEnd,
-    Driven,
-    StepLimit,
-    Touching,
-    Relaxation,
-    Goals,
-    Weight,
-    Observation,
-    Contacts,
-)
+    Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Relaxation, Goals, Weight, Observation, Contacts,
+)  # fmt: skip
 """All hooks."""
 
 

@@ -5,10 +5,10 @@ import math
 import numba
 import numpy as np
 
-from palpate.effects.corotational_law import FOLD
+from palpate.effects.corotational import FOLD
 from palpate.effects.effect import Relaxation
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
 
 class FemPlasticity(Relaxation):
@@ -31,18 +31,9 @@ class FemPlasticity(Relaxation):
         self.plastic = np.tile(np.eye(3), (len(elastic.tetrahedra), 1, 1))
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Update ``plastic``, Fₚ (m, 3, 3), and the gradients by a flow of ``h`` [s] at positions ``x`` (n, 3) [m]."""
         elastic, flow = self._elastic, -math.expm1(-self._creep * h)
-        _relax(
-            x,
-            elastic.tetrahedra,
-            self._original,
-            *elastic.moduli,
-            flow,
-            *self._bounds,
-            self.plastic,
-            elastic.gradients,
-        )
+        constants = elastic.tetrahedra, self._original, *elastic.moduli, flow, *self._bounds
+        _relax(x, *constants, self.plastic, elastic.gradients)
         elastic.forget()
 
 

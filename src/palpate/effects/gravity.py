@@ -19,9 +19,7 @@ class Gravity(Energy, Weight):
         self._weight = np.outer(particles.masses, acceleration)
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the potential energy [J] at positions ``x`` (n, 3) [m]."""
         return -float(np.vdot(self._weight, x - self._rest))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add each node's weight to ``force`` (n, 3) [N]."""
         force += self._weight

@@ -32,7 +32,6 @@ class Kelvin(Force, Damping):
         self.damping = dampings(springs.pairs, springs.stiffness_n_m, masses, ratio)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add −C(x) v to ``force`` (n_nodes, 3) [N]."""
         _add_force(x, v, self.pairs, self.damping, force)
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:

@@ -1,4 +1,8 @@
-"""Corotational linear elasticity on tetrahedra: energy, force and exact or definite stiffness."""
+"""Elasticity of four-node tetrahedra: energy and force in one pass over the elements, stiffness in another.
+
+``mu, lam`` (n_elements,) are their moduli [Pa]; ``shape, measure, volume`` the functions of their law, None for the
+corotational one, which is compiled without a branch for others.
+"""
 
 import numba
 import numpy as np
@@ -6,12 +10,108 @@ import numpy as np
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
+from palpate.effects import principal
+from palpate.effects.corotational import BLOCK, hessians, stresses
 from palpate.effects.effect import Effect
-from palpate.effects.elements import Elements
-from palpate.effects.linear_kernel import add_stiffness, energy_and_force
-from palpate.effects.locking import largest_poisson, warn_of_locking
+from palpate.effects.elements import Elements, largest_poisson, warn_of_locking
+from palpate.effects.principal import PAIRS
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import BlockPattern
+
+
+@numba.njit(cache=True, error_model="numpy")
+def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, force):
+    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
+    energies, sure, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
+    for begin in range(0, len(tetrahedra), BLOCK):
+        count = min(BLOCK, len(tetrahedra) - begin)
+        for k in range(count):
+            _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
+        mus, lams = mu[begin : begin + count], lam[begin : begin + count]
+        if shape is None:
+            stresses(f, p, count, mus, lams, energies, sure)
+        else:
+            principal.stresses(f, p, count, 1, mus, lams, shape, measure, volume, energies)
+        for k in range(count):
+            e = begin + k
+            share = volumes[e]
+            total += share * energies[k]
+            for i in range(3):
+                p0, p1, p2 = share * p[3 * i, k], share * p[3 * i + 1, k], share * p[3 * i + 2, k]
+                pull1 = p0 * gradients[e, 1, 0] + p1 * gradients[e, 1, 1] + p2 * gradients[e, 1, 2]
+                pull2 = p0 * gradients[e, 2, 0] + p1 * gradients[e, 2, 1] + p2 * gradients[e, 2, 2]
+                pull3 = p0 * gradients[e, 3, 0] + p1 * gradients[e, 3, 1] + p2 * gradients[e, 3, 2]
+                force[tetrahedra[e, 0], i] += pull1 + pull2 + pull3
+                force[tetrahedra[e, 1], i] -= pull1
+                force[tetrahedra[e, 2], i] -= pull2
+                force[tetrahedra[e, 3], i] -= pull3
+    return total
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
+    """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (4, 4)."""
+    f, g, rotated = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty((15, BLOCK))
+    shares, blocks, whole = np.empty(BLOCK), np.empty((54, BLOCK)), np.empty((4, 4, 3, 3))
+    pulls, unused = np.empty((9, BLOCK)), np.empty(BLOCK)
+    for begin in range(0, len(tetrahedra), BLOCK):
+        count = min(BLOCK, len(tetrahedra) - begin)
+        for k in range(count):
+            shares[k] = volumes[begin + k]
+            _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
+            for c in range(3):
+                for j in range(3):
+                    g[3 * c + j, k] = gradients[begin + k, c + 1, j]
+        mus, lams = mu[begin : begin + count], lam[begin : begin + count]
+        if shape is None:
+            hessians(f, g, shares, count, mus, lams, definite, rotated, blocks)
+        else:
+            principal.hessians(
+                f, g, shares, count, 1, mus, lams, shape, measure, volume, definite, blocks, pulls, unused
+            )
+        for k in range(count):
+            _to_four(blocks, k, whole)
+            for a in range(4):
+                for b in range(4):
+                    slot = slots[begin + k, a, b]
+                    for i in range(3):
+                        for j in range(3):
+                            values[slot, i, j] += whole[a, b, i, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _deformation_gradient(x, tetrahedra, gradients, e, f, k):
+    """Write F of element ``e`` into column ``k`` of ``f``.
+
+    Not from differences of positions: in a body collapsed to a point F would be exactly 0 in every element, all would
+    choose the same axes, and Newton's method would not find its way out of that.
+    """
+    for i in range(3):
+        for j in range(3):
+            t = 0.0
+            for a in range(4):
+                t += x[tetrahedra[e, a], i] * gradients[e, a, j]
+            f[3 * i + j, k] = t
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _to_four(blocks, k, whole):
+    """Write the Hessian of four nodes into ``whole`` (4, 4, 3, 3); pushing all of them alike costs no energy."""
+    for pair in range(6):
+        c, d = PAIRS[pair]
+        for i in range(3):
+            for j in range(3):
+                whole[c + 1, d + 1, i, j] = blocks[9 * pair + 3 * i + j, k]
+                whole[d + 1, c + 1, j, i] = blocks[9 * pair + 3 * i + j, k]
+    for i in range(3):
+        for j in range(3):
+            for a in range(1, 4):
+                whole[a, 0, i, j] = -(whole[a, 1, i, j] + whole[a, 2, i, j] + whole[a, 3, i, j])
+                whole[0, a, j, i] = whole[a, 0, i, j]
+    for i in range(3):
+        for j in range(3):
+            whole[0, 0, i, j] = -(whole[0, 1, i, j] + whole[0, 2, i, j] + whole[0, 3, i, j])
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "LinearElements":
@@ -40,20 +140,16 @@ class LinearElements(Elements):
         self.gradients, self.volumes = shape_gradients(mesh)
 
     def resistance(self) -> np.ndarray:
-        """Return an upper bound of the stiffness against the motion of a single node, (n_nodes,) [N/m]."""
         return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        """Add the nodal forces [N] at ``x`` (n_nodes, 3) [m] to ``force`` (n_nodes, 3), and return the energy [J]."""
         return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, force)
 
     def least_det(self, x: np.ndarray) -> float:
-        """Return the smallest det F of all elements; an element is inverted where it is negative."""
         f = np.einsum("eai,eaj->eij", x[self.tetrahedra], self.gradients)
         return float(np.linalg.det(f).min())
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add the Hessian's blocks to ``values`` (n_blocks, 3, 3) [N/m], those of element e at ``slots[e]`` (4, 4)."""
         add_stiffness(
             x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, definite, slots, values
         )

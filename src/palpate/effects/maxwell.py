@@ -29,7 +29,6 @@ class Maxwell(Springs, Relaxation):
         self._relaxation_s = relaxation_s
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """Relax the rest lengths towards those at ``x`` (n_nodes, 3) [m] for ``h`` [s]."""
         _relax(x, self.pairs, -math.expm1(-h / self._relaxation_s), self.rest_m)
 
 

@@ -13,8 +13,8 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> Effect
         bound of the plastic strain)
     """
     if offers(elastic, Goals):
-        from palpate.effects.shape_matching.goal_shapes import ShapeMatching
-        from palpate.effects.shape_matching.shape_plasticity import ShapePlasticity
+        from palpate.effects.shape_matching import ShapeMatching
+        from palpate.effects.shape_plasticity import ShapePlasticity
 
         if isinstance(elastic, ShapeMatching):
             return ShapePlasticity(particles, settings, elastic)

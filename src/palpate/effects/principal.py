@@ -1,17 +1,72 @@
 """Stresses and Hessians of any law at many deformation gradients, each of which is decomposed.
 
-Columns, as those of a block (9, BLOCK), are worked on in groups that share the mean of their measure of volume: column
-k with k + n, k + 2 n …, n being ``count`` over ``group``. Groups of one are the plain law; those of an element's points
-are mean dilatation (Nagtegaal, Parks, Rice 1974; Simo, Taylor, Pister 1985), Ψ = W + U(mean θ).
+F is a sum Σ d_c g_cᵀ over three fixed vectors g_c, the gradients of an element's shape functions at its second to
+fourth corner. A Hessian here is that of the energy with respect to the three d_c, in six blocks of 3 × 3: those of the
+pairs PAIRS, as rows 9 p to 9 p + 8 of an array (54, BLOCK) whose columns are the deformation gradients.
+
+Columns are worked on in groups that share the mean of their measure of volume: column k with k + n, k + 2 n …, n being
+``count`` over ``group``. Groups of one are the plain law; those of an element's points are mean dilatation (Nagtegaal,
+Parks, Rice 1974; Simo, Taylor, Pister 1985), Ψ = W + U(mean θ).
 """
 
 import numba
 import numpy as np
 
-from palpate.effects.principal_blocks import clamp, clamp_pairs, write_blocks
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
-NEAR = 1e-5
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""The pairs of gradients whose blocks are kept; the others are transposes."""
+
+
+@numba.njit(cache=True, error_model="numpy")
+def write_blocks(u, v, curvatures, flips, twists, gradients, share, k, h, b, blocks):
+    """Write column ``k`` of ``blocks``; ``share`` is its volume [m³], ``h, b`` (3, 3) are scratch.
+
+    With h = Vᵀ g the block of g and g' is V U b Uᵀ, where bᵢⱼ = ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ on and off the diagonal, and each
+    pair of axes (i, j) adds (flip + twist)/2 hⱼ h'ⱼ to bᵢᵢ and (flip − twist)/2 hⱼ h'ᵢ to bᵢⱼ.
+    """
+    for c in range(3):
+        for i in range(3):
+            h[c, i] = (
+                gradients[3 * c, k] * v[0, i] + gradients[3 * c + 1, k] * v[1, i] + gradients[3 * c + 2, k] * v[2, i]
+            )
+    for pair in range(6):
+        c, d = PAIRS[pair]
+        for i in range(3):
+            for j in range(3):
+                b[i, j] = share * curvatures[i, j] * h[c, i] * h[d, j]
+        for axis in range(3):
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            same = 0.5 * share * (flips[axis] + twists[axis])
+            other = 0.5 * share * (flips[axis] - twists[axis])
+            b[i, i] += same * h[c, j] * h[d, j]
+            b[j, j] += same * h[c, i] * h[d, i]
+            b[i, j] += other * h[c, j] * h[d, i]
+            b[j, i] += other * h[c, i] * h[d, j]
+        for i in range(3):
+            b0 = u[i, 0] * b[0, 0] + u[i, 1] * b[1, 0] + u[i, 2] * b[2, 0]
+            b1 = u[i, 0] * b[0, 1] + u[i, 1] * b[1, 1] + u[i, 2] * b[2, 1]
+            b2 = u[i, 0] * b[0, 2] + u[i, 1] * b[1, 2] + u[i, 2] * b[2, 2]
+            for j in range(3):
+                blocks[9 * pair + 3 * i + j, k] = b0 * u[j, 0] + b1 * u[j, 1] + b2 * u[j, 2]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def clamp(curvatures, flips, twists):
+    """Replace the negative eigenvalues of what a Hessian consists of by zero, in place."""
+    values, vectors = np.linalg.eigh(curvatures)
+    curvatures[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    clamp_pairs(flips, twists)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def clamp_pairs(flips, twists):
+    """Replace negative ``flips`` and ``twists`` by zero, in place."""
+    for axis in range(3):
+        flips[axis], twists[axis] = max(flips[axis], 0.0), max(twists[axis], 0.0)
+
+
+EQUAL_STRETCHES = 1e-5
 """Stretches whose difference is below this part of them count as equal; limits then replace quotients, to 1e-10."""
 
 
@@ -86,7 +141,7 @@ def density(s, mu, lam, shape, measure, volume, slopes, curvatures):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, plain):
-    """Add the derivatives of U to those of W, and write flips and twists (see ``corotational_law``).
+    """Add the derivatives of U to those of W, and write flips and twists (see ``corotational``).
 
     ``plain`` adds the part of U″, too, which flips and twists do not depend on.
     """
@@ -96,7 +151,7 @@ def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, pla
             second[i, j] += derivatives[0] * bends[i, j]
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        apart, both, near = s[i] - s[j], s[i] + s[j], NEAR * (abs(s[i]) + abs(s[j]))
+        apart, both, near = s[i] - s[j], s[i] + s[j], EQUAL_STRETCHES * (abs(s[i]) + abs(s[j]))
         mean = 0.5 * (second[i, i] + second[j, j])
         flips[axis] = (slopes[i] - slopes[j]) / apart if abs(apart) > near else mean - second[i, j]
         twists[axis] = (slopes[i] + slopes[j]) / both if abs(both) > near else mean + second[i, j]

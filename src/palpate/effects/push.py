@@ -30,11 +30,9 @@ class Push(Load, Time):
         self._factors = [0.0] * len(loads)
 
     def at(self, t: float) -> None:
-        """Set the factor of each load at the time ``t`` [s]."""
         self._factors = [load.factor(t) for load in self._loads]
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the loads to ``force`` (n, 3) [N]."""
         for load, factor in zip(self._loads, self._factors, strict=True):
             if factor:
                 force[load.nodes] += factor * load.forces

@@ -1,14 +1,206 @@
-"""Corotational elasticity on ten-node tetrahedra with straight sides."""
+"""Elasticity of ten-node tetrahedra with straight sides.
 
+Kernels work on batches of BATCH elements; arrays of a batch end in an axis of its elements, so that inner loops run
+over elements and are vectorised. Point q of element e stands in column q BATCH + e of a block of deformation gradients.
+``slopes`` (4, 10, 3) are the derivatives of the shape functions at the points with respect to the barycentric
+coordinates of the second to fourth corner, ``gradients`` (n_elements, 4, 3) those of these coordinates [1/m].
+``mu, lam`` (n_elements,) are moduli [Pa]; ``shape, measure, volume`` the functions of the law, None for the
+corotational one, which is compiled without a branch for others; ``group`` is N_POINTS for mean dilatation, else 1.
+"""
+
+import numba
 import numpy as np
 
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.quadratic import POINTS, shape_slopes, ten_nodes
+from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes
+from palpate.effects import principal
+from palpate.effects.corotational import ARITHMETIC, BLOCK, hessians, stresses
 from palpate.effects.elements import Elements
 from palpate.effects.linear_elements import shape_gradients
-from palpate.effects.quadratic_kernel import add_stiffness, energy_and_force, least_det
+from palpate.effects.principal import PAIRS
 from palpate.linalg.block_pattern import BlockPattern
+
+N_POINTS = 4
+BATCH = BLOCK // N_POINTS
+
+
+@numba.njit(cache=True, error_model="numpy")
+def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, force):
+    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
+    f, p, energies, sure = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_)
+    total = 0.0
+    for begin in range(0, len(ten), BATCH):
+        count = min(BATCH, len(ten) - begin)
+        gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
+        deformation_gradients(places, slopes, g, pulls, f)
+        if shape is None:
+            stresses(f, p, BLOCK, shares[1], shares[2], energies, sure)
+        else:
+            principal.stresses(f, p, BLOCK, group, shares[1], shares[2], shape, measure, volume, energies)
+        forces(p, slopes, g, shares[0], pulls, places)
+        for e in range(count):
+            for q in range(N_POINTS):
+                total += shares[0, q * BATCH + e] * energies[q * BATCH + e]
+            for a in range(10):
+                for i in range(3):
+                    force[ten[begin + e, a], i] -= places[3 * a + i, e]
+    return total
+
+
+@numba.njit(cache=True, error_model="numpy")
+def least_det(x, ten, slopes, gradients):
+    """Return the smallest det F of all points."""
+    d, f, least = np.empty((3, 3)), np.empty((3, 3)), np.inf
+    for e in range(len(ten)):
+        for q in range(N_POINTS):
+            d[:] = 0.0
+            for a in range(10):
+                for i in range(3):
+                    for c in range(3):
+                        d[i, c] += x[ten[e, a], i] * slopes[q, a, c]
+            for i in range(3):
+                for j in range(3):
+                    g = gradients[e]
+                    f[i, j] = d[i, 0] * g[1, j] + d[i, 1] * g[2, j] + d[i, 2] * g[3, j]
+            det = (
+                f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
+                - f[0, 1] * (f[1, 0] * f[2, 2] - f[1, 2] * f[2, 0])
+                + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
+            )
+            if det < least or det != det:
+                least = det
+    return least
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
+    """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10)."""
+    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
+    f, rotated, blocks = np.empty((9, BLOCK)), np.empty((15, BLOCK)), np.empty((54, BLOCK))
+    half, whole = np.empty((N_POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
+    scratch, unused = np.empty((9, BLOCK)), np.empty(BLOCK)
+    for begin in range(0, len(ten), BATCH):
+        count = min(BATCH, len(ten) - begin)
+        gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
+        deformation_gradients(places, slopes, g, pulls, f)
+        if shape is None:
+            hessians(f, g, shares[0], BLOCK, shares[1], shares[2], definite, rotated, blocks)
+        else:
+            moduli, law = (shares[1], shares[2]), (shape, measure, volume)
+            principal.hessians(f, g, shares[0], BLOCK, 1, *moduli, *law, definite, blocks, scratch, unused)
+        for a in range(10):
+            half_product(blocks, slopes, a, half)
+            for b in range(a, 10):
+                whole_product(half, slopes, b, whole)
+                scatter(whole, slots, begin, count, a, b, values)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares):
+    """Write the batch's positions (30, BATCH), gradients (9, BLOCK), and volumes and moduli (3, BLOCK).
+
+    Idle columns get the last element.
+    """
+    for e in range(BATCH):
+        element = begin + min(e, count - 1)
+        for a in range(10):
+            for i in range(3):
+                places[3 * a + i, e] = x[ten[element, a], i]
+        for q in range(N_POINTS):
+            k = q * BATCH + e
+            shares[0, k], shares[1, k], shares[2, k] = volumes[element] / N_POINTS, mu[element], lam[element]
+            for c in range(3):
+                for j in range(3):
+                    g[3 * c + j, k] = gradients[element, c + 1, j]
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def deformation_gradients(places, slopes, g, pulls, f):
+    """Write F of all points into ``f`` (9, BLOCK)."""
+    for q in range(N_POINTS):
+        pulls[:] = 0.0
+        for a in range(10):
+            for i in range(3):
+                for c in range(3):
+                    slope = slopes[q, a, c]
+                    for e in range(BATCH):
+                        pulls[3 * i + c, e] += slope * places[3 * a + i, e]
+        for i in range(3):
+            for j in range(3):
+                for e in range(BATCH):
+                    k = q * BATCH + e
+                    d = (
+                        pulls[3 * i, e] * g[j, k]
+                        + pulls[3 * i + 1, e] * g[3 + j, k]
+                        + pulls[3 * i + 2, e] * g[6 + j, k]
+                    )
+                    f[3 * i + j, k] = d
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def forces(p, slopes, g, shares, pulls, forces):
+    """Write the derivatives of the energy with respect to the ten nodes into ``forces`` (30, BATCH)."""
+    forces[:] = 0.0
+    for q in range(N_POINTS):
+        for i in range(3):
+            for c in range(3):
+                for e in range(BATCH):
+                    k = q * BATCH + e
+                    d = (
+                        p[3 * i, k] * g[3 * c, k]
+                        + p[3 * i + 1, k] * g[3 * c + 1, k]
+                        + p[3 * i + 2, k] * g[3 * c + 2, k]
+                    )
+                    pulls[3 * i + c, e] = shares[k] * d
+        for a in range(10):
+            for i in range(3):
+                s0, s1, s2 = slopes[q, a, 0], slopes[q, a, 1], slopes[q, a, 2]
+                for e in range(BATCH):
+                    d = s0 * pulls[3 * i, e] + s1 * pulls[3 * i + 1, e] + s2 * pulls[3 * i + 2, e]
+                    forces[3 * a + i, e] += d
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def half_product(blocks, slopes, a, half):
+    """Write Σ_c slope_c B_cd of node ``a``, for all points and each d, into ``half`` (POINTS, 3, 9, BATCH)."""
+    half[:] = 0.0
+    for q in range(N_POINTS):
+        for pair in range(6):
+            c, d = PAIRS[pair]
+            for i in range(3):
+                for j in range(3):
+                    row, one, other = 9 * pair + 3 * i + j, slopes[q, a, c], slopes[q, a, d]
+                    for e in range(BATCH):
+                        half[q, d, 3 * i + j, e] += one * blocks[row, q * BATCH + e]
+                    if c != d:
+                        for e in range(BATCH):
+                            half[q, c, 3 * j + i, e] += other * blocks[row, q * BATCH + e]
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
+def whole_product(half, slopes, b, whole):
+    """Write the Hessian of one node and node ``b``, Σ_q,d ``half`` slope_d, into ``whole`` (9, BATCH)."""
+    for row in range(9):
+        for e in range(BATCH):
+            whole[row, e] = 0.0
+        for q in range(N_POINTS):
+            s0, s1, s2 = slopes[q, b, 0], slopes[q, b, 1], slopes[q, b, 2]
+            for e in range(BATCH):
+                whole[row, e] += s0 * half[q, 0, row, e] + s1 * half[q, 1, row, e] + s2 * half[q, 2, row, e]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def scatter(whole, slots, begin, count, a, b, values):
+    """Add the batch's blocks of the nodes ``a`` and ``b`` to ``values``, and those of ``b`` and ``a``."""
+    for e in range(count):
+        one, other = slots[begin + e, a, b], slots[begin + e, b, a]
+        for i in range(3):
+            for j in range(3):
+                values[one, i, j] += whole[3 * i + j, e]
+                if a != b:
+                    values[other, j, i] += whole[3 * i + j, e]
 
 
 class QuadraticElements(Elements):
@@ -21,11 +213,12 @@ class QuadraticElements(Elements):
     def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
         super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, pattern)
         self.gradients, self.volumes = shape_gradients(mesh)
-        slopes = shape_slopes(POINTS)  # of all four coordinates, the first of which is 1 minus the others
+        slopes = quadratic_gradients(
+            QUADRATURE_POINTS
+        )  # of all four coordinates, the first of which is 1 minus the others
         self._slopes = np.ascontiguousarray(slopes[:, :, 1:] - slopes[:, :, :1])
 
     def resistance(self) -> np.ndarray:
-        """Return an upper bound of the stiffness against the motion of a single node, (n_nodes,) [N/m]."""
         squares = np.zeros(self.couples.shape)
         for slopes in self._slopes:
             each = np.einsum("ac,ecj->eaj", slopes, self.gradients[:, 1:])
@@ -33,12 +226,10 @@ class QuadraticElements(Elements):
         return self._resistance(squares)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        """Add the nodal forces [N] at ``x`` (n_nodes, 3) [m] to ``force`` (n_nodes, 3), and return the energy [J]."""
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli)
         return energy_and_force(x, *constants, 1, *self._law, force)
 
     def least_det(self, x: np.ndarray) -> float:
-        """Return the smallest det F at the elements' points; an element is inverted where it is negative."""
         return float(least_det(x, self.couples, self._slopes, self.gradients))
 
     def mean_det(self, x: np.ndarray) -> np.ndarray:
@@ -46,10 +237,9 @@ class QuadraticElements(Elements):
         places, total = x[self.couples], np.zeros(len(self.volumes))
         for slopes in self._slopes:
             f = np.einsum("eai,ac,ecj->eij", places, slopes, self.gradients[:, 1:], optimize=True)
-            total += np.linalg.det(f) / len(POINTS)
+            total += np.linalg.det(f) / len(QUADRATURE_POINTS)
         return total
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add the Hessian's blocks to ``values`` (n_blocks, 3, 3) [N/m], element e's at ``slots[e]`` (10, 10)."""
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self._law)
         add_stiffness(x, *constants, definite, slots, values)

@@ -48,12 +48,10 @@ class Rayleigh(Force, Proportional):
         return np.zeros((self._slots.size, 3, 3))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add −C(x) v to ``force`` (n, 3) [N]; ``x`` (n, 3) [m], ``v`` (n, 3) [m/s]."""
         self._assemble(x)
         _subtract_products(self.couples, self._blocks, v, force)
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add C's blocks [N s/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (k, k)."""
         if self._elastic is not None:
             stiffness = np.zeros_like(values)
             self._elastic.add_stiffness(x, True, slots, stiffness)
@@ -61,7 +59,6 @@ class Rayleigh(Force, Proportional):
         scatter(np.diagonal(slots, axis1=1, axis2=2).ravel(), self._masses, values)
 
     def _assemble(self, x: np.ndarray) -> None:
-        """Compute C at ``x``, element by element: one block for each of ``_slots``."""
         self._blocks[:] = 0.0
         if self._elastic is not None:
             self._elastic.add_stiffness(x, True, self._slots, self._blocks)

@@ -6,7 +6,7 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
-from palpate.linalg.signed_svd import signed_svd
+from palpate.linalg.polar import signed_svd
 
 FOLD = 0.05
 """Width over which the energy's peak at a collapsed triangle is smoothed, in the singular value (1 at rest)."""
@@ -39,11 +39,9 @@ class Triangles(Energy, Stiffness):
         self.moduli = (mu, 2.0 * lam * mu / (lam + 2.0 * mu))
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the elastic energy [J] at positions ``x`` (n, 3) [m]."""
         return _energy(x, self.couples, self.gradients, self.volumes, *self.moduli)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add minus the energy's gradient to ``force`` (n, 3) [N]."""
         _add_force(x, self.couples, self.gradients, self.volumes, *self.moduli, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:

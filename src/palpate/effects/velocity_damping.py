@@ -26,15 +26,12 @@ class VelocityDamping(Force, Proportional, Projection):
         self._rate, self._coefficients = rate, rate * masses
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add −C v to ``force`` (n, 3) [N]; ``v`` (n, 3) [m/s]."""
         force -= self._coefficients[:, None] * v
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
-        """Add C's diagonal blocks [N s/m] to ``values`` (n_blocks, 3, 3)."""
         places = slots[:, 0, 0]  # one for each node, so none is repeated
         for i in range(3):
             values[places, i, i] += self._coefficients
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
-        """Reduce ``v`` by its decay over a step ``h`` [s], in place."""
         v *= math.exp(-self._rate * h)

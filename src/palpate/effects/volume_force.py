@@ -5,7 +5,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.effects.spring_network import edge_stiffness
+from palpate.effects.springs import edge_stiffness
 from palpate.errors import InputError
 
 
@@ -36,11 +36,9 @@ class Volume(Energy, Stiffness):
         self.rest_m = rest_distance_sum(particles.nodes, self.tetrahedra)
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the energy [J] at positions ``x`` (n_nodes, 3) [m]."""
         return _energy(x, self.tetrahedra, self.rest_m, self.stiffness_n_m)
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
-        """Add minus the energy's gradient to ``force`` (n_nodes, 3) [N]."""
         add_force(x, self.tetrahedra, self.rest_m, self.stiffness_n_m, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:

@@ -12,10 +12,10 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.surfaces.decimate import area_normals
 from palpate.bodies.surfaces.remeshed import NODES
+from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
-from palpate.init.sides import sides_of
+from palpate.init.data import sides_of
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""

@@ -15,7 +15,7 @@ from palpate.files import write_whole
 from palpate.init.choose import Choice, choose
 from palpate.init.config_text import config_text
 from palpate.init.data import Data, body_name, labels_of, recognise
-from palpate.studies.enrichment.figures import mesh_levels
+from palpate.studies.enrichment.figures import bodies
 
 ROOT = Path(__file__).parents[3]
 """Palpate's folder, where ``make`` is typed."""
@@ -69,7 +69,7 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with write_whole(file.with_name(PICTURE)) as part:
-            mesh_levels.draw([choice.body]).savefig(part)
+            bodies.draw_mesh_levels([choice.body]).savefig(part)
         with write_whole(file) as part:  # the last, as it is what tells that a folder is in use
             part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
     except OSError as error:
@@ -133,9 +133,8 @@ def program() -> str:
 
 def _schema(file: Path) -> Path | None:
     """Return the relative path of the schema, for a file in palpate's folder, which may then move with it."""
-    schema = ROOT / "workflow/schemas/config.schema.yaml"
-    inside = schema.is_file() and file.resolve().is_relative_to(ROOT)
-    return Path(relpath(schema, file.resolve().parent)) if inside else None
+    inside = file.resolve().is_relative_to(ROOT)
+    return Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)) if inside else None
 
 
 def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:

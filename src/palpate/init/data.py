@@ -1,4 +1,4 @@
-"""Recognise what a user's files are: a mesh, or a CT with or without a mask."""
+"""Recognise what a user's files are: a mesh, or a CT with or without a mask; and the sides that may hold the body."""
 
 import re
 import unicodedata
@@ -7,9 +7,35 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from palpate.bodies.ct.image import FORMATS, read_labels
-from palpate.bodies.inspect_mesh import MeshFacts, inspect
-from palpate.bodies.units import in_words, other_units
+from palpate.bodies.mesh_file import MeshFacts, in_words, inspect, other_units
 from palpate.errors import InputError
+
+_OF_MESH = {
+    "below": ("z", "min"),
+    "above": ("z", "max"),
+    "left": ("x", "min"),
+    "right": ("x", "max"),
+    "front": ("y", "min"),
+    "back": ("y", "max"),
+}
+"""In a mesh z points up, and x to the right of whoever looks at its front."""
+# of a patient in an image: x points to the left hand, y to the back, z to the head
+_OF_IMAGE = _OF_MESH | {"left": ("x", "max"), "right": ("x", "min")}
+_BY_AXIS = {f"{axis}-{side}": (axis, side) for axis in "xyz" for side in ("min", "max")}
+
+HOLDS = (*_OF_MESH, *_BY_AXIS)
+"""The words that name a side."""
+
+
+def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:
+    """Return the sides, as axis and end, that may hold a body: the one that is named, or all that suit its kind.
+
+    kind : of the body's entry; "ct" is a patient, who lies on the back
+    """
+    if hold is not None:
+        return [(_BY_AXIS | (_OF_IMAGE if kind == "ct" else _OF_MESH))[hold]]
+    return [_OF_IMAGE["back"]] if kind == "ct" else list(_BY_AXIS.values())
+
 
 # length [m] that a mesh gets whose unit cannot be guessed
 ASSUMED_M = 0.2

@@ -1,14 +1,183 @@
-"""Geometric multigrid on nested meshes: a preconditioner whose cost is linear in the number of nodes."""
+"""Geometric multigrid on nested meshes, its Gauss–Seidel sweeps and its direct solver: linear in the number of nodes.
+
+Sweeps go over the 3 × 3 blocks of a symmetric matrix, of which only the lower triangle is kept and read. What a sweep
+has found at a node goes at once to the nodes before it, with the same blocks that it was found with, so that a sweep
+and the residual after it read each block once; memory, and not arithmetic, is what a sweep waits for.
+"""
 
 from dataclasses import replace
 
 import numba
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
-from palpate.linalg.block_pattern import BlockPattern, hold
-from palpate.linalg.factor import Factor
-from palpate.linalg.gauss_seidel import Triangle
+from palpate.linalg.block_pattern import BlockPattern, add_block, hold
+
+
+class Factor:
+    """Sparse LU without pivoting of a symmetric matrix of 3 × 3 blocks; ValueError if it is singular."""
+
+    def __init__(self, matrix: sparse.bsr_array):
+        try:
+            self._lu = splu(
+                matrix.tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise ValueError("the stiffness matrix is singular") from error
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Solve for one right side (n, 3), or for k at once (n, 3, k)."""
+        flat = right.reshape(3 * len(right), *right.shape[2:])
+        return np.ascontiguousarray(self._lu.solve(flat)).reshape(right.shape)
+
+
+class Triangle:
+    """List the blocks below the diagonal of a pattern, row by row.
+
+    indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern
+    """
+
+    def __init__(self, pattern: BlockPattern):
+        rows = np.repeat(np.arange(pattern.size, dtype=np.int32), np.diff(pattern.indptr))
+        self.places = np.flatnonzero(pattern.indices < rows).astype(np.int32)
+        self.indices = pattern.indices[self.places]
+        counts = np.bincount(rows[self.places], minlength=pattern.size)
+        self.indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        self._diagonal = pattern.diagonal
+
+    def of(self, values: np.ndarray) -> "Sweeps":
+        """Return the sweeps over the symmetric matrix of the pattern's blocks ``values`` (n_blocks, 3, 3)."""
+        return Sweeps(self, values[self.places], _inverses(values, self._diagonal))
+
+
+class Sweeps:
+    """Sweep forward from zero, and backward after a correction: with a symmetric one between them, both are.
+
+    lower (k, 3, 3) : the blocks below the diagonal; inverses (n, 3, 3) : those of the diagonal blocks
+    """
+
+    def __init__(self, where: Triangle, lower: np.ndarray, inverses: np.ndarray):
+        self._arrays = (where.indptr, where.indices, lower, inverses)
+
+    def forward(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sweep from zero for ``right`` (n, 3), or k at once (n, 3, k); return x and the residual that it leaves."""
+        x, residual = np.empty_like(right), np.zeros_like(right)
+        (_forward if right.ndim == 2 else _forward_sides)(*self._arrays, right, x, residual)
+        return x, residual
+
+    def backward(self, x: np.ndarray, correction: np.ndarray) -> np.ndarray:
+        """Sweep backward from ``x`` + ``correction``, of one shape, where ``x`` is what ``forward`` returned; in place.
+
+        As the forward sweep solved D x + L x = right for the diagonal D and the lower blocks L, the right side is not
+        needed: what is left for a node is the lower blocks' product with the correction, and the upper ones' with x.
+        """
+        (_backward if x.ndim == 2 else _backward_sides)(*self._arrays, correction, np.zeros_like(x), x)
+        return x
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _inverses(values, diagonal):
+    """Return the inverses (n, 3, 3) of the diagonal blocks."""
+    inverses = np.empty((len(diagonal), 3, 3))
+    for n in range(len(diagonal)):
+        a, b = values[diagonal[n]], inverses[n]
+        for i in range(3):
+            for j in range(3):  # the cofactor of entry j, i
+                k, m, p, q = (j + 1) % 3, (j + 2) % 3, (i + 1) % 3, (i + 2) % 3
+                b[i, j] = a[k, p] * a[m, q] - a[k, q] * a[m, p]
+        det = a[0, 0] * b[0, 0] + a[0, 1] * b[1, 0] + a[0, 2] * b[2, 0]
+        for i in range(3):
+            for j in range(3):
+                b[i, j] /= det
+    return inverses
+
+
+@numba.njit(cache=True)
+def _product(begin, end, step, indices, lower, x):
+    """Return Σ A_k x_k over the blocks from ``begin`` by ``step`` to before ``end``."""
+    y0, y1, y2 = 0.0, 0.0, 0.0
+    for k in range(begin, end, step):
+        a, b, c = x[indices[k], 0], x[indices[k], 1], x[indices[k], 2]
+        y0 += lower[k, 0, 0] * a + lower[k, 0, 1] * b + lower[k, 0, 2] * c
+        y1 += lower[k, 1, 0] * a + lower[k, 1, 1] * b + lower[k, 1, 2] * c
+        y2 += lower[k, 2, 0] * a + lower[k, 2, 1] * b + lower[k, 2, 2] * c
+    return y0, y1, y2
+
+
+@numba.njit(cache=True)
+def _spread(begin, end, step, indices, lower, a, b, c, y):
+    """Add A_kᵀ (a, b, c) to ``y`` at the column of each block from ``begin`` by ``step`` to before ``end``."""
+    for k in range(begin, end, step):
+        j = indices[k]
+        y[j, 0] += lower[k, 0, 0] * a + lower[k, 1, 0] * b + lower[k, 2, 0] * c
+        y[j, 1] += lower[k, 0, 1] * a + lower[k, 1, 1] * b + lower[k, 2, 1] * c
+        y[j, 2] += lower[k, 0, 2] * a + lower[k, 1, 2] * b + lower[k, 2, 2] * c
+
+
+@numba.njit(cache=True)
+def _forward(indptr, indices, lower, inverses, right, x, residual):
+    for i in range(len(right)):
+        y0, y1, y2 = _product(indptr[i], indptr[i + 1], 1, indices, lower, x)
+        r0, r1, r2 = right[i, 0] - y0, right[i, 1] - y1, right[i, 2] - y2
+        for p in range(3):
+            x[i, p] = inverses[i, p, 0] * r0 + inverses[i, p, 1] * r1 + inverses[i, p, 2] * r2
+        _spread(indptr[i], indptr[i + 1], 1, indices, lower, -x[i, 0], -x[i, 1], -x[i, 2], residual)
+
+
+@numba.njit(cache=True)
+def _backward(indptr, indices, lower, inverses, correction, upper, x):
+    """Sweep backward in ``x``; ``upper`` (n, 3), zero at first, gathers what the upper blocks give each row.
+
+    Blocks are read strictly backwards, so that the processor fetches them ahead.
+    """
+    for i in range(len(x) - 1, -1, -1):
+        y0, y1, y2 = _product(indptr[i + 1] - 1, indptr[i] - 1, -1, indices, lower, correction)
+        r0, r1, r2 = upper[i, 0] + y0, upper[i, 1] + y1, upper[i, 2] + y2
+        for p in range(3):
+            x[i, p] -= inverses[i, p, 0] * r0 + inverses[i, p, 1] * r1 + inverses[i, p, 2] * r2
+        _spread(indptr[i + 1] - 1, indptr[i] - 1, -1, indices, lower, x[i, 0], x[i, 1], x[i, 2], upper)
+
+
+@numba.njit(cache=True)
+def _forward_sides(indptr, indices, lower, inverses, right, x, residual):
+    """Do as ``_forward`` does for k right sides (n, 3, k)."""
+    left = np.empty(right.shape[1:])
+    for i in range(len(right)):
+        _copy(-1.0, right[i], left)
+        for k in range(indptr[i], indptr[i + 1]):
+            add_block(lower[k], x[indices[k]], left)
+        _copy(-1.0, left, left)
+        x[i] = 0.0
+        add_block(inverses[i], left, x[i])
+        _copy(-1.0, x[i], left)
+        for k in range(indptr[i], indptr[i + 1]):
+            add_block(lower[k].T, left, residual[indices[k]])
+
+
+@numba.njit(cache=True)
+def _backward_sides(indptr, indices, lower, inverses, correction, upper, x):
+    """Do as ``_backward`` does for k right sides (n, 3, k)."""
+    left = np.empty(x.shape[1:])
+    for i in range(len(x) - 1, -1, -1):
+        _copy(1.0, upper[i], left)
+        for k in range(indptr[i + 1] - 1, indptr[i] - 1, -1):
+            add_block(lower[k], correction[indices[k]], left)
+        _copy(-1.0, left, left)
+        add_block(inverses[i], left, x[i])
+        for k in range(indptr[i + 1] - 1, indptr[i] - 1, -1):
+            add_block(lower[k].T, x[i], upper[indices[k]])
+
+
+@numba.njit(cache=True, inline="always")
+def _copy(factor, source, target):
+    """Set ``target`` (3, k) to ``factor`` times ``source`` (3, k), without an array in between."""
+    for p in range(3):
+        for s in range(source.shape[1]):
+            target[p, s] = factor * source[p, s]
 
 
 class Multigrid:

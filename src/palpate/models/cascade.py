@@ -7,22 +7,187 @@ are those against the limit of nested levels, extrapolated from the fine answers
 what is not known of that limit is added.
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
+from math import sqrt
 from time import perf_counter
-from typing import NamedTuple
-from weakref import WeakKeyDictionary
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
 
-from palpate.benchmark.load import Answer, Load, displacement_of
-from palpate.benchmark.model import Case, Setting
-from palpate.errors import NotConverged
-from palpate.models.cascade_stages import Stage, Turning, own_estimate, prepared_stage
-from palpate.models.memory import held_mb
-from palpate.models.training_limits import Limits
+from palpate.benchmark.conformal import bound_factor
+from palpate.benchmark.load import Answer, Load, displacement_of, loads_of
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
+from palpate.benchmark.truth import RATIOS, doubt, limit, ratio
+from palpate.bodies.contacts import row_of
+from palpate.errors import InputError, NotConverged
+from palpate.models.fem_statics import Simulation, to_surface
+from palpate.models.warped_compliance import WarpedResponse
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""What was prepared, by training samples: it serves all settings."""
+_SHARE = (1 / 3, 1 / 1.2)
+"""Of the last halving's change, what all further ones add: ratios of convergence of 4 and of 2.2, where two levels
+show none."""
+_TOLERANCE = 1e-3
+"""Relative residual of the elements of the levels below, whose own error is far larger."""
+
+
+class Limits:
+    """The training samples, and the limit of nested levels for each; those without an answer on a level are left out.
+
+    loads : k of them; contact : (k,); fine : (k, n_surface, 3) [m], the limit
+    beyond : the median distance of the fine answers from it, RMSE over peak
+    unknown : a bound of how far that is from the truth, RMSE over peak; infinite of too few contacts
+    """
+
+    def __init__(self, case: Case):
+        db, last = case.use_training(), len(case.body.levels) - 1
+        below = [
+            (Simulation(case, level, _TOLERANCE, order=2), to_surface(case.body, level, 2))
+            for level in range(max(0, last - 2), last)
+        ]
+        contact, self.loads, fine, beyond, unknown = [], [], [], [], []
+        for load, at, answer in zip(loads_of(db.contact, db.force), db.contact, db.fine, strict=True):
+            try:
+                levels = np.array([*(up @ level.displacement(load) for level, up in below), answer])
+            except NotConverged:
+                continue
+            found, far = _limit(levels)
+            contact.append(at)
+            self.loads.append(load)
+            fine.append(found)
+            beyond.append(distance(answer, found))
+            unknown.append(distance(found + far, found))
+        self.contact, self.fine = np.array(contact), np.array(fine)
+        self.beyond = float(np.median(beyond)) if beyond else np.inf
+        self.unknown = bound_factor(np.array(unknown), self.contact)
+
+
+def _limit(levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the limit (n, 3) [m] of ``levels`` (m, n, 3) [m], and how far it may be from the truth."""
+    if len(levels) > 2 and RATIOS[0] <= ratio(levels) <= RATIOS[1]:
+        return limit(levels), doubt(levels)
+    least, most = _SHARE
+    change = levels[-1] - levels[-2]
+    return levels[-1] + 0.5 * (least + most) * change, 0.5 * (most - least) * change
+
+
+def distance(moved: np.ndarray, fine: np.ndarray) -> float:
+    """Return the RMS distance of two displacements (n_surface, 3) [m] over the peak of the second."""
+    return float(np.sqrt(np.mean(np.sum((moved - fine) ** 2, axis=1))) / np.linalg.norm(fine, axis=1).max())
+
+
+_LEAST = 1e-6
+"""Estimates [of the peak] below this count as so much."""
+_SMALL = 1e-4
+"""Displacement over the body's size at which the second order of turning is found."""
+LAST = "last"
+"""The level of a stage's setting that is the body's finest."""
+
+
+class CascadeStage(NamedTuple):
+    """A prepared model and the factor of its estimate.
+
+    own : whether the estimate is the model's own, which is known once it has answered
+    """
+
+    solver: Solver
+    factor: float
+    own: bool
+
+
+class Turning:
+    """The share by which turning a linear response with its own rotations changes it, to the second order.
+
+    RMS of the change over the coarse nodes, over the displacement of the contact. The change is a square of the force,
+    so that a matrix (9, 9) of its products knows its mean square: it costs less than any answer.
+    floor : added to it, for what errors consist of that no turning shows, such as that of the mesh
+    """
+
+    def __init__(self, case: Case, floor: float = _LEAST):
+        self._floor = floor
+        stored, meshes = case.use_compliance(), case.meshes
+        same = sparse.eye_array(len(meshes.coarse_nodes), format="csr")
+        turned = WarpedResponse(replace(meshes, prolongation=same), replace(stored, fine=stored.restricted))
+        self._contacts, self._known = stored.contacts, {}
+        for contact, columns in zip(stored.contacts, stored.restricted, strict=True):
+            here = columns[:, contact, :]
+            small = _SMALL * case.body.fine.size / np.abs(here).max()
+            bent = _second_order(lambda force, at=contact: turned.answer(int(at), force)[0], small).reshape(9, -1)
+            self._known[int(contact)] = here @ here.T, bent @ bent.T / len(columns[0])
+
+    def of(self, load: Load) -> float:
+        """Return the share with the floor; Refused for a load that is not one force, InputError for a bad contact."""
+        contact, force = load.single()
+        if contact not in self._known:
+            row_of(self._contacts, contact)
+        near, bent = self._known[contact]
+        products = (force[:, None] * force).ravel()
+        moved = force @ near @ force
+        return self._floor + (sqrt(max(products @ bent @ products, 0.0) / moved) if moved > 0 else 0.0)
+
+
+def _second_order(answer: Any, small: float) -> np.ndarray:
+    """Return the second derivatives over 2, (3, 3, n, 3), of a response to forces (3,) by differences of ``small``."""
+    unit, rest = small * np.eye(3), answer(np.zeros(3))
+
+    def square(force: np.ndarray) -> np.ndarray:
+        return 0.5 * (answer(force) + answer(-force)) - rest
+
+    own = [square(each) for each in unit]
+    found = np.empty((3, 3, *rest.shape))
+    for i in range(3):
+        found[i, i] = own[i]
+        for j in range(i):
+            found[i, j] = found[j, i] = 0.5 * (square(unit[i] + unit[j]) - own[i] - own[j])
+    return found / small**2
+
+
+def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> CascadeStage:
+    """Prepare the model of an ``entry`` of the grid, and find its factor; what it does not answer is no part of it."""
+    solver = _prepared(case, entry["model"], entry.get("setting", {}))
+    contact, errors, turned, own = [], [], [], []
+    for at, load, fine in zip(limits.contact, limits.loads, limits.fine, strict=True):
+        try:
+            answer = solver.respond(load)
+        except NotConverged:
+            continue
+        contact.append(at)
+        errors.append(distance(displacement_of(answer), fine))
+        turned.append(turning.of(load))
+        own.append(own_estimate(answer))
+    by_itself = bool(contact) and bool(np.isfinite(own).all())
+    factor = bound_factor(np.array(errors) / np.array(own if by_itself else turned), np.array(contact))
+    return CascadeStage(solver, factor, by_itself)
+
+
+def _prepared(case: Case, name: str, given: Mapping[str, Any]) -> Solver:
+    """Prepare the model of a stage; InputError for a setting that it does not have, and for one that learns.
+
+    Bounds are found on the training contacts, which a stage that learns from them has seen.
+    """
+    from palpate.models.model_registry import model
+
+    stage, last, place = model(name, {}), len(case.body.levels) - 1, f"tradeoff.settings.cascade.stages: {name}"
+    setting = {key: last if (key, value) == ("level", LAST) else value for key, value in given.items()}
+    if setting.get("level", 0) not in range(last + 1):
+        raise InputError(f"{place}.level is {setting['level']}; the body has the levels 0 to {last}, or {LAST}.")
+    limits = case.used.pop("training", None)
+    try:
+        solver = stage.offline(case).online(setting)
+    except KeyError as missing:
+        raise InputError(f"{place} lacks the setting {missing} or does not know it; see docs/glossary.md.") from missing
+    if "training" in case.used:
+        raise InputError(f"{place} learns from the samples that bounds are found on; take a model that learns nothing.")
+    if limits is not None:
+        case.charge("training", limits)
+    return solver
+
+
+def own_estimate(answer: np.ndarray | Answer) -> float:
+    """Return the model's own estimate of its error, at least _LEAST; not finite where it has none."""
+    return max(answer.error, _LEAST) if isinstance(answer, Answer) and answer.error is not None else np.inf
 
 
 class Prepared(NamedTuple):
@@ -34,7 +199,7 @@ class Prepared(NamedTuple):
 
     turning: Turning
     unknown: float
-    stages: list[Stage]
+    stages: list[CascadeStage]
     case: Case
 
 
@@ -43,20 +208,25 @@ def settings(case: Case) -> list[Setting]:
     return [{"asked": error} for error in sorted(case.grid["cascade"]["asked_errors"], reverse=True)]
 
 
-def prepare(case: Case, setting: Setting) -> "Cascade":
-    """Prepare every stage, and find its factor on the training samples."""
-    known, entries = _kept.setdefault(case.database, {}), case.grid["cascade"]["stages"]
-    if (key := str(entries)) not in known:
-        begin = perf_counter()
-        limits = Limits(case)
-        turning = Turning(case, limits.beyond)
-        stages = [prepared_stage(case, turning, limits, entry) for entry in entries]
-        case.charge("stages", perf_counter() - begin)
-        known[key] = Prepared(turning, limits.unknown, stages, case)
-    return Cascade(case, known[key], setting["asked"])
+class Offline(Stage):
+    """The stages with the factors of their bounds, which all settings share."""
+
+    _prepared: Prepared | None = None
+
+    def online(self, setting: Setting) -> "Cascade":
+        """Prepare every stage, and find its factor on the training samples."""
+        if self._prepared is None:
+            case = replace(self.case, used={})
+            begin = perf_counter()
+            limits = Limits(case)
+            turning = Turning(case, limits.beyond)
+            stages = [prepared_stage(case, turning, limits, entry) for entry in case.grid["cascade"]["stages"]]
+            case.charge("stages", perf_counter() - begin)
+            self._prepared = Prepared(turning, limits.unknown, stages, case)
+        return Cascade(self.case, self._prepared, setting["asked"])
 
 
-class Cascade:
+class Cascade(Solver):
     """Try one stage after another; where none is sure enough the surest answers, and says how sure it is."""
 
     def __init__(self, case: Case, prepared: Prepared, asked: float):
@@ -72,8 +242,7 @@ class Cascade:
     def precede(self, load: Load) -> None:
         """Do what stages do before a query, such as preparing its contact; not timed, but charged."""
         for stage in self._prepared.stages:
-            if before := getattr(stage.solver, "precede", None):
-                before(load)
+            stage.solver.precede(load)
         self._charge()
 
     def respond(self, load: Load) -> Answer:
@@ -103,16 +272,19 @@ class Cascade:
                 failure = failed
         raise failure
 
-    def _answer(self, stage: Stage, load: Load, turned: float) -> Answer:
+    def _answer(self, stage: CascadeStage, load: Load, turned: float) -> Answer:
         """Return a stage's answer with the bound of its error, if the training contacts are enough for one."""
         answer = stage.solver.respond(load)
         bound = self._bound(stage, own_estimate(answer) if stage.own else turned)
         return Answer(displacement_of(answer), error=bound if bound < np.inf else None)
 
-    def _bound(self, stage: Stage, estimate: float) -> float:
+    def _bound(self, stage: CascadeStage, estimate: float) -> float:
         return self._prepared.unknown + stage.factor * estimate
 
     def _charge(self) -> None:
         """Add what the stages have used so far, in whichever setting's turn."""
         for what, seconds in self._prepared.case.used.items():
             self._case.charge(what, seconds)
+
+
+offline = Offline

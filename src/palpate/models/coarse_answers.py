@@ -1,18 +1,17 @@
 """Get the coarse answer that a method makes a fine one of: stored, stopped early, loose or converged.
 
-Whoever learns from coarse answers learns from such as its queries get.
+Methods are trained on the same kind of coarse answer that queries will receive.
 """
 
 from collections.abc import Iterable
 from dataclasses import replace
-from time import perf_counter
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from palpate.benchmark.load import loads_of
-from palpate.benchmark.model import Case, Setting, distinct
-from palpate.models.enrichment.fit_inputs import Fitting
+from palpate.benchmark.accuracy import Method
+from palpate.benchmark.load import Load, Refused, loads_of
+from palpate.benchmark.model import Case, Setting, Solver, distinct
+from palpate.models.enrichment.fitting import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
@@ -20,9 +19,6 @@ LOOSE_TOLERANCE = 1e-3
 """Relative residual at which the coarse simulation stops that is called loose."""
 COARSE_ANSWERS = (LINEAR, "1 iteration", "2 iterations", "3 iterations", LOOSE, CONVERGED)
 """The coarse answers that methods are tried with where the grid says nothing; iterations are Newton's, from rest."""
-
-_answers: WeakKeyDictionary = WeakKeyDictionary()
-"""Coarse answers to training samples and what they took [s], by those samples and kind: they serve all methods."""
 
 
 def coarse_answers(case: Case) -> list[str]:
@@ -56,14 +52,12 @@ def seen_with(case: Case, setting: Setting, coarse: Simulation | LinearCoarse) -
     kind = setting["coarse"]
     if kind == CONVERGED:
         return case
-    known = _answers.setdefault(case.database, {})
-    if kind in known:
-        answers, seconds = known[kind]
-        case.charge("coarse answers", seconds)  # spent before, for another setting
-    else:
-        begin, db = perf_counter(), case.database
-        answers = np.array([coarse.displacement(load) for load in loads_of(db.contact, db.force)])
-        known[kind] = answers, perf_counter() - begin
+    db = case.database
+
+    def answer() -> np.ndarray:
+        return np.array([coarse.displacement(load) for load in loads_of(db.contact, db.force)])
+
+    answers = case.share(("coarse answers", db, kind), answer, "coarse answers")
     return replace(case, database=replace(case.database, coarse_live=answers))
 
 
@@ -74,3 +68,18 @@ def fitting_to(case: Case) -> Fitting:
     """
     db = case.use_training()
     return Fitting.of(db, np.arange(len(db.contact)), "live", case.options)
+
+
+class Enriched(Solver):
+    """``method`` on top of the ``coarse`` answer; both are part of what a query costs."""
+
+    def __init__(self, method: Method, coarse: Simulation | LinearCoarse):
+        self._method, self._coarse = method, coarse
+
+    def respond(self, load: Load) -> np.ndarray:
+        """Return the displacement (n_surface, 3) [m] under one force at a coarse node; errors as ``Solver``."""
+        contact, force = load.single()
+        moved = self._coarse.displacement(load)
+        if contact >= len(moved):
+            raise Refused("presses at nodes of the coarse mesh are answered, which samples press, and not at others")
+        return self._method.predict(moved, contact, force)

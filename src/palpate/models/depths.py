@@ -1,4 +1,4 @@
-"""Find the forces of discs that are pushed to a depth, for models that answer forces at prepared contacts."""
+"""Find the forces of discs that are pushed to a depth, for models that answer forces."""
 
 from collections.abc import Callable
 
@@ -9,11 +9,63 @@ from palpate.benchmark.load import Answer, Load, Refused
 from palpate.benchmark.model import Case
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import ContactShares
-from palpate.models.found_forces import WORST
+
+FORCE_TOLERANCE, FORCE_EVALUATIONS = 1e-4, 40
+"""What may be left, over the largest displacement that is asked for or undone, and the most evaluations."""
+WORST = 1e12
+"""Condition of the responses of discs above which they are the same one."""
+
+
+def forces_for(
+    moved: Callable[[np.ndarray], np.ndarray],
+    wanted: np.ndarray,
+    force: np.ndarray,
+    unknown: np.ndarray,
+    slope: np.ndarray,
+) -> np.ndarray:
+    """Return forces (f,) [N] at which ``moved`` (f,) [m] is ``wanted`` (f,) where ``unknown`` (f,) says so.
+
+    force : (f,) the given ones, and 0 where they are unknown; slope : (f, f) [m/N], the response to small forces
+    Broyden's method (1965), from the linear response, with steps cut where they lead no nearer.
+    Refused for two discs that are pushed at the same place.
+    """
+    gives = slope[np.ix_(unknown, unknown)]
+    if not np.linalg.cond(gives) < WORST:
+        raise Refused("two discs are pushed to a depth at the same place; push one of them")
+    force, inverse = force.copy(), np.linalg.inv(gives)
+    left = _left(moved, force, wanted, unknown)
+    # a disc that is held where other presses would move it has a way to go, too
+    scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
+    step = inverse @ left
+    for _ in range(FORCE_EVALUATIONS):
+        if np.abs(left).max() <= FORCE_TOLERANCE * scale:
+            return force
+        tried = force.copy()
+        tried[unknown] += step
+        try:
+            found = _left(moved, tried, wanted, unknown)
+        except NotConverged:
+            step = 0.5 * step
+            continue
+        if not np.linalg.norm(found) < 1.5 * np.linalg.norm(left):
+            step = 0.5 * step
+            continue
+        change = inverse @ (left - found)
+        inverse += np.outer(step - change, step @ inverse) / (step @ change)
+        force, left = tried, found
+        step = inverse @ left
+    raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
+
+
+def _left(
+    moved: Callable[[np.ndarray], np.ndarray], force: np.ndarray, wanted: np.ndarray, unknown: np.ndarray
+) -> np.ndarray:
+    return (wanted - moved(force))[unknown]
+
 
 Presses = list[tuple[int, np.ndarray]]
 """Nodes and forces (3,) [N]."""
-CLOSE, MOST = 1e-6, 30
+DEPTH_TOLERANCE, DEPTH_ITERATIONS = 1e-6, 30
 """Distance from the depths, as a share of the way there, at which a search ends; and its most iterations."""
 
 
@@ -103,7 +155,11 @@ def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, giv
 
     try:
         with np.errstate(all="ignore"):  # of answers that do not change
-            reached = broyden1(lambda y: missing(size * y), wanted / size, alpha=1.0, maxiter=MOST, f_tol=CLOSE)
+            reached = broyden1(
+                lambda y: missing(size * y), wanted / size, alpha=1.0, maxiter=DEPTH_ITERATIONS, f_tol=DEPTH_TOLERANCE
+            )
     except (NoConvergence, ValueError) as failure:  # the latter where an answer is not finite
-        raise NotConverged(f"no force was found that pushes so far in {MOST} iterations", [float("nan")]) from failure
+        raise NotConverged(
+            f"no force was found that pushes so far in {DEPTH_ITERATIONS} iterations", [float("nan")]
+        ) from failure
     return (inverse @ (size * reached)).reshape(ways.shape)

@@ -1,8 +1,10 @@
 """Answer with quadratic finite elements by L-BFGS: no matrix of the deformed body, one multigrid cycle an iteration."""
 
-from palpate.benchmark.model import Case, Setting, distinct
+from functools import partial
+
+from palpate.benchmark.model import Case, Setting, distinct, one_stage
 from palpate.models.fem import Fem
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
 
 LAW, REDUCES = "the body's", "p2"
 
@@ -23,6 +25,4 @@ def settings(case: Case) -> list[Setting]:
     return distinct(found)
 
 
-def prepare(case: Case, setting: Setting) -> Fem:
-    """Make the multigrid of the rest state; with the start ``linear`` store linear columns at all nodes."""
-    return Fem(case, setting, 2, FastEquilibrium)
+offline = one_stage(partial(Fem, order=2, solver=FastEquilibrium))

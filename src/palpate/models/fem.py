@@ -1,16 +1,112 @@
-"""Answer with corotational finite elements on a level of the body, stopped early or converged, from cold or warm."""
+"""Answer with finite elements on a level of the body, stopped early or converged, from rest, linear or warm."""
+
+from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting, distinct
+from palpate.benchmark.model import Case, Kept, Setting, Solver, distinct, one_stage
+from palpate.bodies.contacts import row_of
 from palpate.effects.patch_load import Patch
-from palpate.models.fem_starts import STARTS
+from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.memory import held_mb
 from palpate.solvers.equilibrium import Equilibrium
 
 LAW = "the body's"
+BEFORE = 0.97
+"""Share of the load under which the frame before stood: a finger that presses within half a second at 60 frames a
+second adds so much a frame."""
+
+
+class Start(Protocol):
+    """The displacements that Newton's method begins at."""
+
+    def at(self, load: Load) -> np.ndarray | None:
+        """Return displacements (n_nodes, 3) [m] of all nodes, None for rest; InputError for a bad contact."""
+
+    def precede(self, load: Load) -> None:
+        """Do what happened before this query was asked; not timed."""
+
+
+class Settles(Protocol):
+    """A simulation that can find the frame before."""
+
+    def settled(self, load: Load) -> np.ndarray:
+        """Return converged displacements (n_nodes, 3) [m]."""
+
+
+class Rest:
+    """Begin at rest."""
+
+    def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
+        """Take what all starts take: the case, the simulation, and the numbers that name its mesh and elements."""
+
+    def at(self, load: Load) -> None:
+        """Return None."""
+
+    def precede(self, load: Load) -> None:
+        """Do nothing."""
+
+
+class LinearStart:
+    """Begin at the linear response of the same elements, whose columns were stored for each prepared contact."""
+
+    def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
+        self._contacts = case.prepared_contacts
+        name = "columns", case.database, *elements
+        self._columns = case.share(name, lambda: simulation.linear_columns(self._contacts), "columns")
+
+    def at(self, load: Load) -> np.ndarray | None:
+        """Return the linear response; InputError for a contact that is not prepared.
+
+        To a depth, whose force is not known, a search begins at its own linear response.
+        """
+        given, pushed = load.parted()
+        rows = [row_of(self._contacts, contact) for contact, _ in given + pushed]
+        if pushed:
+            return None
+        parts = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, given, strict=True)]
+        return np.sum(parts, axis=0)
+
+    def precede(self, load: Load) -> None:
+        """Do nothing."""
+
+
+class FrameBefore:
+    """Begin at the converged answer to BEFORE times the same force; where there is none, at rest.
+
+    Frames that a setting has found serve the later ones. A solver holds the last one only.
+    """
+
+    def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
+        self._simulation = simulation
+        self._frames = case.share(("frames", case.database, *elements), Kept)
+        self._asked: tuple[bytes | int, ...] | None = None
+        self._frame: np.ndarray | None = None
+
+    def precede(self, load: Load) -> None:
+        """Find the frame before; not timed."""
+        self._asked = load.key
+        if self._asked not in self._frames:
+            try:
+                frame: np.ndarray | None = self._simulation.settled(load.times(BEFORE))
+            except NotConverged:
+                frame = None
+            self._frames[self._asked] = frame, 0.0
+        self._frame = self._frames[self._asked][0]
+
+    def at(self, load: Load) -> np.ndarray | None:
+        """Return the frame that ``precede`` has found for this load, or None for rest."""
+        return self._frame if self._asked == load.key else None
+
+
+STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Start]] = {
+    "rest": Rest,
+    "linear": LinearStart,
+    "frame": FrameBefore,
+}
+"""The starts by the names that settings have."""
 
 
 def settings(case: Case, order: int) -> list[Setting]:
@@ -38,27 +134,21 @@ def settings(case: Case, order: int) -> list[Setting]:
     return distinct(found)
 
 
-def prepare(case: Case, setting: Setting, order: int) -> "Fem":
-    """Make matrix patterns and the preconditioner of the rest state, and with ``start`` linear store its columns."""
-    return Fem(case, setting, order)
-
-
-class Fem:
+class Fem(Solver):
     """Finite elements of ``order``, brought to the fine surface with their own shape functions.
+
+    Offline are matrix patterns, the preconditioner of the rest state, and with the start "linear" its columns.
 
     solver : how their equilibrium is found
     """
+
+    presses_anywhere = True
 
     def __init__(self, case: Case, setting: Setting, order: int, solver: type[Equilibrium] = Equilibrium):
         level, tolerance = setting["level"], setting.get("tolerance", case.tolerance)
         self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order, solver)
         self._start = STARTS[setting["start"]](case, self._simulation, (level, order))
         self._up = to_surface(case.body, level, order)
-
-    @property
-    def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
-        return held_mb(self)
 
     def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
@@ -75,3 +165,6 @@ class Fem:
         """
         moved, forces = self._simulation.answer(load, self._start.at(load))
         return self._up @ moved if forces is None else Answer(self._up @ moved, forces)
+
+
+offline = one_stage(Fem)

@@ -6,24 +6,74 @@ of its own, made in advance for the prepared ones, and at the first query for ot
 
 from dataclasses import replace
 from time import perf_counter
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, Setting, Solver, Stage
+from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
-from palpate.bodies.local_refinement import LocalRefinement
-from palpate.models.fem_starts import FrameBefore, Rest
+from palpate.bodies.local_refinement import LocalBody, LocalRefinement
+from palpate.effects.surface_integrals import surface_interpolation
+from palpate.models.fem import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
-from palpate.models.local_surface import SurfaceMap
-from palpate.models.memory import held_mb
+
+_ROUNDING = 1e-9
+"""Coordinates above minus this count as inside; they are multiples of a power of 2, or at least 0.25 outside."""
+
+
+class SurfaceMap:
+    """Places of the fine surface nodes in the coarse triangles, which every local mesh of a body splits further.
+
+    They are found by the prolongation, not by rest positions, which may have moved to a smooth surface.
+    """
+
+    def __init__(self, body: Body):
+        self._weights = body.prolongation
+        first = np.unique(body.fine.triangles, return_index=True)[1]
+        sides = self._sides(body.fine.triangles)[first // 3]
+        self._coarse_nodes = len(body.coarse.nodes)
+        self._keys, self._places = self._key(sides), self._coordinates(body.fine.surface, sides)
+
+    def of(self, local: LocalBody, order: int) -> sparse.csr_array:
+        """Return the interpolation (n_surface, n_unknowns) with the shape functions of elements on ``local``.
+
+        Those of ``order`` 2 have the nodes and the edge midpoints of its finest level.
+        """
+        numbers = local.numbers[-1][local.fine.triangles]
+        sides = self._sides(numbers)
+        keys = self._key(sides)
+        ranked = np.argsort(keys, kind="stable")
+        first, last = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
+        node = np.repeat(np.arange(len(self._keys)), last - first)
+        among = np.arange(len(node)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+        triangle = ranked[np.repeat(first, last - first) + among]
+        corners = np.stack([self._coordinates(numbers[:, i], sides) for i in range(3)], axis=2)
+        inside = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
+        kept = np.flatnonzero(inside.min(axis=1) > -_ROUNDING)
+        chosen = kept[np.unique(node[kept], return_index=True)[1]]
+        return surface_interpolation(local.fine, triangle[chosen], inside[chosen], order)
+
+    def _sides(self, triangles: np.ndarray) -> np.ndarray:
+        """Return the coarse triangles (m, 3), by their nodes, that ``triangles`` (m, 3) of fine nodes are parts of."""
+        rows = np.repeat(np.arange(len(triangles)), 3)
+        means = sparse.csr_array(
+            (np.ones(triangles.size), (rows, triangles.ravel())), (len(triangles), self._weights.shape[0])
+        )
+        corners = (means @ self._weights).tocsr()
+        corners.sort_indices()
+        return corners.indices.reshape(-1, 3)
+
+    def _key(self, sides: np.ndarray) -> np.ndarray:
+        return (sides[:, 0].astype(np.int64) * self._coarse_nodes + sides[:, 1]) * self._coarse_nodes + sides[:, 2]
+
+    def _coordinates(self, nodes: np.ndarray, sides: np.ndarray) -> np.ndarray:
+        """Return the coordinates (m, 3) of fine ``nodes`` (m,) in coarse triangles ``sides`` (m, 3)."""
+        return self._weights[nodes[:, None], sides].toarray()
+
 
 PREPARED, LAW = True, "the body's"
-
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""Local meshes with what they took [s], by body, and there by radius, depth, reach and order: one serves all."""
 
 
 def settings(case: Case) -> list[Setting]:
@@ -34,29 +84,30 @@ def settings(case: Case) -> list[Setting]:
     return [mesh | end for mesh in grid["meshes"] if mesh["depth"] <= finest for end in ends]
 
 
-def prepare(case: Case, setting: Setting) -> "LocalFem":
-    """Make the mesh of each prepared contact, and matrix patterns and the preconditioner on it."""
-    return LocalFem(case, setting)
+class Offline(Stage):
+    """Meshes of contacts, by depth, reach and order: one serves all settings that have them."""
+
+    def __init__(self, case: Case):
+        super().__init__(case)
+        self._meshes: dict[tuple, _Meshes] = {}
+
+    def online(self, setting: Setting) -> "LocalFem":
+        """Make the mesh of each prepared contact, and matrix patterns and the preconditioner on it."""
+        mesh = setting["depth"], setting["reach"], setting["order"]
+        if mesh not in self._meshes:
+            self._meshes[mesh] = _Meshes(self.case, *mesh)
+        self._meshes[mesh].prepare(self.case)
+        return LocalFem(self.case, setting, self._meshes[mesh], mesh)
 
 
-class LocalFem:
+class LocalFem(Solver):
     """Finite elements on a mesh for each contact, brought to the fine surface with their own shape functions."""
 
-    def __init__(self, case: Case, setting: Setting):
-        mesh = setting["depth"], setting["reach"], setting["order"]
-        kept = _kept.setdefault(case.body, {})
-        if (case.radius_m, *mesh) not in kept:
-            kept[case.radius_m, *mesh] = _Meshes(case, *mesh)
-        self._meshes = kept[case.radius_m, *mesh]
-        self._meshes.prepare(case)
+    def __init__(self, case: Case, setting: Setting, meshes: "_Meshes", mesh: tuple[float, ...]):
+        self._meshes = meshes
         self._stop = setting.get("tolerance", case.tolerance), setting.get("iterations")
         start = FrameBefore if setting["start"] == "frame" else Rest
         self._start = start(case, self._meshes, mesh)
-
-    @property
-    def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
-        return held_mb(self)
 
     def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
@@ -110,3 +161,6 @@ class _Meshes:
     def settled(self, load: Load) -> np.ndarray:
         """Return displacements (n_nodes, 3) [m] on the mesh of the one contact, converged to the case's tolerance."""
         return self.of(load.alone().node)[0].settled(load)
+
+
+offline = Offline

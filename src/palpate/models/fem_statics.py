@@ -6,7 +6,6 @@ Presses may be anywhere on the fine surface, several at once, by forces or to a 
 from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from typing import Self
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
@@ -15,14 +14,10 @@ from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import row_of, surface_contacts
-from palpate.bodies.quadratic import prolongation
-from palpate.bodies.refinement import with_midpoints
+from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.effects.patch_load import Patch, patch_at, patch_shares
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import push
-
-_integrated: WeakKeyDictionary = WeakKeyDictionary()
-"""Shares of patches, by body, and there by level, order, radius and node."""
 
 
 class Simulation:
@@ -159,7 +154,7 @@ class ContactShares:
         body, key = case.body, (level % len(case.body.levels), order, case.radius_m)
         self._body, self._level, self._order, self._radius_m = body, key[0], order, case.radius_m
         self._able = surface_contacts(body)
-        self._shares = _integrated.setdefault(body, {}).setdefault(key, {})
+        self._shares: dict[int, tuple[np.ndarray, np.ndarray]] = case.share(("patches", body, *key), dict)
         for contact in case.prepared_contacts:
             self.of(int(contact))
 
@@ -223,4 +218,4 @@ def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
 
 def _quadratic(body: Body, level: int) -> sparse.csr_array:
     """Interpolate from quadratic elements on ``level`` to those on the next one."""
-    return prolongation(body.levels[level], body.levels[level + 1])
+    return quadratic_prolongation(body.levels[level], body.levels[level + 1])

@@ -1,13 +1,31 @@
-"""Interpolate the coarse answer linearly: what any user has before learning anything."""
+"""Interpolate the coarse answer linearly: the rival that any user has before learning anything."""
 
 import numpy as np
-from scipy import sparse
 
+from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, Setting, Solver, one_stage
 from palpate.models.coarse_answers import coarse_settings, coarse_solver
-from palpate.models.fem_statics import LinearCoarse, Simulation
-from palpate.models.memory import held_mb
+from palpate.models.enrichment.fitting import Fitting
+
+
+class Interpolation:
+    """Fine displacements by the prolongation alone: one sparse product."""
+
+    sigma_m = np.nan
+
+    def __init__(self, db: Database):
+        self._prolongation = db.prolongation
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        return self._prolongation @ coarse
+
+
+def fit(fitting: Fitting) -> Interpolation:
+    """Take the meshes; nothing is learnt."""
+    return Interpolation(fitting.db)
+
 
 SEES, LAW = "deformation", "the body's"
 
@@ -17,24 +35,17 @@ def settings(case: Case) -> list[Setting]:
     return coarse_settings(case, {})
 
 
-def prepare(case: Case, setting: Setting) -> "Interpolated":
-    """Take the meshes; nothing is learnt."""
-    return Interpolated(coarse_solver(case, setting), case.meshes.prolongation)
-
-
-class Interpolated:
+class Interpolated(Solver):
     """The coarse answer to whatever load it has one for, brought to the fine surface by one sparse product."""
 
-    def __init__(self, coarse: Simulation | LinearCoarse, prolongation: sparse.csr_array):
-        self._coarse, self._prolongation = coarse, prolongation
-
-    @property
-    def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
-        return held_mb(self)
+    def __init__(self, case: Case, setting: Setting):
+        self._coarse, self._prolongation = coarse_solver(case, setting), case.meshes.prolongation
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         moved, forces = self._coarse.answer(load)
         found = self._prolongation @ moved
         return found if forces is None else Answer(found, forces)
+
+
+offline = one_stage(Interpolated)

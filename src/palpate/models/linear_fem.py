@@ -1,16 +1,44 @@
-"""Answer with linear fine finite elements, whose compliance is computed in advance.
+"""Answer with linear fine finite elements, whose compliance is computed in advance: three columns for each contact.
 
-What is linear adds up: several presses at prepared contacts are the sum of their responses, and a disc that is pushed
-to a depth bears the force of which the sum moves it so far.
+Linear responses superpose; for prescribed disc displacements the forces follow from a 3k × 3k solve.
 """
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, one_stage
+from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
-from palpate.models.enrichment.linear_fem import LinearFem
-from palpate.models.memory import held_mb
+from palpate.models.enrichment.fitting import Fitting
+from palpate.solvers.compliance import Compliance
+
+
+class LinearFem:
+    """The linear fine response to the force; the coarse simulation is not looked at."""
+
+    sigma_m = np.nan
+
+    def __init__(self, compliance: Compliance):
+        self._contacts, self._columns = compliance.contacts, compliance.fine
+
+    def predict(self, coarse: np.ndarray | None, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
+        return np.tensordot(force, self._columns[row_of(self._contacts, contact)], 1)
+
+    def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, None]:
+        """Return the same, and no rotations; InputError for a contact that is not prepared."""
+        return self.predict(None, contact, force), None
+
+    def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
+        """Return the sum (n, 3) [m] of the responses to forces (3,) [N], each at its contact."""
+        first, *others = [self.predict(None, *press) for press in presses]
+        return np.sum([first, *others], axis=0) if others else first
+
+
+def fit(fitting: Fitting) -> LinearFem:
+    """Take the linear responses; nothing is learnt."""
+    return LinearFem(fitting.linear())
+
 
 PREPARED, REDUCES, LAW = True, "p2", "linear"
 
@@ -20,15 +48,10 @@ def settings(case: Case) -> list[Setting]:
     return [{}]
 
 
-def prepare(case: Case, setting: Setting) -> "Linear":
-    """Take the compliance, which is all that it costs."""
-    return Linear(case)
-
-
-class Linear:
+class Linear(Solver):
     """Three stored columns for each contact."""
 
-    def __init__(self, case: Case):
+    def __init__(self, case: Case, setting: Setting):
         self._linear, self._discs = LinearFem(case.use_compliance()), Discs(case)
 
     @property
@@ -47,3 +70,6 @@ class Linear:
         forces = self._discs.linear_forces(load)
         presses = [(press.node, force) for press, force in zip(load.presses, forces, strict=True)]
         return Answer(self._linear.superpose(presses), forces)
+
+
+offline = one_stage(Linear)

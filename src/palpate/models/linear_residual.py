@@ -1,8 +1,8 @@
 """Answer with linear fine finite elements, and a kernel ridge on what they lack; nothing is simulated."""
 
-from palpate.benchmark.model import Case, Setting
-from palpate.models.enrichment.linear_fem import LinearFem
-from palpate.models.stored_responses import Stored, shares
+from palpate.benchmark.model import Case, Setting, one_stage
+from palpate.models.linear_fem import LinearFem
+from palpate.models.warped_compliance import Stored, shares
 
 PREPARED, REDUCES, LAW = True, "p2", "linear"
 
@@ -15,3 +15,6 @@ def settings(case: Case) -> list[Setting]:
 def prepare(case: Case, setting: Setting) -> Stored:
     """Take the compliance, and choose what describes a load, width and ridge by cross-validation."""
     return Stored(case, LinearFem(case.use_compliance()), setting["samples"])
+
+
+offline = one_stage(prepare)

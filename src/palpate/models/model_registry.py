@@ -12,21 +12,13 @@ from palpate.models.enrichment.methods import METHODS
 if TYPE_CHECKING:
     from palpate.benchmark.model import Model
 
-_ON_TOP = {
-    "palpate.models.enrichment.interpolation": "palpate.models.interpolation",
-    "palpate.models.enrichment.ridge": "palpate.models.ridge",
-    "palpate.models.enrichment.pod_rbf": "palpate.models.pod_rbf",
-    "palpate.models.enrichment.blend": "palpate.models.paper_enrichment",
-}
-"""The models that put methods of enrichment, by their modules, on top of a coarse simulation."""
-_VARIANTS = ("palpate.models.paper_enrichment", "palpate.models.springs.mass_spring")
+_VARIANTS = ("palpate.models.enrichment.paper_enrichment", "palpate.models.springs.mass_spring")
 """Modules whose models are variants of one method: twelve blends, four networks of springs."""
 
 
 def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
     """Take methods of enrichment, by their names and keywords, as models."""
-    places = [f"palpate.models.enrichment.{module}" for module in modules]
-    return {name: (_ON_TOP[place], what) for name, (place, what) in METHODS.items() if place in places}
+    return {name: recipe for name, recipe in METHODS.items() if recipe[0].rpartition(".")[2] in modules}
 
 
 ENGINES = {"mujoco": "mujoco", "newton_vbd": "newton"}
@@ -46,7 +38,7 @@ MODELS: dict[str, tuple[str, dict]] = {
     "linear_fem": ("palpate.models.linear_fem", {}),
     "linear_residual": ("palpate.models.linear_residual", {}),
     "warped_compliance": ("palpate.models.warped_compliance", {}),
-    "detail_correction": ("palpate.models.detail_correction", {}),
+    "detail_correction": ("palpate.models.enrichment.detail_correction", {}),
     **_enriched("interpolation", "ridge", "pod_rbf"),
     **{f"pod_{name}": ("palpate.models.pod_of_loads", {"learner": name}) for name in ("gaussian", "network")},
     "springs": ("palpate.models.springs.mass_spring", {"nodal": False, "volume": False}),
@@ -57,12 +49,15 @@ MODELS: dict[str, tuple[str, dict]] = {
     **{name: ("palpate.models.relaxed", {"method": name}) for name in RELAXED},
     "mujoco": ("palpate.models.mujoco_flex", {}),
     "newton_vbd": ("palpate.models.newton_vbd", {}),
-    **_enriched("blend"),
+    **_enriched("paper_enrichment"),
     "cascade": ("palpate.models.cascade", {}),
 }
 
-BESIDE = {"cascade": "contact_modes"}
-"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts."""
+BESIDE = {"cascade": "contact_modes"} | dict.fromkeys(
+    ("linear_residual", "warped_compliance", "detail_correction"), "linear_fem"
+)
+"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts, or read
+their compliance."""
 
 SAVED_AGAINST = "fem_p2"
 """The model of whoever prepares nothing, at its last setting: the finest level, converged from rest."""

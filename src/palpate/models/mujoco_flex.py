@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed, refuse_regions
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.memory import held_mb
 
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"
@@ -25,12 +24,7 @@ def settings(case: Case) -> list[Setting]:
     return on_own_levels(case, case.grid["mujoco_flex"]["runs"])
 
 
-def prepare(case: Case, setting: Setting) -> "Flex":
-    """Make the flex body; NotConverged for a bed or for regions, which it does not have."""
-    return Flex(case, setting)
-
-
-class Flex:
+class Flex(Solver):
     """A flex body that makes so many ``steps`` from rest, each with so many iterations of conjugate gradients."""
 
     def __init__(self, case: Case, setting: Setting):
@@ -96,3 +90,6 @@ def _gmsh(mesh: Mesh) -> bytes:
     lines += ["$EndNodes", "$Elements", str(len(mesh.tetrahedra))]
     lines += [f"{i} 4 2 0 0 " + " ".join(map(str, t + 1)) for i, t in enumerate(mesh.tetrahedra, start=1)]
     return "\n".join([*lines, "$EndElements", ""]).encode()
+
+
+offline = one_stage(Flex)

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed
 from palpate.bodies.body import Body
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.memory import held_mb
-from palpate.models.reduction.vibration import vibrations
+from palpate.models.reduced_body import vibrations
 from palpate.solvers.equilibrium import Equilibrium
 
 LAW = "quadratic_neo_hookean"
@@ -30,12 +29,7 @@ def settings(case: Case) -> list[Setting]:
     return on_own_levels(case, case.grid["newton_vbd"]["runs"])
 
 
-def prepare(case: Case, setting: Setting) -> "Vbd":
-    """Make the body and colour its nodes; NotConverged for a bed, which it does not have."""
-    return Vbd(case, setting)
-
-
-class Vbd:
+class Vbd(Solver):
     """A soft body that makes so many ``steps`` from rest, each with so many ``sweeps`` over its nodes.
 
     step : its length, over the time in which a node would swing by a radian if all others stood still
@@ -114,3 +108,6 @@ def _built(newton: Any, warp: Any, body: Body, level: int) -> Any:
         builder.particle_flags[node] = int(builder.particle_flags[node]) & ~newton.ParticleFlags.ACTIVE
     builder.color()
     return builder.finalize(device="cpu")
+
+
+offline = one_stage(Vbd)

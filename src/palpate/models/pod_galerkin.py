@@ -4,23 +4,41 @@ Proper orthogonal decomposition, a Galerkin projection and energy-conserving sam
 Chapman and Cortial 2014): the textbook's way, whose modes have to do at contacts that no sample has pressed.
 """
 
+from collections.abc import Sequence
 from time import perf_counter
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, loads_of
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
 from palpate.errors import NotConverged
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
+from palpate.models.contact_modes.snapshots import DEPENDENT
+from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import ContactShares, Simulation
-from palpate.models.memory import held_mb
-from palpate.models.reduction.cells import cells_of
-from palpate.models.reduction.elements_at_rest import ElementsAtRest
-from palpate.models.reduction.energy_pod import energy_pod
-from palpate.models.reduction.reduced_contact import ReducedContact
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import FastEquilibrium
+
+
+def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return mixes (s, r) of s ``answers`` (n, 3) [m] that make modes, and the coordinates (r, s) of these answers.
+
+    Σ answer · mix are the modes: the stiffness at rest is the identity in them, and no other r ≤ ``count`` modes hold
+    more of the answers' energy, each answer by itself over its own (method of snapshots, Sirovich 1987). Answers that
+    depend on others, to DEPENDENT, make none.
+    """
+    flat = np.array([answer.ravel() for answer in answers])
+    stiff = np.array([elements.multiply(np.ascontiguousarray(answer)).ravel() for answer in answers])
+    products = flat @ stiff.T
+    products = 0.5 * (products + products.T)
+    size = np.sqrt(products.diagonal())
+    values, vectors = np.linalg.eigh(products / np.outer(size, size))
+    values, vectors = values[::-1][:count], vectors[:, ::-1][:, :count]
+    kept = values > DEPENDENT * values[0]
+    mixes = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
+    return mixes, mixes.T @ products
+
 
 REDUCES, LAW = "p2", "the body's"
 RESIDUAL = 1e-3
@@ -31,9 +49,6 @@ CHOOSING, PARTS = 8, (1.0, 0.5)
 GUARD, FAR = 0.4, 2.0
 """Smallest det F of an answer's cells, and its largest energy norm over that of the farthest sample; beyond either the
 model says that it does not know."""
-
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""What all settings share, by training samples, and there by radius and size."""
 
 
 class Volumes(NamedTuple):
@@ -57,25 +72,26 @@ def settings(case: Case) -> list[Setting]:
     ]
 
 
-def prepare(case: Case, setting: Setting) -> "PodGalerkin":
-    """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
-    return PodGalerkin(case, setting)
+class Offline(Stage):
+    """The elements that are reduced, and the training samples' volumes; InputError or NotConverged as of ``online``."""
+
+    def online(self, setting: Setting) -> "PodGalerkin":
+        """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
+        case, sizes = self.case, (self.case.radius_m, self.case.grid["pod_galerkin"]["nodes"])
+        case.use_training()
+        shop = case.share(("galerkin", case.body, *sizes), lambda: Workshop(case.body, *sizes))
+        name = "volumes", case.database, *sizes
+        return PodGalerkin(case, setting, shop, case.share(name, lambda: _volumes(case, shop.level)))
 
 
-class PodGalerkin:
+class PodGalerkin(Solver):
     """A Galerkin projection of quadratic elements; on the surface its modes are those of the samples themselves.
 
     ``modes`` of a setting are at most so many; with ``thinned`` 0 all points of all elements are cells.
     """
 
-    def __init__(self, case: Case, setting: Setting):
-        database = case.use_training()
-        kept = _kept.setdefault(case.database, {})
-        key = case.radius_m, case.grid["pod_galerkin"]["nodes"]
-        if key not in kept:
-            shop = Workshop(case.body, *key)
-            kept[key] = shop, _volumes(case, shop.level)
-        shop, volumes = kept[key]
+    def __init__(self, case: Case, setting: Setting, shop: Workshop, volumes: Volumes):
+        database = case.database
         case.charge("volumes", volumes.seconds)
         elements = shop.elements(shop.level)
         mixes, coordinates = energy_pod(elements, volumes.answers, setting["modes"])
@@ -151,3 +167,6 @@ def _reduced(
     share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, TINY)))
     ways = [part * q for q in coordinates.T[chosen] for part in PARTS]
     return model.thinned(ways, min(1.0, share) * tolerance)
+
+
+offline = Offline

@@ -1,14 +1,200 @@
-"""Answer from the load alone: POD modes of the samples, with coefficients by a Gaussian process or a network."""
+"""Answer from the load alone: POD modes of the samples, with coefficients by a Gaussian process or a network.
+
+No mesh is simulated and no response stored. Both learners answer no force with no displacement.
+"""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from scipy.optimize import minimize
 
+from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, FitOptions, Setting, Solver, held_mb, one_stage
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
-from palpate.models.enrichment.pod_of_loads import PodOfLoads, gaussian_process, network
-from palpate.models.memory import held_mb
+from palpate.models.enrichment.fitting import Training
+from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
+
+REACHES = np.geomspace(0.05, 3.0, 9)
+"""Distances tried, over the body's size, at which two contacts know half of each other."""
+SQUARES = (0.0, 0.3, 3.0)
+"""Shares tried of the square of the product of two forces, beside the product, for forces of the usual strength."""
+DECAYS = (1e-3, 1e-2, 1e-1)
+"""Weight decays tried."""
+DESCENTS = 300
+"""Iterations of L-BFGS that a network is trained for."""
+
+
+class Loads:
+    """The load of each sample, without unit: places over the body's size, forces over their usual strength.
+
+    The latter is the root of the training samples' mean square.
+    """
+
+    def __init__(self, db: Database, training: Training):
+        self._places, self._size = db.coarse_nodes / db.size, db.size
+        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
+
+    def of(self, contact: np.ndarray | int, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return places (…, 3) and forces (…, 3)."""
+        return self._places[contact], force / self._strength
+
+
+class PodOfLoads:
+    """Fine displacements in ``modes`` POD modes about rest, whose coefficients a learner finds from the load.
+
+    learn : from places, forces (k, 3), coefficients (k, m) and folds (k,) to a function of one place and force
+    """
+
+    def __init__(self, db: Database, training: Training, modes: int, learn: Callable, options: FitOptions):
+        fine = training.fine.reshape(len(training.fine), -1)
+        values, vectors = np.linalg.eigh(fine @ fine.T)
+        kept = np.argsort(values)[::-1][:modes]
+        lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
+        self._modes = (vectors[:, kept] / lengths).T @ fine
+        self._loads = Loads(db, training)
+        places, forces = self._loads.of(training.contact, training.force)
+        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, options)
+
+    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
+        return (self._learnt(*self._loads.of(contact, force)) @ self._modes).reshape(-1, 3)
+
+
+def gaussian_process(
+    places: np.ndarray, forces: np.ndarray, targets: np.ndarray, fold: np.ndarray, options: FitOptions
+) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Fit the mean of a Gaussian process; reach, share of the square and noise by cross-validation.
+
+    Its covariance is exp(−‖p − p'‖²/2ℓ²) (f·f' + q (f·f')²): near contacts answer alike, and nearly in proportion.
+    """
+    away = np.sum((places[:, None] - places) ** 2, axis=2)
+    products = forces @ forces.T
+    best: tuple[float, tuple[float, float, float]] = (np.inf, (1.0, 0.0, 1.0))
+    for reach in REACHES:
+        for square in SQUARES:
+            kernel = np.exp(-0.5 * away / reach**2) * (products + square * products**2)
+            wrong = _held_out(kernel, targets, fold)
+            at = int(wrong.argmin())
+            best = min(best, (float(wrong[at]), (reach, square, float(LAMBDAS[at]))))
+    reach, square, noise = best[1]
+    kernel = np.exp(-0.5 * away / reach**2) * (products + square * products**2)
+    dual = dual_weights(kernel, np.eye(len(kernel)), np.array([noise]))[0] @ targets
+
+    def predict(place: np.ndarray, force: np.ndarray) -> np.ndarray:
+        product = forces @ force
+        near = np.exp(-0.5 * np.sum((places - place) ** 2, axis=1) / reach**2)
+        return (near * (product + square * product**2)) @ dual
+
+    return predict
+
+
+def _held_out(kernel: np.ndarray, targets: np.ndarray, fold: np.ndarray) -> np.ndarray:
+    """Return the mean of the relative errors of samples that are held out, for each of LAMBDAS."""
+    total = np.zeros(len(LAMBDAS))
+    for part in range(fold.max() + 1):
+        known, asked = np.flatnonzero(fold != part), np.flatnonzero(fold == part)
+        weights = dual_weights(kernel[np.ix_(known, known)], kernel[np.ix_(known, asked)], LAMBDAS)
+        found = np.swapaxes(weights, 1, 2) @ targets[known]
+        total += _relative(found, targets[asked]).sum(axis=-1)
+    return total / len(targets)
+
+
+def _relative(found: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    lengths = np.maximum(np.linalg.norm(targets, axis=-1), np.finfo(float).tiny)
+    return np.linalg.norm(found - targets, axis=-1) / lengths
+
+
+def network(hidden: int) -> Callable:
+    """Return a learner: a network of two layers of ``hidden`` tanh units; weight decay by cross-validation.
+
+    It knows the place, from the mean one and over the spread of the training samples', and gives the coefficients'
+    derivatives by the force, of first and of second order.
+    """
+
+    def learn(
+        places: np.ndarray, forces: np.ndarray, targets: np.ndarray, fold: np.ndarray, options: FitOptions
+    ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+        powers, size = _powers(forces), float(np.abs(targets).max()) or 1.0
+        wanted = targets / size
+        middle, spread = places.mean(axis=0), places.std(axis=0)
+        spread = np.where(spread > 0.0, spread, 1.0)
+        about = (places - middle) / spread
+
+        def trained(rows: np.ndarray, decay: float) -> list[np.ndarray]:
+            return _trained(about[rows], powers[rows], wanted[rows], hidden, decay, options.seed)
+
+        def error(decay: float) -> float:
+            wrong = 0.0
+            for part in range(fold.max() + 1):
+                known, asked = fold != part, fold == part
+                found = _layered(trained(known, decay), about[asked], powers[asked])[2]
+                wrong += float(_relative(found, wanted[asked]).sum())
+            return wrong
+
+        weights = trained(fold >= 0, min(DECAYS, key=error))
+
+        def answer(place: np.ndarray, force: np.ndarray) -> np.ndarray:
+            return size * _layered(weights, ((place - middle) / spread)[None], _powers(force[None]))[2][0]
+
+        return answer
+
+    return learn
+
+
+def _powers(forces: np.ndarray) -> np.ndarray:
+    """Return the components of forces (k, 3) and their six products: (k, 9)."""
+    rows, columns = np.triu_indices(3)
+    return np.hstack([forces, forces[:, rows] * forces[:, columns]])
+
+
+def _trained(
+    places: np.ndarray, powers: np.ndarray, wanted: np.ndarray, hidden: int, decay: float, seed: int
+) -> list[np.ndarray]:
+    """Fit a network from a seeded start by L-BFGS; its weights, layer by layer, with a row for the constants."""
+    shapes = [(4, hidden), (hidden + 1, hidden), (hidden + 1, powers.shape[1] * wanted.shape[1])]
+    draw = np.random.default_rng(seed)
+    start = np.concatenate([(draw.normal(size=shape) / np.sqrt(shape[0])).ravel() for shape in shapes])
+
+    def loss(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        wrong, slopes = _slopes(_layers(flat, shapes), places, powers, wanted)
+        gradient = np.concatenate([slope.ravel() for slope in slopes]) + 2.0 * decay * flat
+        return wrong + decay * float(flat @ flat), gradient
+
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": DESCENTS})
+    return _layers(found.x, shapes)
+
+
+def _layers(flat: np.ndarray, shapes: Sequence[tuple[int, int]]) -> list[np.ndarray]:
+    ends = np.cumsum([rows * columns for rows, columns in shapes])
+    return [part.reshape(shape) for part, shape in zip(np.split(flat, ends[:-1]), shapes, strict=True)]
+
+
+def _layered(
+    weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what both hidden layers give for places (k, 3), and the coefficients (k, m) for powers (k, 9)."""
+    first = np.tanh(places @ weights[0][:-1] + weights[0][-1])
+    second = np.tanh(first @ weights[1][:-1] + weights[1][-1])
+    derivatives = (second @ weights[2][:-1] + weights[2][-1]).reshape(len(places), powers.shape[1], -1)
+    return first, second, np.einsum("kp,kpm->km", powers, derivatives)
+
+
+def _slopes(
+    weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray, wanted: np.ndarray
+) -> tuple[float, list[np.ndarray]]:
+    """Return the mean squared error, and its derivatives by the weights."""
+    first, second, found = _layered(weights, places, powers)
+    by_found = 2.0 * (found - wanted) / len(places)
+    by_output = (powers[:, :, None] * by_found[:, None, :]).reshape(len(places), -1)
+    by_second = (by_output @ weights[2][:-1].T) * (1.0 - second**2)
+    by_first = (by_second @ weights[1][:-1].T) * (1.0 - first**2)
+    layers = ((places, by_first), (first, by_second), (second, by_output))
+    slopes = [np.vstack([given.T @ by, by.sum(axis=0)]) for given, by in layers]
+    return float(np.sum((found - wanted) ** 2)) / len(places), slopes
+
 
 REDUCES, LAW = "p2", "the body's"
 FAR = 1.5
@@ -24,17 +210,14 @@ def settings(case: Case, learner: str) -> list[Setting]:
     return [{"modes": modes[len(modes) // 2], "hidden": count} for count in grid["hidden"]]
 
 
-def prepare(case: Case, setting: Setting, learner: str) -> "Learnt":
-    """Fit the learner to all training samples."""
-    return Learnt(case, setting)
-
-
-class Learnt:
+class Learnt(Solver):
     """Modes, and what gives their coefficients."""
 
-    def __init__(self, case: Case, setting: Setting):
+    memory_mb = 0.0
+
+    def __init__(self, case: Case, setting: Setting, learner: str):
         fitting = fitting_to(case)
-        learn = network(setting["hidden"]) if "hidden" in setting else gaussian_process
+        learn = network(setting["hidden"]) if learner == "network" else gaussian_process
         self._contacts = contacts_of(case.body)
         self._pod = PodOfLoads(fitting.db, fitting.training, setting["modes"], learn, fitting.options)
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
@@ -52,3 +235,6 @@ class Learnt:
         if not far <= FAR:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
         return moved
+
+
+offline = one_stage(Learnt)

@@ -4,7 +4,7 @@ Smith, de Goes, Kim 2018, eq. 13, with the constants of their section 3.4. A fil
 so that a body may have this law and an engine's answers a truth.
 """
 
-from palpate.effects.laws.volume_ratio import measure
+from palpate.effects.laws.neo_hookean import measure
 
 __all__ = ["measure", "shape", "volume"]
 

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.load import Load, Refused
-from palpate.benchmark.model import Case, Setting, on_own_levels, refuse_bed
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed
 from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
-from palpate.models.fem_starts import BEFORE
+from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import ContactShares, to_surface
-from palpate.models.memory import held_mb
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Xpbd
@@ -35,12 +34,7 @@ def settings(case: Case, method: str) -> list[Setting]:
     return on_own_levels(case, case.grid["relaxed"][method])
 
 
-def prepare(case: Case, setting: Setting, method: str) -> "Relaxed":
-    """Make the elements and what the method stores; NotConverged for a bed or a law that it does not have."""
-    return Relaxed(case, setting, method)
-
-
-class Relaxed:
+class Relaxed(Solver):
     """Linear elements on a level that are relaxed from rest, or from the frame before.
 
     To that frame the method has come by itself, over FRAMES in which the press grows, with as many steps in each as for
@@ -101,3 +95,6 @@ def relaxes(
         return partial(descent.relax, sweeps=setting["sweeps"], radius=setting["radius"])
     projective = ProjectiveDynamics(elements, held)
     return partial(projective.relax, iterations=setting["iterations"], memory=setting["memory"])
+
+
+offline = one_stage(Relaxed)

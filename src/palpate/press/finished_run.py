@@ -7,23 +7,14 @@ from typing import Any
 
 import pandas as pd
 
-import palpate
-from palpate.benchmark.database import read
-from palpate.benchmark.folds import fold_sides, read_folds
-from palpate.benchmark.model import Case, Model
-from palpate.bodies.body_file import load
-from palpate.config import complete
+from palpate.benchmark.judge import read_case
+from palpate.benchmark.model import Case, FitOptions, Model
 from palpate.errors import InputError
 from palpate.files import read_table
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import families
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
-from palpate.solvers.compliance import load_compliance
-
-SCHEMA = Path(palpate.__file__).parents[2] / "workflow/schemas/config.schema.yaml"
-"""Describes all settings and what they are if they are left out."""
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
 
 
 @dataclass(frozen=True)
@@ -36,7 +27,7 @@ class FinishedRun:
     @cached_property
     def settings(self) -> dict[str, Any]:
         """All settings; InputError naming the file and what is wrong."""
-        return complete(read_settings(self.config), read_schema(SCHEMA), self.config)
+        return complete(read_settings(self.config), self.config)
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -70,17 +61,12 @@ class FinishedRun:
         radius_m = float(regime["radius_of_body_m"].get(folder.parent.name, regime["radius_m"]))
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
         options = FitOptions(**asked["regression"], split="contacts", seed=self.settings["seed"])
-        samples = fold_sides(read_folds(folder / "samples.csv"), int(self.rows(scene)["split"].iloc[0]))[0]
-        return Case(
-            load(folder.parent / "body.h5"),
-            folder.name,
-            radius_m,
-            read(folder / "database.h5").take(samples),
-            load_compliance(compliance) if compliance.is_file() else None,
-            options,
-            self.settings["solver"]["tolerance"],
-            asked["settings"],
-        )
+        files: dict[str, Path] = {"body": folder.parent / "body.h5"}
+        files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
+        files |= {"compliance": compliance} if compliance.is_file() else {}
+        split = int(self.rows(scene)["split"].iloc[0])
+        tolerance = self.settings["solver"]["tolerance"]
+        return read_case(files, folder.name, split, radius_m, options, tolerance, asked["settings"])
 
     def model(self, name: str) -> Model:
         """Load a model of palpate's, or one of the settings' own; InputError for any other."""

@@ -40,7 +40,7 @@ class Report:
         always = {name for study in studies for name, table in declared.tables(study).items() if table.always}
         self.tables = tables.read_all(Path(results) / "tables", {*always, *more})
         papers = {study: declared.folder(study) / "published.yaml" for study in studies}
-        papers |= {s: declared.folder(s) / "captions/published.yaml" for s in studies if not papers[s].is_file()}
+        papers |= {s: declared.folder(s) / "published.yaml" for s in studies if not papers[s].is_file()}
         self.published = {study: read_yaml(path) for study, path in papers.items() if path.is_file()}
 
     def part(self, study: str, show: type[Html] = Html) -> Part:
@@ -106,7 +106,7 @@ class Report:
 def part_of(study: str) -> ModuleType:
     """Import the part of the report about a study; InputError if there is none."""
     place = f"palpate.studies.{study}.report"
-    if study not in declared.names() or not find_spec(place):
+    if not find_spec(place):
         raise InputError(
             f"The report has no part about the study {study}; write src/palpate/studies/{study}/report.py with "
             "TITLE and numbers, and report.md beside it."

@@ -1,6 +1,6 @@
-"""The modules that a script depends on, and a digest of what they do: jobs are repeated when it changes.
+"""The modules that a job depends on, and a digest of what they do: jobs are repeated when it changes.
 
-Snakemake does not notice edits of imported modules, and takes a script for changed when its date has changed.
+Snakemake does not notice edits of imported modules.
 """
 
 import ast
@@ -16,25 +16,61 @@ from palpate.files import write_whole
 PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
     PACKAGE / name
-    for name in ("run/job.py", "run/kept_warnings.py", "files.py", "errors.py", "run/system_faults.py", "__init__.py")
+    for name in ("run/job.py", "run/dependencies.py", "run/system_faults.py", "files.py", "errors.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
-KEPT = PACKAGE / "__pycache__" / "facts.json"
+KEPT = PACKAGE / "__pycache__" / "digests.json"
 FACTS = 2000
 """Files of which facts are kept: all modules several times over."""
 _FRESH: list[str] = []
 
 
-def digest(script: Path, *lazily: str) -> str:
-    """Return a digest of the code of ``script``, of the modules named ``lazily``, and of all that these import.
+def digest(call: str, *lazily: str) -> str:
+    """Return a digest of the code of a function, of the modules named ``lazily``, and of all that these import.
 
-    Comments, docstrings and layout do not count, nor do the dates of the files.
+    Comments, docstrings and layout do not count, nor do the dates of the files, nor the rest of the function's module.
 
+    call : "palpate.run.jobs:make_body"
     lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
     """
-    modules = closure([script, *(path for name in lazily for path in files_of(name))])
+    module, _, name = call.partition(":")
+    part = _part(files_of(module)[0], name)
+    named = {path for each in _names(part) if (path := _module(each))} - WRAPPERS
+    modules = closure([*named, *(path for each in lazily for path in files_of(each))])
     _keep()
-    return sha256("".join(f"{path.name}{_facts(path)['code']}" for path in sorted(modules)).encode()).hexdigest()[:16]
+    codes = (f"{path.name}{_facts(path)['code']}" for path in sorted(modules))
+    return sha256("".join([_digest_of(part), *codes]).encode()).hexdigest()[:16]
+
+
+def _part(path: Path, name: str) -> ast.Module:
+    """Return a function, and of its module what it names: imports, constants and other functions."""
+    lines, found, waiting = _tree(path).body, set(), {name}
+    kept: dict[int, ast.stmt] = {}
+    while waiting:
+        found |= waiting
+        fresh = {i: part for i, line in enumerate(lines) if (part := _binding(line, found)) is not None}
+        kept |= fresh
+        used = {node.id for part in fresh.values() for node in ast.walk(part) if isinstance(node, ast.Name)}
+        waiting = used - found
+    return ast.Module([kept[i] for i in sorted(kept)], [])
+
+
+def _binding(line: ast.stmt, names: set[str]) -> ast.stmt | None:
+    """Return the part of a statement that binds one of ``names``, or None."""
+    if isinstance(line, ast.ImportFrom):
+        aliases = [alias for alias in line.names if (alias.asname or alias.name) in names]
+        return ast.ImportFrom(line.module, aliases, line.level) if aliases else None
+    if isinstance(line, ast.Import):
+        return line if any((alias.asname or alias.name.split(".")[0]) in names for alias in line.names) else None
+    if isinstance(line, ast.FunctionDef | ast.ClassDef):
+        return line if line.name in names else None
+    bound = {node.id for node in ast.walk(line) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    return line if bound & names else None
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_bytes())
 
 
 def closure(paths: Iterable[Path]) -> set[Path]:
@@ -74,7 +110,7 @@ def _facts(path: Path) -> dict:
     known, key = _kept(), sha256(text).hexdigest()
     if key not in known:
         tree = ast.parse(text)
-        known[key] = {"imports": sorted(set(_names(tree))), "code": _digest_of(tree)}
+        known[key] = {"imports": sorted(set(_names(tree))), "code": _digest_of(tree), "kernels": _kernels(tree)}
         _FRESH.append(key)
     return known[key]
 
@@ -114,8 +150,34 @@ def _digest_of(tree: ast.Module) -> str:
         if isinstance(body, list) and body:
             body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Table":
-            node.args[1:] = [ast.Constant(_columns(one)) for one in node.args[2:3]]
+            node.args[1:] = [ast.Constant("\n".join(_columns(one))) for one in node.args[2:3]]
     return sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def kernels() -> str:
+    """Return a digest of every statement of the modules that numba compiles functions of, wherever it stands.
+
+    Layout and docstrings do not count, nor where in which module a statement stands.
+    """
+    found = sorted({each for path in files_of("palpate") for each in _facts(path)["kernels"]})
+    _keep()
+    return sha256("".join(found).encode()).hexdigest()[:12]
+
+
+def _kernels(tree: ast.Module) -> list[str]:
+    """Return a digest of each statement of a module that imports numba, and nothing of another one."""
+    if not any(name.split(".")[0] == "numba" for name in _roots(tree)):
+        return []
+    return [sha256(ast.dump(line).encode()).hexdigest()[:12] for line in tree.body]
+
+
+def _roots(tree: ast.Module) -> Iterator[str]:
+    """Yield the modules that a module imports."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
 
 
 def _columns(about: ast.AST) -> list[str]:

@@ -1,4 +1,4 @@
-"""The frame of every workflow script: a log, one sentence when it fails, no process left running after its run."""
+"""The frame of every script: a log with its warnings, one sentence on failure, no process left after its run."""
 
 import math
 import os
@@ -7,19 +7,47 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from hashlib import sha256
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
-from palpate.run.kept_warnings import WARNED, save
+from palpate.run.dependencies import kernels
 from palpate.run.system_faults import of_error
 
 if TYPE_CHECKING:
     import pandas as pd
+
+WARNED = "warning: "
+"""How a warning begins in a job's log."""
+
+
+def warnings_in_logs(logs: Iterable[str | Path]) -> list[str]:
+    """Return the warnings in the logs of jobs, each once; a log that is missing has none."""
+    lines = [
+        line.removeprefix(WARNED)
+        for log in map(Path, logs)
+        if log.is_file()
+        for line in log.read_text(encoding="utf-8", errors="replace").splitlines()
+        if line.startswith(WARNED)
+    ]
+    return list(dict.fromkeys(lines))
+
+
+def save_warnings(lines: Iterable[str], path: str | Path) -> None:
+    """Write warnings to a file, one a line and each once; it is empty if there are none."""
+    with write_whole(path) as part:
+        part.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)), encoding="utf-8")
+
+
+def load_warnings(paths: Iterable[str | Path]) -> list[str]:
+    """Read the warnings in files of ``save``, each once."""
+    return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))
+
 
 FAILED = "error: "
 """How the one sentence of a failed job begins in its log."""
@@ -56,7 +84,7 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
             with _warnings_to(say) as kept:
                 yield say
             if warned is not None:
-                save(kept, warned)
+                save_warnings(kept, warned)
         except (InputError, NotConverged) as error:
             fail(str(error))
         except (Exception, SystemExit) as error:  # a file of the user's may call sys.exit
@@ -68,6 +96,22 @@ def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
             fail(f"{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
         else:
             _write(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file)
+
+
+def call(snakemake: Any) -> None:
+    """Run the function that a rule names, with those of snakemake's input, output, params, ... that it names.
+
+    Its tables are written: one to the first output, several to those with their names.
+    """
+    with job(snakemake.log[0], snakemake.output.get("warned")) as say:
+        module, _, name = snakemake.params.call.partition(":")
+        function = getattr(import_module(module), name)
+        wanted = signature(function).parameters
+        found = function(**{key: say if key == "say" else getattr(snakemake, key) for key in wanted})
+        if found is not None:
+            tables = found if isinstance(found, dict) else {0: found}
+            for key, table in tables.items():
+                write_table(table, snakemake.output[key])
 
 
 @contextmanager
@@ -138,7 +182,7 @@ def use_threads(count: int) -> None:
 
 
 def kernel_cache() -> Path:
-    """Return the folder of compiled functions, another one after every edit of a module that has some.
+    """Return the folder of compiled functions, another one after every edit of code in a module that has some.
 
     It is beside the modules, or in .snakemake where these cannot be written to.
 
@@ -146,10 +190,8 @@ def kernel_cache() -> Path:
     file has changed.
     """
     package = Path(__file__).parents[1]
-    sources = [module.read_bytes() for module in sorted(package.rglob("*.py"))]
-    digest = sha256(b"".join(source for source in sources if b"numba" in source)).hexdigest()
     place = package / "__pycache__" if os.access(package, os.W_OK) else Path(".snakemake").absolute()
-    return place / f"kernels-{digest[:12]}"
+    return place / f"kernels-{kernels()}"
 
 
 def write_table(table: "pd.DataFrame", path: str) -> None:

@@ -1,11 +1,14 @@
-"""Say in one sentence what the machine refused: disk, memory, permission, a package."""
+"""Say in one sentence what the machine refused or lacks: disk, memory, permission, a package."""
 
 import errno
 import os
 import re
 import shutil
 import signal
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
+
+from palpate.errors import InputError
 
 FULL_MB = 1
 """A disk with less left is full: what did not fit has been deleted, or waits in memory."""
@@ -84,3 +87,25 @@ def _free_mb(place: Path | str) -> float:
     while not folder.exists():
         folder = folder.parent
     return shutil.disk_usage(folder).free / 1e6
+
+
+def check_environment() -> None:
+    """Raise InputError naming the packages that palpate needs and that are not installed."""
+    if not _installed("palpate"):  # but found by its path
+        return
+    missing = []
+    for wanted in requires("palpate") or []:
+        name = re.split(r"[<>=; \[]", wanted)[0]
+        if "extra ==" not in wanted and not _installed(name):
+            missing.append(name)
+    if missing:
+        raise InputError(
+            f"the environment lacks {', '.join(missing)}; type make distclean, and then make, which builds it anew."
+        )
+
+
+def _installed(name: str) -> bool:
+    try:
+        return bool(version(name))
+    except PackageNotFoundError:
+        return False

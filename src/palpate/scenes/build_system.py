@@ -9,9 +9,22 @@ from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect
 from palpate.errors import InputError
 from palpate.scenes import effect_registry, own_effect
-from palpate.scenes.auto_effects import decide
+from palpate.scenes.acting_effects import Moved, acting, decide
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
+
+
+def moved(particles: Particles) -> Moved:
+    """Return what decides on effects of ``particles``."""
+    return Moved(
+        "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface",
+        particles.material.law,
+        bool(particles.beds),
+        len(particles.held),
+        float(particles.masses.sum()),
+        particles.material.poisson,
+        particles.thickness_m,
+    )
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
@@ -22,7 +35,7 @@ def effect_names(scene: Scene, particles: Particles) -> list[str]:
     if isinstance(scene.effects, str):  # "auto"
         if wrong := effect_registry.unknown([], scene.own):
             raise InputError(f"{scene.place}.{wrong}")
-        return [decision.effect for decision in decide(scene, particles) if decision.called]
+        return acting(scene.entry, moved(particles), scene.place)
     if wrong := effect_registry.fault(scene.effects, scene.own, scene.settings, scene.held):
         raise InputError(f"{scene.place}.{wrong}")
     elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
@@ -37,7 +50,8 @@ def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
     auto : whether ``effects: auto`` would call it
     """
     chosen = effect_names(scene, particles)
-    rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in decide(scene, particles)]
+    found = decide(scene.entry, moved(particles), scene.place)
+    rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in found]
     return pd.DataFrame(rows, columns=["scene", "effect", "called", "auto", "reason"])
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from palpate.errors import InputError
-from palpate.scenes.contact_settings import has_contact
+from palpate.scenes.acting_effects import acting, assumed, has_contact
 
 LOADS = ("gravity", "push")
 """Effects that a trial takes over from its scene, and that can be made larger or smaller."""
@@ -26,7 +26,7 @@ def unfit(entry: dict, kind: str = "", taught: bool = False) -> str:
     """
     own = entry.get("own", {})
     unknown = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
-    other = [name for name in (*unknown, *own) if acts(name, entry)]
+    other = [name for name in (*unknown, *own) if acts(name, entry, kind)]
     driven = [*LOADS, "contact"] if taught else LOADS
     reasons = {} if taught else _untaught(entry, kind)
     reasons |= {
@@ -48,12 +48,9 @@ def _untaught(entry: dict, kind: str) -> dict[str, bool]:
     }
 
 
-def acts(name: str, entry: dict) -> bool:
-    """Return whether an effect that a scene may describe acts in it."""
-    if name == "contact":
-        return has_contact(entry)
-    listed = entry.get("effects", "auto")
-    return name in (listed if listed != "auto" else [*entry, *entry.get("own", {})])
+def acts(name: str, entry: dict, kind: str = "") -> bool:
+    """Return whether an effect acts in a scene; kind : of its body."""
+    return name in acting(entry, assumed(entry, {"kind": kind}))
 
 
 def check_trial(place: str, name: str, entry: dict, kind: str = "", taught: bool = False) -> None:
@@ -70,10 +67,10 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
 
     entry : the scene's, complete; kind : of its body
     """
-    acting = {name for name in TAKEN_OVER if name in entry and acts(name, entry)}
-    corrected, further = model in CORRECTED, sorted(acting - set(LOADS))
+    taken = {name for name in TAKEN_OVER if name in entry and acts(name, entry, kind)}
+    corrected, further = model in CORRECTED, sorted(taken - set(LOADS))
     reasons = [
-        ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in acting),
+        ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in taken),
         ("moves a sheet", (corrected or model == "springs_volume") and kind == "sheet"),
         (f"has {' and '.join(further)}", corrected and bool(further)),
         ("has several bodies", corrected and bool(entry.get("others"))),

@@ -46,7 +46,7 @@ EFFECTS = {
     },
     "triangles": Entry("palpate.effects.triangles", "elastic", {}, "rayleigh", forms=SHEET),
     "springs": Entry("palpate.effects.springs", "elastic", {}, "kelvin"),
-    "shape_matching": Entry("palpate.effects.shape_matching.goal_shapes", "elastic", None, damping="velocity_damping"),
+    "shape_matching": Entry("palpate.effects.shape_matching", "elastic", None, damping="velocity_damping"),
     "gravity": Entry("palpate.effects.gravity"),
     "held": Entry("palpate.effects.held", settings={}),
     "bed": Entry("palpate.effects.bed", settings={}, forms=FORMS[:2]),
@@ -70,7 +70,7 @@ INTEGRATORS = {
     "symplectic_euler": "palpate.solvers.symplectic_euler",
     "backward_euler": "palpate.solvers.backward_euler",
     "bdf2": "palpate.solvers.bdf2",
-    "reduced": "palpate.models.reduction.reduced_motion",
+    "reduced": "palpate.models.reduced_motion",
     "goal_position": "palpate.solvers.goal_position",
 }
 

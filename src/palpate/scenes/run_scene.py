@@ -1,4 +1,4 @@
-"""Run a scene: the loop over steps, its records, and the cost of each effect."""
+"""Run a scene: its initial state, the loop over steps, its records, and the cost of each effect."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,10 +14,31 @@ from palpate.effects import effect as hooks
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import effect_registry
 from palpate.scenes.build_system import compose
-from palpate.scenes.initial_states import initial_positions
 from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
+
+STARTS = ("rest", "inverted", "random", "plane", "line", "point")
+
+
+def initial_positions(particles: Particles, free: np.ndarray, kind: str, seed: int) -> np.ndarray:
+    """Return the positions (n, 3) [m] at time zero; nodes that are not ``free``, (n,) bool, are at rest in any case.
+
+    inverted : mirrored at the middle of the first axis
+    random : uniform in a cube of the body's size around its middle
+    plane, line, point : flattened to the middle along one, two or all axes
+    """
+    rest = particles.nodes
+    middle = rest.mean(axis=0)
+    flat = {"plane": [1, 1, 0], "line": [1, 0, 0], "point": [0, 0, 0], "inverted": [-1, 1, 1], "rest": [1, 1, 1]}
+    if kind == "random":
+        half = particles.size / 2
+        x = middle + np.random.default_rng(seed).uniform(-half, half, rest.shape)
+    else:
+        x = middle + (rest - middle) * flat[kind]
+    x[~free] = rest[~free]
+    return rest.copy() if kind == "rest" else x
+
 
 SHARE_OF_LIMIT = 0.9
 """Length of a substep that is chosen, in longest stable ones at rest: a stretched body may need shorter ones."""
@@ -29,11 +50,9 @@ class Integrator(Protocol):
     @property
     def limit_s(self) -> float:
         """The longest stable step [s]."""
-        raise NotImplementedError
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if there is none."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, eq=False)

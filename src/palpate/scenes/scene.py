@@ -1,8 +1,13 @@
 """A scene: the simulation that an entry in the config describes."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from palpate.bodies.particles import Particles
 
 REDUCED = {"vibrations": 10, "bent": 3, "coarsened": 0}
 """What a reduced motion has if the scene does not say."""
@@ -53,6 +58,12 @@ class Scene:
         return {"tolerance": self.tolerance, "reduced": REDUCED | reduced}
 
     @property
+    def entry(self) -> dict:
+        """What decides which effects act, as the config has it."""
+        named = {"effects": self.effects, "held": self.held, "start": self.start, "others": self.others}
+        return named | {"own": self.own} | self.settings
+
+    @property
     def place(self) -> str:
         """The name in messages."""
         return f"scenes.{self.name}"
@@ -65,3 +76,22 @@ def scene_of(name: str, entry: dict, seed: int = 1) -> Scene:
     own = {key: Path(value) for key, value in blocks.pop("own", {}).items()}
     extra = blocks.pop("own_settings", {})
     return Scene(name=name, seed=seed, settings=blocks | extra, own=own, **plain)
+
+
+def bodies_in(entry: dict) -> list[str]:
+    """Return the names of all bodies in a scene's entry, its own first."""
+    return [entry["body"], *(other["body"] for other in entry.get("others", []))]
+
+
+def load_particles(scene: Scene, bodies: Sequence[Path | str]) -> "Particles":
+    """Load the particles of a scene from the files ``bodies``, its own body first.
+
+    Raises InputError if the bodies cannot be joined.
+    """
+    from palpate.bodies.body_file import load
+    from palpate.bodies.particles import merge_particles, particles_of
+
+    parts = [particles_of(load(path), scene.level, scene.surface) for path in bodies]
+    if not scene.others:
+        return parts[0]
+    return merge_particles(parts, [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)], scene.place)

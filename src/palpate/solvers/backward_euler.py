@@ -8,7 +8,7 @@ from scipy import sparse
 
 from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, offers
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.solvers.newton import Product, minimise
 from palpate.solvers.system import System
 
@@ -61,7 +61,6 @@ class BackwardEuler:
         self._factored_step, self._products = 0.0, 0
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if none is found."""
         return self._advance(x, v, h, HALVINGS)
 
     def _advance(self, x: np.ndarray, v: np.ndarray, h: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
@@ -161,7 +160,6 @@ class _Step:
         return inertia + self._system.magnitude(self._carried, CONTACT_SHARE * crushing) + 1e-6 * crushing
 
     def energy(self, z: np.ndarray) -> float:
-        """Return the function to minimise [J]."""
         away, moved = z - self._predicted, z - self._x
         total = 0.5 * float(np.vdot(self._inertia * away, away)) + self._system.energy(z)
         if self._damping is not None:
@@ -169,14 +167,12 @@ class _Step:
         return total - float(np.vdot(self.load, moved))
 
     def force(self, z: np.ndarray) -> np.ndarray:
-        """Return minus its gradient (n, 3) [N], zero at held nodes."""
         force = self._system.potential_force(z) + self.load - self._inertia * (z - self._predicted)
         if self._damping is not None:
             force -= (self._damping @ (z - self._x).ravel()).reshape(z.shape) / self._h
         return np.where(self._free, force, 0.0)
 
     def linearise(self, z: np.ndarray, definite: bool) -> tuple[Product, Product]:
-        """Return the products with its Hessian and with a preconditioner."""
         matrix = self._matrix(z, definite)
         precondition = self._integrator.precondition(
             lambda: matrix if definite else self._matrix(z, definite=True), self._h
@@ -206,5 +202,4 @@ class _BoundedStep(_Step):
         return min((self._carried, reached), key=self.energy)
 
     def limit(self, z: np.ndarray, direction: np.ndarray) -> float:
-        """Return the fraction of ``direction`` (n, 3) [m] that is allowed."""
         return self._system.limit(z, direction)

@@ -7,8 +7,7 @@ import numpy as np
 
 from palpate.effects.effect import Goals, offers
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.stable_step import stable_step
-from palpate.solvers.system import System
+from palpate.solvers.system import System, stable_step
 
 
 def make(system: System, settings: dict) -> "GoalPosition":
@@ -41,7 +40,6 @@ class GoalPosition:
         return stable_step(self._system, taken=self._alpha)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
         system = self._system
         force = system.explicit_force(x, v)
         load = system.outer_force(x, v) if system.loaded else None

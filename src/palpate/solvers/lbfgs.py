@@ -42,7 +42,7 @@ class Descent:
 
 
 def always(way: Descent) -> bool:
-    """Return True: every iteration is worth the while."""
+    """Return True: continue."""
     return True
 
 
@@ -50,15 +50,15 @@ def descend(
     problem: Smooth,
     solve: Callable[[np.ndarray], np.ndarray],
     x: np.ndarray,
-    enough: float,
+    tolerance_n: float,
     iterations: int,
-    goes_on: Callable[[Descent], bool] = always,
+    callback: Callable[[Descent], bool] = always,
     kept: int = MEMORY,
 ) -> Descent:
-    """Do so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``enough`` [N].
+    """Do so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``tolerance_n`` [N].
 
     solve : applies the inverse of the constant Hessian it starts from
-    goes_on : is asked before each iteration whether it is worth the while
+    callback : is asked before each iteration whether to continue
     kept : how many steps the inverse Hessian is improved by
     After Liu, Bouaziz and Kavan (2017), but with the true Hessian at rest, so that one iteration answers small loads.
     No step raises the energy beyond rounding; where none lowers it the memory is forgotten, and if that does not help
@@ -70,7 +70,7 @@ def descend(
     while True:
         way.forces.append(float(np.linalg.norm(force)))
         way.seconds.append(perf_counter() - began)
-        if way.forces[-1] <= enough or len(way.forces) > iterations or not goes_on(way):
+        if way.forces[-1] <= tolerance_n or len(way.forces) > iterations or not callback(way):
             return way
         found = _search(problem, way.x, energy, force, _direction(solve, force, memory))
         if found is None and memory:
@@ -108,7 +108,7 @@ def _add(factor: float, part: np.ndarray, total: np.ndarray) -> None:
 def _search(
     problem: Smooth, x: np.ndarray, energy: float, force: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, float] | None:
-    """Find the first of the steps 1, ½, ¼ … that lowers the energy enough (Armijo), and the energy there."""
+    """Find the first of the steps 1, ½, ¼ … that lowers the energy sufficiently (Armijo), and the energy there."""
     slope = float(np.vdot(force, ahead))
     if not 0.0 < slope < np.inf:
         return None

@@ -25,15 +25,12 @@ class Problem(Protocol):
 
     def energy(self, x: np.ndarray) -> float:
         """Return the potential energy of inner and outer forces [J]."""
-        raise NotImplementedError
 
     def force(self, x: np.ndarray) -> np.ndarray:
         """Return minus the energy's gradient [N], zero at held nodes."""
-        raise NotImplementedError
 
     def linearise(self, x: np.ndarray, definite: bool) -> tuple[Product, Product]:
         """Return the products with the Hessian, clamped if ``definite``, and with a preconditioner for it."""
-        raise NotImplementedError
 
 
 class Bounded(Problem, Protocol):
@@ -41,7 +38,6 @@ class Bounded(Problem, Protocol):
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         """Return the fraction of ``direction`` that a step from ``x`` may have; infinite if nothing is in the way."""
-        raise NotImplementedError
 
 
 @dataclass

@@ -12,8 +12,8 @@ from scipy.sparse.linalg import splu
 from palpate.effects.linear_elements import LinearElements
 from palpate.solvers.lbfgs import descend
 
-ENOUGH = 1e-10
-"""Residual relative to the load at which nothing is left to do."""
+TOLERANCE = 1e-10
+"""Of the residual, relative to the load."""
 
 
 class ProjectiveDynamics:
@@ -40,15 +40,13 @@ class ProjectiveDynamics:
         before : what the others go on with; the memory begins anew
         """
         self._load, self._rest = np.where(self._held[:, None], 0.0, load), x
-        enough = ENOUGH * float(np.linalg.norm(self._load))
-        return descend(self, self._solve, x, enough, iterations, kept=memory).x, x
+        tolerance_n = TOLERANCE * float(np.linalg.norm(self._load))
+        return descend(self, self._solve, x, tolerance_n, iterations, kept=memory).x, x
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the elastic energy minus the work of the load [J]."""
         return self._elements.energy(x) - float(np.vdot(self._load, x - self._rest))
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Return the elastic force plus the load (n, 3) [N], zero at held nodes."""
         force = self._elements.force(x) + self._load
         force[self._held] = 0.0
         return force

@@ -14,7 +14,7 @@ from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, Solution, minimise
 
-FIRST, PART = 1e-2, 1e-4
+BEGIN_TOLERANCE, PART_TOLERANCE = 1e-2, 1e-4
 """Relative residuals of the linear response that a search begins at, and of an equilibrium on the way."""
 OVERLAP = 1e-6
 """Inverse condition of the products of the discs' weights below which two of them are one."""
@@ -70,7 +70,7 @@ class Pushed:
         step = follow(moved - self.means(x - self._body.mesh.nodes))
         right = self.force(x) - multiply(step)
         if np.linalg.norm(right) > 0.0:
-            step += conjugate_gradients(multiply, precondition, right, FIRST, 200)[0]
+            step += conjugate_gradients(multiply, precondition, right, BEGIN_TOLERANCE, 200)[0]
         return x + step
 
     def _projected(self, x: np.ndarray, definite: bool) -> tuple[Product, Product, Product]:
@@ -124,7 +124,7 @@ def push(
             begin = problem.begin(x, (reached + step) * moved)
             if iterations is not None:
                 return _capped(problem, begin, tolerance, iterations - 1)
-            _settle(problem, begin, tolerance if last else max(tolerance, PART), solution)
+            _settle(problem, begin, tolerance if last else max(tolerance, PART_TOLERANCE), solution)
         except NotConverged as failure:
             if iterations is not None:
                 raise

@@ -6,8 +6,7 @@ import numpy as np
 
 from palpate.effects.effect import Force, offers
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.stable_step import stable_step
-from palpate.solvers.system import System
+from palpate.solvers.system import System, stable_step
 
 
 def make(system: System, settings: dict) -> "SymplecticEuler":
@@ -34,7 +33,6 @@ class SymplecticEuler:
         return stable_step(self._system)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if not finite."""
         load = self._system.outer_force(x, v) if self._system.loaded else None
         v = v + h * self._mobility * self._system.explicit_force(x, v)
         v[~self._system.free] = 0.0

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.linalg.nearest_rotation import nearest
+from palpate.linalg.polar import nearest
 
 
 class VertexBlockDescent:

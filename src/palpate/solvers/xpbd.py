@@ -11,9 +11,9 @@ import numba
 import numpy as np
 
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.linalg.nearest_rotation import nearest
+from palpate.linalg.polar import nearest
 
-LEAST = 1e-12
+LEAST_DISTANCE = 1e-12
 """Below this ‖F − R‖ has no direction, and the constraint is met."""
 
 
@@ -75,7 +75,7 @@ def _constraints(x, element, gradients, turn, work, f, r, shape, swell):
             f[i, j] -= r[i, j]
             square += f[i, j] * f[i, j]
     away = np.sqrt(square)
-    scale = 1.0 / away if away > LEAST else 0.0
+    scale = 1.0 / away if away > LEAST_DISTANCE else 0.0
     for a in range(4):
         for i in range(3):
             shape[a, i], swell[a, i] = 0.0, 0.0

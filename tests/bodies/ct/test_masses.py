@@ -1,11 +1,21 @@
-"""Masses from CT: exact where the density is linear, and the organ's own at its rim."""
+"""Masses from CT: exact where the density is linear, the organ's own at its rim, the published curve."""
 
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.masses import element_masses, node_masses, organ_densities, raw_densities, voxel_mass
+from palpate.bodies.ct.masses import (
+    density,
+    element_masses,
+    nodal_densities,
+    node_masses,
+    organ_densities,
+    raw_densities,
+    voxel_mass,
+)
+from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.make_body import make_body, moves_with_ct
+from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 
 SPACING = np.array([0.002, 0.003, 0.004])
@@ -88,3 +98,69 @@ def test_what_cannot_be_weighed_is_reported(organ, mesh):
         organ_densities(mesh.nodes, image, np.zeros_like(mask))
     with pytest.raises(InputError, match="nodes far outside the organ; give both in one frame"):
         organ_densities(1e3 * mesh.nodes, image, mask)
+
+
+pytest.importorskip("SimpleITK")
+ENTRY = {
+    "kind": "ct",
+    "image": None,
+    "threshold_hu": [30, 120],
+    "surface_nodes": 140,
+    "refinements": 1,
+    "young_pa": 3000,
+    "poisson": 0.3,
+    "density_kg_m3": 900,
+    "anchors": {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}},
+}
+
+
+@pytest.fixture(scope="module")
+def body():
+    return make_body("abdomen", ENTRY)
+
+
+def test_particles_weigh_what_the_voxels_do(body):
+    for level in (0, 1):
+        masses = particles_of(body, level, surface=False).masses
+        assert masses.sum() == pytest.approx(abdomen()[1]["mass_kg"], rel=0.01)
+        densities = nodal_densities(ENTRY, [body.levels[level]])[0]
+        assert masses == pytest.approx(node_masses(body.levels[level], densities))
+        assert np.ptp(densities) > 1.0
+
+
+def test_uniform_masses_and_those_of_an_mri_are_of_the_given_density(body):
+    volume = body.coarse.volumes.sum()
+    for more in ({"masses": "uniform"}, {"masses": "ct", "modality": "mri"}):
+        assert not moves_with_ct(ENTRY | more)
+    uniform = make_body("abdomen", ENTRY | {"masses": "uniform", "refinements": 0})
+    assert uniform.densities is None
+    assert particles_of(uniform, 0, surface=False).masses.sum() == pytest.approx(900 * volume)
+
+
+def test_a_region_with_a_density_of_its_own_needs_uniform_masses():
+    regions = {"lesion": {"label": 2, "young_pa": 30000, "density_kg_m3": 1100}}
+    with pytest.raises(InputError, match=r"regions\.lesion has a density_kg_m3, .*or give masses: uniform\.$"):
+        make_body("abdomen", ENTRY | {"regions": regions, "refinements": 0})
+
+
+@pytest.mark.parametrize(
+    ("hu", "g_cm3"),
+    [
+        (-1000, 0.00121),  # air
+        (-50, 1.018 - 0.893e-3 * 50),  # adipose tissue
+        (0, 1.018),
+        (18, 1.03),
+        (60, 1.003 + 1.169e-3 * 60),  # soft tissue
+        (800, 1.017 + 0.592e-3 * 800),  # bone
+    ],
+)
+def test_schneiders_lines(hu, g_cm3):
+    assert density(hu) == pytest.approx(1e3 * g_cm3, rel=1e-12)
+
+
+def test_it_jumps_nowhere_but_at_the_end_of_soft_tissue():
+    hu = np.arange(-1024, 3072)
+    steps = np.diff(density(hu))
+    assert (hu[:-1][np.abs(steps) > 2] == 100).all()
+    assert steps[hu[:-1] == 100] == pytest.approx(-43.0, abs=0.2)
+    assert (density([-3024, -2000, -1000]) == density(-1000)).all()

@@ -1,6 +1,7 @@
-"""The whole way from a CT to a body."""
+"""Bodies from CT and MRI: the whole way, thin and cut organs."""
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +9,15 @@ import pytest
 from fixtures.scans import write_scan
 
 from palpate.bodies.ct import mesh_from_ct
-from palpate.bodies.ct.image import read_mask
-from palpate.bodies.ct.synthetic_abdomen import abdomen
+from palpate.bodies.ct.image import AIR_HU, Image, read, read_mask
+from palpate.bodies.ct.masses import organ_densities, voxel_mass
+from palpate.bodies.ct.mesh_from_ct import THINNEST, cut_off, refuse_thin
+from palpate.bodies.ct.scan_of import scan_of
+from palpate.bodies.ct.segmentation import segment
+from palpate.bodies.ct.synthetic_abdomen import abdomen, mri_abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary, check_closed
-from palpate.bodies.mesh_quality import quality
+from palpate.bodies.mesh_quality import check_boundary, check_closed, quality
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
@@ -135,11 +139,6 @@ def test_more_nodes_than_voxels_can_resolve_are_reported(files):
         mesh_from_ct.mesh(ABDOMEN | files[0] | {"surface_nodes": 1_000_000})
 
 
-def test_an_empty_name_is_not_the_synthetic_abdomen():
-    with pytest.raises(InputError, match="give"):
-        mesh_from_ct.segment_entry(ABDOMEN | {"image": ""})
-
-
 def test_crops_that_leave_nothing_are_reported(files):
     paths, _ = files
     with pytest.raises(InputError, match=r"crop_m has no voxel inside; the image reaches from \(-0\.16.* m\.$"):
@@ -157,3 +156,131 @@ def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
     # 0.085 along the longest half axis, turned by 0.35
     length = 2 * np.hypot(0.085 * np.cos(0.35), 0.05 * np.sin(0.35))
     assert np.ptp(mesh.nodes[:, 0]) == pytest.approx(length, rel=0.05)
+
+
+@pytest.mark.parametrize(("axis", "name"), [(0, "z"), (1, "y"), (2, "x")])
+def test_an_organ_of_three_slices_is_refused_and_one_of_four_is_not(axis, name):
+    image = abdomen(spacing_m=(0.02, 0.02, 0.02))[0]
+    for thick in (THINNEST - 1, THINNEST):
+        mask = np.zeros(image.hu.shape, dtype=bool)
+        sides = [slice(2, 12)] * 3
+        sides[axis] = slice(3, 3 + thick)
+        mask[tuple(sides)] = True
+        if thick < THINNEST:
+            with pytest.raises(InputError, match=f"the organ is 3 voxels thick along {name}, and 4 are"):
+                refuse_thin(image, mask)
+        else:
+            refuse_thin(image, mask)
+
+
+SPACING = np.array([0.001, 0.002, 0.005])
+
+
+@pytest.fixture
+def image() -> Image:
+    return Image(np.zeros((10, 20, 30), dtype=np.int16), np.zeros(3), SPACING, "scan")
+
+
+def said(image, box, whole=None, start=(0, 0, 0)):
+    mask = np.zeros(image.hu.shape, dtype=bool)
+    mask[box] = True
+    return cut_off(image, mask, whole or mask.shape, start)
+
+
+@pytest.mark.parametrize(
+    ("box", "where"),
+    [
+        (np.s_[2:8, 5:15, 5:25], []),
+        (np.s_[0:8, 5:15, 5:25], ["the image towards the feet (4 cm²)"]),  # 10 × 2 mm by 20 × 1 mm
+        (np.s_[2:, 5:15, 5:25], ["the image towards the head (4 cm²)"]),
+        (np.s_[2:8, :15, 5:25], ["the image towards the front (6 cm²)"]),  # 6 × 5 mm by 20 × 1 mm
+        (np.s_[2:8, 5:, 5:25], ["the image towards the back (6 cm²)"]),
+        (np.s_[2:8, 5:15, :25], ["the image towards the right (6 cm²)"]),  # 6 × 5 mm by 10 × 2 mm
+        (np.s_[2:8, 5:15, 5:], ["the image towards the left (6 cm²)"]),
+        (np.s_[:, 5:15, 5:25], ["the image towards the feet (4 cm²)", "the image towards the head (4 cm²)"]),
+    ],
+)
+def test_each_side_is_named_with_its_area(image, box, where):
+    assert said(image, box) == where
+
+
+def test_a_crop_is_told_from_the_image(image):
+    box = np.s_[:, 5:15, 5:25]
+    whole, start = (15, 20, 30), (5, 0, 0)
+    assert [cut.partition(" towards")[0] for cut in said(image, box, whole, start)] == ["crop_m", "the image"]
+
+
+def test_padding_beside_an_organ_cuts_it_and_the_air_of_a_lung_does_not(image):
+    box = np.s_[2:8, 5:15, 5:25]
+    image.hu[:, :, 25:] = AIR_HU
+    assert said(image, box) == ["the padding around the scanned circle (6 cm²)"]
+    assert said(replace(image, modality="mri"), box) == []
+    image.hu[:, :, 25:] = AIR_HU + 60
+    assert said(image, box) == []
+
+
+RANGE = {"threshold": [400, 600]}
+COARSE_M = (0.004, 0.004, 0.004)
+
+
+def dice(first, second):
+    return 2 * (first & second).sum() / (first.sum() + second.sum())
+
+
+@pytest.fixture(scope="module")
+def files_mri(tmp_path_factory):
+    """The synthetic MRI and a mask of its liver, drawn on each third slice, on disk; and its truth."""
+    folder = tmp_path_factory.mktemp("mri")
+    image, truth = mri_abdomen(spacing_m=COARSE_M)
+    drawn = np.zeros(image.hu.shape, dtype=np.uint8)
+    drawn[1::3] = truth["liver"][1::3]
+    return {
+        "modality": "mri",
+        "image": write_scan(folder / "scan.nii.gz", image.hu, image),
+        "mask": write_scan(folder / "drawn.nii.gz", drawn, image),
+    }, truth
+
+
+def test_its_grey_values_are_kept_and_need_not_be_negative(files_mri):
+    image = read(files_mri[0]["image"], "mri")
+    assert image.modality == "mri" and np.array_equal(image.hu, mri_abdomen(spacing_m=COARSE_M)[0].hu)
+    assert image.hu.min() >= 0
+    with pytest.raises(InputError, match=r"not a CT in Hounsfield units; .* or say modality: mri\.$"):
+        read(files_mri[0]["image"])
+
+
+def test_uneven_brightness_hides_the_liver_until_it_is_evened_out():
+    raw, truth = mri_abdomen()
+    even = scan_of({"modality": "mri", "image": None, "even_brightness": True})
+    level = float(np.median(even.hu[truth["liver"]]) / 500)
+    found, better = segment(raw, RANGE), segment(even, {"threshold": [400 * level, 600 * level]})
+    assert dice(better, truth["liver"]) > 0.97
+    assert dice(found, truth["liver"]) < dice(better, truth["liver"]) - 0.03
+    inside = [np.std(image.hu[truth["liver"]]) / np.mean(image.hu[truth["liver"]]) for image in (raw, even)]
+    assert inside[1] < 0.6 * inside[0]
+
+
+def test_a_body_from_an_mri_and_a_mask_drawn_on_each_third_slice(files_mri, entry):
+    paths, truth = files_mri
+    held = {"anchors": {"plane": {"axis": "y", "side": "max", "depth_m": 0.03}}}
+    more = {"kind": "ct", "drawn_slices": "z", "surface_nodes": 140, "snap": False}
+    body = make_body("liver", entry | held | more | paths)
+    assert body.coarse.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
+
+
+def test_a_mask_drawn_on_some_slices_is_not_taken_for_a_whole_one(files_mri):
+    sentence = r"drawn\.nii\.gz: the mask is drawn on some slices only, .* give drawn_slices: z to have them filled"
+    with pytest.raises(InputError, match=sentence):
+        mesh_from_ct.segment_entry(files_mri[0])
+
+
+def test_what_needs_a_unit_is_refused(files_mri):
+    image = read(files_mri[0]["image"], "mri")
+    liver = files_mri[1]["liver"]
+    with pytest.raises(InputError, match=r"grey values of an MRI have no unit, .* give threshold, the lowest"):
+        mesh_from_ct.segment_entry({"modality": "mri", "image": files_mri[0]["image"], "threshold_hu": [30, 120]})
+    for weighed in (voxel_mass, lambda *scan: organ_densities(np.zeros((1, 3)), *scan)):
+        with pytest.raises(InputError, match="an MRI does not show how dense tissue is; give density_kg_m3, or a CT"):
+            weighed(image, liver)
+    with pytest.raises(InputError, match="even_brightness is for an MRI, as CT numbers are absolute"):
+        scan_of({"even_brightness": True})

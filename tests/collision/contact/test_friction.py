@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.collision.contact import barrier, friction
-from palpate.collision.contact.mollifier import thresholds
+from palpate.collision.contact.barrier import thresholds
 
 SLIP = 0.02
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from palpate.bodies.liver import liver
+from palpate.bodies.organs import liver
 from palpate.collision.trees.tree import REBUILD_QUALITY, STRUCTURES, Tree
 from palpate.collision.trees.tree_query import candidates, crossing_pairs, self_candidates
-from palpate.collision.triangles.triangle_pairs import pairs_intersect
+from palpate.collision.triangles.intersection import pairs_intersect
 from palpate.errors import InputError
 
 FRAMES = 200

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.load import Doubted, Load
-from palpate.models.contact_modes import contact_limits, contact_modes
-from palpate.models.contact_modes.contact_limits import LEFT, SOUND, bearing
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes import contact_modes, workshop
+from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
 
 RADIUS = 0.03
 
@@ -26,8 +25,8 @@ def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_no
     assert 0.9 * hard < lowered < 19 * hard
     finer, disc = other.elements(1), other.disc(contact, 1)
     load = finer.nodal(*disc, -lowered * shown.normal)
-    moved = finer.settle(load, np.zeros_like(finer.rest), 400, LEFT)
-    assert np.linalg.norm(finer.force(moved) + load) <= LEFT * np.linalg.norm(load)
+    moved = finer.settle(load, np.zeros_like(finer.rest), 400, TRIAL_RESIDUAL)
+    assert np.linalg.norm(finer.force(moved) + load) <= TRIAL_RESIDUAL * np.linalg.norm(load)
     assert finer.least_det(moved) > 0.9 * SOUND
 
 
@@ -35,8 +34,8 @@ def test_a_press_that_squeezes_nothing_is_believed_without_a_trial_on_the_finer_
     body, contact = slab_case[0].body, int(slab_case[1].contact[0])
     shown = Workshop(body, RADIUS, 1).shown(contact, "columns")
     light = replace(shown, forces=0.1 * shown.forces, answers=0.1 * shown.answers)
-    for sure, tried in ((contact_limits.SURE, False), (1.1, True)):
-        monkeypatch.setattr(contact_limits, "SURE", sure)
+    for sure, tried in ((workshop.SURE, False), (1.1, True)):
+        monkeypatch.setattr(workshop, "SURE", sure)
         shop = Workshop(body, RADIUS, 1)
         shop.make(("columns", contact), lambda: light)
         assert bearing(shop, [contact], "columns")[0] @ light.forces[0] == pytest.approx(1.0)
@@ -46,7 +45,7 @@ def test_a_press_that_squeezes_nothing_is_believed_without_a_trial_on_the_finer_
 def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept(slab_case):
     case, contact, force = replace(slab_case[0], radius_m=RADIUS), int(slab_case[1].contact[0]), slab_case[1].force[0]
     setting = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
-    solver, load = contact_modes.prepare(case, setting), Load.at(contact, 0.5 * force)
+    solver, load = contact_modes.offline(case).online(setting), Load.at(contact, 0.5 * force)
     expected = solver.respond(load)
     kept = solver.prepared[contact,]
     most = 1.0 / float((kept.bearing @ load.single()[1]).max())

@@ -24,12 +24,12 @@ def pressed(slab_case):
 
 @pytest.fixture(scope="module")
 def solver(pressed):
-    return contact_modes.prepare(pressed[0], OPERATOR)
+    return contact_modes.offline(pressed[0]).online(OPERATOR)
 
 
 @pytest.fixture(scope="module")
 def converged(pressed):
-    return fem.prepare(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
+    return fem.Fem(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
 
 
 def nodes_of(case):
@@ -43,7 +43,7 @@ def distance(found, expected):
 
 def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, solver, converged):
     case, contact, force = pressed
-    columns = contact_modes.prepare(case, OPERATOR | {"modes": "columns"})
+    columns = contact_modes.offline(case).online(OPERATOR | {"modes": "columns"})
     for share in (1.0, 0.4):
         load = Load.at(contact, share * force)
         expected = converged.respond(load)
@@ -53,7 +53,7 @@ def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, solver, c
 
 def test_columns_alone_take_no_press_of_the_elements(pressed):
     case = replace(pressed[0], body=replace(pressed[0].body, name="other"))
-    solver = contact_modes.prepare(case, OPERATOR | {"modes": "columns"})
+    solver = contact_modes.offline(case).online(OPERATOR | {"modes": "columns"})
     solver.prepare_contact(pressed[1])
     made = {name for name, *_ in contact_modes._kept[case.body][case.radius_m, nodes_of(case)].seconds}
     assert "columns" in made and not made & {"snapshots", "to finer"}
@@ -68,7 +68,7 @@ def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, c
     case = replace(case, body=body, grid=grid, response=columns)
     nodes, _ = patch_shares(body.fine, patch_at(body, contact, case.radius_m))
     rows = np.searchsorted(body.fine.surface, nodes)
-    solvers = [contact_modes.prepare(case, OPERATOR | {"modes": modes}) for modes in ("snapshots", "finer")]
+    solvers = [contact_modes.offline(case).online(OPERATOR | {"modes": modes}) for modes in ("snapshots", "finer")]
     for share in (1.0, 0.5):
         load = Load.at(contact, share * force)
         expected = converged.respond(load)
@@ -92,7 +92,7 @@ def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(presse
     load = Load.at(node, -0.5 * np.linalg.norm(force) * body.fine.normals[node])
     found = solver.respond(load).displacement
     assert (node,) in solver.prepared
-    again = contact_modes.prepare(case, OPERATOR).respond(load).displacement
+    again = contact_modes.offline(case).online(OPERATOR).respond(load).displacement
     assert np.array_equal(found, again)
 
 
@@ -121,9 +121,9 @@ def test_two_presses_are_answered_with_the_modes_of_both(pressed, solver, conver
 def test_the_limit_is_extrapolated_over_levels(pressed, solver):
     """The linear part of the limit is that of Richardson's ratio, and what is beyond it lies further on, too."""
     case, contact, force = pressed
-    limit = contact_modes.prepare(case, OPERATOR | {"target": "limit"})
+    limit = contact_modes.offline(case).online(OPERATOR | {"target": "limit"})
     fine, far = (each.prepare_contact(contact).columns @ (1e-6 * force) for each in (solver, limit))
-    elements = [fem.prepare(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 2) for level in (0, 1)]
+    elements = [fem.Fem(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 2) for level in (0, 1)]
     small = 1e-6 * force
     coarse, middle = (each.respond(Load.at(contact, small)) for each in elements)
     ratio = 1.0 + (middle - coarse).ravel() @ (middle - coarse).ravel() / ((far - fine) @ (middle - coarse).ravel())
@@ -153,7 +153,7 @@ def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
     case = replace(pressed[0], used={})
     settings = contact_modes.settings(case)
     assert len(settings) >= 5 and OPERATOR in settings
-    solver = contact_modes.prepare(case, settings[0])
+    solver = contact_modes.offline(case).online(settings[0])
     solver.precede(Load.at(pressed[1], pressed[2]))
     assert case.used["contacts"] > 0.0 and 0.0 < solver.memory_mb < 2.0
 
@@ -168,7 +168,7 @@ def test_the_same_disc_cannot_be_pushed_to_two_depths(pressed, solver):
 @pytest.mark.parametrize("wrong", [{"modes": "colums"}, {"target": "limits"}])
 def test_words_that_no_setting_has_are_refused(pressed, wrong):
     with pytest.raises(InputError, match=f"contact_modes: {next(iter(wrong))} is"):
-        contact_modes.prepare(pressed[0], OPERATOR | wrong)
+        contact_modes.offline(pressed[0]).online(OPERATOR | wrong)
 
 
 def test_discs_that_overlap_press_together(pressed, solver):

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from palpate.models.enrichment.blend_kinds import LITERAL, WEIGHTS
-from palpate.models.enrichment.blend_weights import BlendWeights, inverse, normalise
-from palpate.models.enrichment.gaussian_kernel import gaussian, squared_distances
+from palpate.models.enrichment.paper_enrichment import (
+    LITERAL,
+    WEIGHTS,
+    BlendWeights,
+    gaussian,
+    inverse,
+    normalise,
+    squared_distances,
+)
 
 RANDOM = np.random.default_rng(0)
 KNOWN = RANDOM.normal(size=(15, 6))

@@ -6,16 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.assemble import assemble
-from palpate.benchmark.loads import COLUMNS
-from palpate.benchmark.static_responses import press
-from palpate.benchmark.subsampling import subsample
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.static_responses import assemble, press, subsample
 from palpate.bodies.mesh import TetMesh
-from palpate.models.enrichment.detail_correction import DetailCorrection
-from palpate.models.enrichment.detail_scale import Scale
-from palpate.models.enrichment.interpolation import Interpolation
-from palpate.models.enrichment.node_rotations import NodalRotations
-from palpate.models.enrichment.training_samples import FitOptions, gather
+from palpate.models.enrichment.detail_correction import DetailCorrection, NodalRotations, Scale
+from palpate.models.enrichment.fitting import gather
+from palpate.models.interpolation import Interpolation
 
 PROTOCOLS = ("paper", "live")
 FORCE = np.array([0.1, 0.2, -0.4])
@@ -25,7 +22,7 @@ OPTIONS = FitOptions(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0
 def simulate(body, contacts, forces):
     """A database of these presses."""
     rows = [[i, c, *f, 0.0] for i, (c, f) in enumerate(zip(contacts, forces, strict=True))]
-    loads = pd.DataFrame(rows, columns=COLUMNS)
+    loads = pd.DataFrame(rows, columns=LOAD_COLUMNS)
     fine = press(body, len(body.levels) - 1, loads, 1e-8)
     paper = fine.sample, subsample(body, fine.displacement)
     return assemble(body, loads, fine, paper, press(body, 0, loads, 1e-8), "abc")

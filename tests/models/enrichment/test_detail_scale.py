@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.models.enrichment.detail_scale import Scale, fit_scale
-from palpate.models.enrichment.training_samples import Training
+from palpate.models.enrichment.detail_correction import Scale, fit_scale
+from palpate.models.enrichment.fitting import Training
 
 BETA = np.array([0.4, -0.7])
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.errors import InputError
-from palpate.models.enrichment.feature_vectors import describe, in_slots, kinds
+from palpate.models.enrichment.features import describe, in_slots, kinds
 
 
 def turned(db, angle):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.models.enrichment.gaussian_kernel import gaussian, query_weights, squared_distances
+from palpate.models.enrichment.paper_enrichment import gaussian, query_weights, squared_distances
 
 
 def test_values_by_hand():

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.loads import COLUMNS
+from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
-from palpate.models.enrichment.linear_fem import LinearFem
+from palpate.models.linear_fem import LinearFem
 
 
 def test_is_the_compliance_times_the_force(slab_compliance):
@@ -26,7 +26,7 @@ def test_is_the_fine_response_to_a_small_force(slab, slab_compliance):
     method, force = LinearFem(slab_compliance), np.array([0.1, 0.2, -0.4])
     errors = []
     for factor in (1e-2, 1e-3):
-        loads = pd.DataFrame([[0, 44, *(factor * force), 0.0]], columns=COLUMNS)
+        loads = pd.DataFrame([[0, 44, *(factor * force), 0.0]], columns=LOAD_COLUMNS)
         fine = press(slab, 1, loads, 1e-8).displacement[0, slab.fine.surface]
         errors.append(np.abs(method.predict(None, 44, factor * force) - fine).max() / np.abs(fine).max())
     assert errors[0] < 1e-2

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.models.enrichment.feature_vectors import Ordered
-from palpate.models.enrichment.linear_fem import LinearFem
-from palpate.models.enrichment.load_residual import LoadResidual
-from palpate.models.enrichment.rotation_vectors import turn
-from palpate.models.enrichment.training_samples import FitOptions, gather
-from palpate.models.enrichment.warped_response import WarpedResponse
+from palpate.benchmark.model import FitOptions
+from palpate.models.enrichment.features import Ordered
+from palpate.models.enrichment.fitting import gather
+from palpate.models.linear_fem import LinearFem
+from palpate.models.warped_compliance import LoadResidual, WarpedResponse, turn
 
 OPTIONS = FitOptions(10, {"min": 0.1, "max": 100, "count": 7}, 3, "samples", 1)
 

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from palpate.models.enrichment.blend import Blend, Known
-from palpate.models.enrichment.blend_kinds import WEIGHTS
-from palpate.models.enrichment.feature_vectors import kinds
-from palpate.models.enrichment.interpolation import Interpolation
+from palpate.models.enrichment.features import kinds
+from palpate.models.enrichment.fitting import gather
 from palpate.models.enrichment.methods import build
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, Known
 from palpate.models.enrichment.pod_rbf import PodRbf
 from palpate.models.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
-from palpate.models.enrichment.training_samples import gather
+from palpate.models.interpolation import Interpolation
 from palpate.solvers.compliance import Compliance
 
 TRAIN, TEST = np.arange(0, 18), np.arange(18, 24)

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.models.enrichment.nearest_first import (
-    body_axis,
-    contact_frame,
-    levels,
-    nearest_first,
-    nearest_first_framed,
-)
+from palpate.models.enrichment.features import body_axis, contact_frame, levels, nearest_first, nearest_first_framed
 
 
 def test_levels_join_only_what_is_close():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import polar
 
-from palpate.models.enrichment.node_rotations import NodalRotations
+from palpate.models.enrichment.detail_correction import NodalRotations
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 1.0, np.pi - 1e-6, np.pi, 5.0])

@@ -8,9 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
-from palpate.models.enrichment.linear_fem import LinearFem
-from palpate.models.enrichment.rotation_vectors import NodalSpins, turn, warp
-from palpate.models.enrichment.warped_response import WarpedResponse
+from palpate.models.linear_fem import LinearFem
+from palpate.models.warped_compliance import NodalSpins, WarpedResponse, turn, warp
 from palpate.solvers.compliance import Compliance
 
 FORCE = np.array([0.1, 0.2, -0.4])

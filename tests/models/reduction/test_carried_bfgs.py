@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.models.reduction.carried_bfgs import CarriedBfgs
+from palpate.models.reduced_motion import CarriedBfgs
 
 HESSIAN = np.array([[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 1.0]])
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.models.reduction.elements_at_rest import ElementsAtRest
-from palpate.models.reduction.energy_pod import energy_pod
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.pod_galerkin import energy_pod
 
 
 @pytest.fixture(scope="module")

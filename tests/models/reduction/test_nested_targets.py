@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.models.reduction.nested_targets import fitted
+from palpate.models.contact_modes.workshop import fitted
 
 
 def test_weak_presses_are_met_as_well_as_hard_ones():

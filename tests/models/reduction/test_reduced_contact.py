@@ -9,20 +9,18 @@ from scipy.optimize import minimize, nnls
 from palpate.bodies.material import LAWS
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
-from palpate.models.reduction import contact_snapshots
-from palpate.models.reduction.cells import cells_of, rings_around
-from palpate.models.reduction.columns import orthonormal
-from palpate.models.reduction.contact_snapshots import (
-    LEFT,
+from palpate.models.contact_modes import snapshots
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, few_of, rings_around
+from palpate.models.contact_modes.snapshots import (
+    SNAPSHOT_RESIDUAL,
     basis_of,
     columns_of_contact,
+    orthonormal,
     press_contact,
     thinned_model,
     whole_model,
 )
-from palpate.models.reduction.elements_at_rest import ElementsAtRest
-from palpate.models.reduction.reduced_contact import ReducedContact
-from palpate.models.reduction.thinning import few_of
 
 RADIUS, NEWTONS = 0.03, 1.0
 ROUNDING = 1e-5
@@ -94,8 +92,8 @@ def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, mon
     """With all elements exact, cells come from what is near the disc and a quarter of the rest."""
     shown = pressed(2)
     modes, elements = basis_of([shown]), shown.elements
-    far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, contact_snapshots.NEAR))
-    monkeypatch.setattr(contact_snapshots, "FEW", far // 4)
+    far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, snapshots.NEAR_RINGS))
+    monkeypatch.setattr(snapshots, "FEW", far // 4)
     thin = thinned_model([shown], modes, 50, 1e-3, 0)
     assert 0 < len(thin.cells.volumes) < far
     for k, force in enumerate(shown.forces):
@@ -111,7 +109,7 @@ def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
     for k, force in enumerate(shown.forces):
         load = elements.nodal(shown.nodes, shown.shares, force)
         pull = elements.force(shown.answers[:, :, k]) + load
-        assert np.linalg.norm(pull) <= LEFT * np.linalg.norm(load)
+        assert np.linalg.norm(pull) <= SNAPSHOT_RESIDUAL * np.linalg.norm(load)
 
 
 def test_the_modes_are_orthonormal_in_the_stiffness(pressed):

@@ -10,9 +10,7 @@ from palpate.bodies.box import box
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.errors import InputError, NotConverged
-from palpate.models.reduction.motion_modes import bends
-from palpate.models.reduction.reduced_body import ReducedBody
-from palpate.models.reduction.vibration import vibrations
+from palpate.models.reduced_body import ReducedBody, bends, vibrations
 from palpate.scenes.build_system import compose
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
@@ -157,7 +155,7 @@ def test_few_modes_follow_a_push_and_its_release_at_their_place_and_near_it_at_a
 
 
 def test_the_linear_part_that_cells_lack_is_what_makes_them_right(particles, truth, monkeypatch):
-    monkeypatch.setattr("palpate.models.reduction.averaged_cells.Cells.stiffness", property(lambda self: np.eye(34)))
+    monkeypatch.setattr("palpate.models.reduced_body.Cells.stiffness", property(lambda self: np.eye(34)))
     assert wrong(run(SCENE, particles).motion.positions, truth) > 0.03
 
 

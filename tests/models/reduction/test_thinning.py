@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.models.reduction.thinning import few_of
+from palpate.models.contact_modes.reduced_contact import few_of
 
 
 def test_a_column_that_does_not_pull_is_not_taken():

@@ -12,11 +12,10 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import solid_particles
 from palpate.effects.volume_force import Volume
-from palpate.models.springs.calibration import closed_forms
-from palpate.models.springs.calibration.cma_es import cma_es
-from palpate.models.springs.calibration.fitness import Range
-from palpate.models.springs.calibration.spring_model import spring_model
-from palpate.models.springs.calibration.spring_motion import stiffnesses
+from palpate.models.springs import fitness
+from palpate.models.springs.evolution import cma_es
+from palpate.models.springs.fitness import Range
+from palpate.models.springs.spring_motion import spring_model, stiffnesses
 
 LIMITS = Range(300.0, 5000.0)
 
@@ -28,9 +27,9 @@ def test_regular_tetrahedron():
     mesh = mesh if mesh.volumes[0] > 0 else TetMesh(nodes, np.array([[0, 2, 1, 3]]))
     material = Material(3000.0, 0.25, 1000.0)
     model = spring_model(solid_particles(mesh, np.array([0]), material, "one"))
-    gelder = stiffnesses(*closed_forms.van_gelder(model, material))
+    gelder = stiffnesses(*fitness.van_gelder(model, material))
     assert gelder == pytest.approx(np.full(6, 3000.0 * 0.02 / (6.0 * np.sqrt(2.0))))
-    assert stiffnesses(*closed_forms.lloyd(model, material)) == pytest.approx(24.0 / 25.0 * gelder)
+    assert stiffnesses(*fitness.lloyd(model, material)) == pytest.approx(24.0 / 25.0 * gelder)
 
 
 def test_lloyds_constant_is_the_nearest_to_linear_finite_elements():
@@ -51,7 +50,7 @@ def test_lloyds_constant_is_the_nearest_to_linear_finite_elements():
 
 
 def test_uniform_finds_the_modulus_that_made_the_motion(cube):
-    fit = closed_forms.uniform(cube.fitness, 120, LIMITS)
+    fit = fitness.uniform(cube.fitness, 120, LIMITS)
     assert fit.young == pytest.approx(np.full(120, 1500.0), rel=1e-3)
     assert fit.history[-1, 0] < 50
     assert (np.diff(fit.history[:, 2]) >= 0.0).all()
@@ -60,12 +59,12 @@ def test_uniform_finds_the_modulus_that_made_the_motion(cube):
 def test_volume_force_gives_the_bulk_modulus(cube):
     """The energy of a small swelling ε is ½ · 9 K V ε² of the material."""
     material = Material(1000.0, 0.45, 1000.0)
-    kappa = closed_forms.volume_stiffness(cube.model, material)
+    kappa = fitness.volume_stiffness(cube.model, material)
     x = (1.0 + 1e-5) * cube.model.nodes
     springs = 0.5 * (1000.0 * cube.model.weights * (1e-5 * cube.model.rest_m) ** 2).sum()
     swelling = springs + Volume(cube.particles, kappa).energy(x)
     assert swelling == pytest.approx(4.5 * 1e-10 * 1e-6 * 1000.0 / (3 * (1 - 0.9)), rel=1e-6)
-    assert closed_forms.volume_stiffness(cube.model, replace(material, poisson=0.2)) == 0.0
+    assert fitness.volume_stiffness(cube.model, replace(material, poisson=0.2)) == 0.0
 
 
 def test_cma_es_climbs_repeats_and_stays_in_range():

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.effects.linear_elements import LinearElements
-from palpate.models.springs.calibration.fem_motion import damping_time, reference_motion
-from palpate.models.springs.calibration.spring_motion import dampings, stiffnesses
+from palpate.models.springs.spring_motion import damping_time, dampings, reference_motion, stiffnesses
 
 
 def test_swelling_is_damped_as_in_the_springs(cube):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError
-from palpate.models.springs.calibration.fitness import ALPHA_S, LANES, Fitness, Range
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs.fitness import ALPHA_S, LANES, Fitness, Range
+from palpate.models.springs.spring_motion import simulate
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError
-from palpate.models.springs.calibration.fitness import Range
-from palpate.models.springs.calibration.genetic_algorithm import Genetic, Rules, evolve
+from palpate.models.springs.evolution import Genetic, Rules, evolve
+from palpate.models.springs.fitness import Range
 
 LIMITS = Range(300.0, 5000.0)
 

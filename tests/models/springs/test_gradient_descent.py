@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.models.springs.calibration.fitness import Fitness, Range
-from palpate.models.springs.calibration.genetic_algorithm import Rules, evolve
-from palpate.models.springs.calibration.gradient_descent import descend, descend_with_volume, value_and_gradient
+from palpate.models.springs.descent import descend, descend_with_volume, value_and_gradient
+from palpate.models.springs.evolution import Rules, evolve
+from palpate.models.springs.fitness import Fitness, Range
 
 LIMITS = Range(500.0, 3000.0)
 
@@ -66,7 +66,7 @@ def test_descent_passes_the_genetic_algorithm(cube):
 
 def test_the_volume_forces_stiffness_is_found_with_the_moduli(cube):
     """Of motions that springs of 1500 Pa and 0.3 N/m make."""
-    from palpate.models.springs.calibration.spring_motion import simulate
+    from palpate.models.springs.spring_motion import simulate
 
     settings = replace(cube.settings, volume_n_m=0.3)
     motion = simulate(cube.model, np.full(120, 1500.0), cube.press, settings)

@@ -8,12 +8,11 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.bodies.bed import Bed
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.models.springs import mass_spring
-from palpate.models.springs.fit_spring_moduli import _Search, fit
-from palpate.models.springs.spring_statics import Network
+from palpate.models.springs.mass_spring import Network, _Search, fit_moduli
 
 KINDS = ("springs", "springs_volume", "springs_nodal", "springs_nodal_volume")
 
@@ -50,8 +49,8 @@ def test_slopes_are_those_of_the_misfit(slab_case, network):
 
 def test_a_fit_finds_what_made_the_samples(network, own_samples):
     samples, young = own_samples
-    one = fit(network, samples, False, True, (8, 40))
-    each = fit(network, samples, True, True, (8, 40))
+    one = fit_moduli(network, samples, False, True, (8, 40))
+    each = fit_moduli(network, samples, True, True, (8, 40))
     assert one.misfit < 0.06 and each.misfit < 0.5 * one.misfit
     assert 0.8 * young.mean() < one.young_pa[0] < 1.2 * young.mean()
     assert np.corrcoef(np.log(each.young_pa), np.log(young))[0, 1] > 0.5
@@ -66,7 +65,7 @@ def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
     case, test, _ = slab_case
     settings = model(name, {}).settings(case)
     assert len(settings) >= 5
-    solver = model(name, {}).prepare(case, settings[-1])
+    solver = model(name, {}).offline(case).online(settings[-1])
     asked = zip(test.contact, test.force, test.fine, strict=True)
     assert np.median([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]) < 0.18
     assert 0.0 < solver.memory_mb < 10.0
@@ -83,16 +82,16 @@ def test_small_loads_need_one_iteration(slab_case, network):
 def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
     case = replace(slab_case[0], database=replace(slab_case[0].database), used={})
     first, later = mass_spring.settings(case, nodal=False, volume=False)[:2]
-    mass_spring.prepare(case, first, nodal=False, volume=False)
+    mass_spring.offline(case, nodal=False, volume=False).online(first)
     assert "moduli" not in case.used
-    mass_spring.prepare(case, later, nodal=False, volume=False)
+    mass_spring.offline(case, nodal=False, volume=False).online(later)
     assert case.used["moduli"] > 0.0
 
 
 def test_nothing_is_answered_unchecked(slab_case, network, refuses):
     case = slab_case[0]
     made = model("springs", {})
-    solver = made.prepare(case, made.settings(case)[0])
+    solver = made.offline(case).online(made.settings(case)[0])
     contact = int(case.database.contact[0])
     assert not solver.respond(Load.at(contact, np.zeros(3))).any()
     refuses(solver, contact, "find no way")

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.models.springs.calibration.fitness import Fitness, Range
-from palpate.models.springs.calibration.gradient_descent import descend
-from palpate.models.springs.calibration.regularized_fit import TARGET_ERROR, descend_smoothly, square_and_gradient
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs.descent import TARGET_ERROR, descend, descend_smoothly, square_and_gradient
+from palpate.models.springs.fitness import Fitness, Range
+from palpate.models.springs.spring_motion import simulate
 
 LIMITS = Range(500.0, 3000.0)
 

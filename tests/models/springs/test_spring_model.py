@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.effects.spring_network import volume_springs
+from palpate.effects.springs import volume_springs
 from palpate.errors import InputError
-from palpate.models.springs.calibration.spring_model import Press, key_points
+from palpate.models.springs.spring_motion import Press, key_points
 
 
 def test_masses_and_weights_are_the_bodys(cube):

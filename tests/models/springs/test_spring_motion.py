@@ -10,15 +10,7 @@ from palpate.effects.kelvin import Kelvin
 from palpate.effects.springs import Springs
 from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
-from palpate.models.springs.calibration.spring_motion import (
-    ALONE,
-    advance,
-    constants,
-    dampings,
-    simulate,
-    stiffnesses,
-    trajectory,
-)
+from palpate.models.springs.spring_motion import ALONE, advance, constants, dampings, simulate, stiffnesses, trajectory
 from palpate.solvers.symplectic_euler import SymplecticEuler
 from palpate.solvers.system import System
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError, NotConverged
-from palpate.models.springs.calibration.fitness import Range
-from palpate.models.springs.calibration.spring_motion import simulate
-from palpate.models.springs.calibration.step_limit import check_step, step_limit
+from palpate.models.springs.fitness import Range, check_step, step_limit
+from palpate.models.springs.spring_motion import simulate
 
 
 @pytest.mark.parametrize("volume", [0.0, 2.0])

@@ -15,14 +15,12 @@ import pytest
 import palpate.press.portable.runtimes
 from palpate.bodies.make_body import make_body
 from palpate.effects.law import PLAIN
-from palpate.models.contact_modes.prepared_contacts import Prepared
-from palpate.models.reduction.cells import Cells
-from palpate.models.reduction.reduced_contact import ReducedContact
+from palpate.models.contact_modes.contact_modes import Prepared
+from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
 from palpate.press.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
-from palpate.press.portable.surface_basis import surface_basis
-from palpate.press.portable.write import PackedContact, model_bytes
+from palpate.press.portable.write import PackedContact, model_bytes, surface_basis
 
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
 RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent

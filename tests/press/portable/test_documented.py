@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from press.portable.conftest import RUNTIMES
 
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.file import FOUR_ERRORS
 
 PAGE = (Path(__file__).parents[3] / "docs/portable-model.md").read_text(encoding="utf-8")
 

@@ -16,7 +16,7 @@ from palpate.press.portable.export import export_model
 def asked(case, model, node, newtons):
     """What palpate and the file say of a straight press at a fine surface node, and the distance over the peak."""
     force = -newtons * case.body.fine.normals[node]
-    right = contact_modes.prepare(case, SETTING).respond(Load.at(node, force)).displacement
+    right = contact_modes.offline(case).online(SETTING).respond(Load.at(node, force)).displacement
     found = model.respond([model.press_at(int(np.searchsorted(case.body.fine.surface, node)), force)])
     apart = np.sqrt(np.mean(np.sum((found.displacement - right) ** 2, axis=1)))
     return found, apart / np.linalg.norm(right, axis=1).max()

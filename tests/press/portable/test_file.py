@@ -11,8 +11,7 @@ from press.portable.conftest import headed, repaired
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.press.portable.command import told
-from palpate.press.portable.file import describe, read
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.file import FOUR_ERRORS, describe, read
 from palpate.run.job import kernel_cache
 
 
@@ -76,10 +75,6 @@ def test_presses_that_are_none_are_refused(model):
     for wrong in ({"triangle": 10**6}, {"weights": [2, 0, 0]}, {"weights": [1, 0]}, {"force": [0, 0, np.nan]}):
         with pytest.raises(ValueError, match="press"):
             model.respond([right | wrong])
-
-
-def test_no_press_moves_nothing(model):
-    assert not model.respond([]).displacement.any()
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tmp_path, capsys):

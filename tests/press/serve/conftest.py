@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.database import write
-from palpate.benchmark.folds import fold_table
+from palpate.benchmark.split import fold_table
 from palpate.bodies.body_file import save
 from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 

@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from palpate.errors import InputError
-from palpate.models.enrichment.blend_kinds import WEIGHTS
+from palpate.models.enrichment.paper_enrichment import WEIGHTS
 from palpate.report import style
 from palpate.scenes.effect_registry import EFFECTS
 

@@ -1,11 +1,14 @@
 """The table has what was measured, and counts the missed and extra pairs of a structure."""
 
+from importlib.util import find_spec
+
 import numpy as np
+import pandas as pd
 import pytest
 
+from palpate.collision.moving_surfaces import folding_sheet, random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision import compare_trees
-from palpate.studies.collision.deforming_surfaces import folding_sheet, random_soup, two_livers
 
 FRAMES = 4
 
@@ -99,3 +102,53 @@ def test_one_body_is_searched_against_itself():
     found = tested.query()
     assert len(found) and (found[:, 0] < found[:, 1]).all()
     assert np.array_equal(found, crossing(points, scene.triangles))
+
+
+KINDS = {"Fcl": "fcl", "Coal": "coal", "CoalRefit": "coal"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_pairs_are_ours_in_every_frame(kind):
+    if find_spec(KINDS[kind]) is None:
+        pytest.skip(f"{KINDS[kind]} is not installed")
+    scene = two_livers(0)
+    rival = getattr(compare_trees, kind)(scene.triangles, scene.at(0.0))
+    for time in (0.1, 0.5, 0.9):
+        points = scene.at(time)
+        rival.update(points)
+        found = rival.query()
+        assert len(found)
+        assert np.array_equal(found[np.lexsort((found[:, 1], found[:, 0]))], crossing(points, scene.triangles))
+
+
+def test_a_package_that_is_not_there_is_named_and_left_out(monkeypatch):
+    monkeypatch.setattr(compare_trees, "find_spec", lambda package: None if package == "coal" else "here")
+    found, missing = compare_trees.installed()
+    assert list(found) == ["obb_rss_fcl"]
+    assert missing == ["coal"]
+
+
+def test_each_structure_is_timed_at_each_size():
+    done = []
+    table = compare_trees.measure_growth([400, 900], [[1, 1]], done.append)
+    assert done == [400, 900]
+    tested = table[~table["rival"]]
+    assert (tested.groupby(["structure", "depths"]).size() == 2).all()
+    assert (tested[list(compare_trees.STAGES)] > 0).all(axis=None)
+    assert tested.groupby("triangles")["pairs"].nunique().eq(1).all()
+
+
+def test_exponents_are_those_of_the_powers_and_leave_small_meshes_out():
+    sizes = np.array([1000, 10_000, 100_000, 1_000_000])
+    rows = {"structure": "aabb", "depths": "", "rival": False, "triangles": sizes, "build_ms": 2e-4 * sizes**1.1}
+    rows |= {"refit_ms": 1e-4 * sizes, "query_ms": 1e-2 * sizes**0.5}
+    table = pd.DataFrame(rows)
+    table.loc[0, "refit_ms"] = 50.0
+    found = compare_trees.exponents(table).iloc[0]
+    assert [found[stage] for stage in compare_trees.STAGES] == pytest.approx([1.1, 1.0, 0.5])
+
+
+def test_one_size_gives_no_exponent():
+    table = pd.DataFrame({"structure": ["obb"], "depths": [""], "rival": [False], "triangles": [9000]})
+    table = table.assign(build_ms=1.0, refit_ms=1.0, query_ms=1.0)
+    assert compare_trees.exponents(table)[list(compare_trees.STAGES)].isna().all(axis=None)

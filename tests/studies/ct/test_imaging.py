@@ -5,7 +5,7 @@ import pytest
 
 from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes, liver_side, shape_shares
 from palpate.report.tables import columns
-from palpate.studies.ct import claims_imaging, imaging, mask_interpolation, surface_normals, tissue_classes
+from palpate.studies.ct import claims, imaging, ray_casting
 
 VOXEL_M = 0.004
 
@@ -32,12 +32,12 @@ def test_both_orders_give_one_picture_and_early_rays_take_fewer_samples(measured
 def test_masks_come_back_better_than_by_the_nearest_slice(measured):
     masks = measured[0]["mask_interpolation"].set_index(["every", "method"])["dice"]
     for n in (2, 5):
-        assert masks[n, mask_interpolation.BETWEEN] > masks[n, mask_interpolation.NEAREST] + 0.01
+        assert masks[n, imaging.BETWEEN] > masks[n, imaging.NEAREST] + 0.01
 
 
 def test_an_organ_of_too_few_slices_has_no_row():
     image, truth = abdomen(spacing_m=(0.008,) * 3)
-    table = mask_interpolation.measure("abdomen", image, truth["liver"], [2, 40])
+    table = imaging.mask_interpolation("abdomen", image, truth["liver"], [2, 40])
     assert set(table["every"]) == {2}
 
 
@@ -50,7 +50,7 @@ def test_normals_of_the_exact_liver_are_those_of_differences():
 
 def test_a_blur_brings_normals_nearer_to_the_exact_ones(measured):
     normals = measured[0]["surface_normals"].set_index(["blur_voxels", "normals_from"])
-    for source in (surface_normals.GRADIENT, surface_normals.CORNERS, surface_normals.TRIANGLES):
+    for source in (imaging.GRADIENT, imaging.CORNERS, imaging.TRIANGLES):
         assert normals.loc[(1.0, source), "median_deg"] < normals.loc[(0.0, source), "median_deg"]
     assert normals["rms_m"].max() < VOXEL_M / 2 and normals["points"].min() > 500
 
@@ -59,11 +59,11 @@ def test_a_mixture_finds_the_tissues_that_grey_values_were_drawn_from():
     random = np.random.default_rng(3)
     means, shares = [-990.0, -90.0, 45.0, 380.0], [0.5, 0.3, 0.15, 0.05]
     grey = random.choice(means, 200_000, p=shares) + random.normal(0, 20, 200_000)
-    mixture = tissue_classes.fit_mixture(grey, [tissue.hu for tissue in tissue_classes.TISSUES])
+    mixture = ray_casting.fit_mixture(grey, [tissue.hu for tissue in ray_casting.TISSUES])
     assert mixture.means == pytest.approx(means, abs=2)
     assert mixture.shares == pytest.approx(shares, abs=0.01) and mixture.deviations == pytest.approx([20] * 4, abs=1.5)
     values = np.linspace(-1100, 800, 400)
-    likely = tissue_classes.probabilities(mixture, values)
+    likely = ray_casting.probabilities(mixture, values)
     assert likely.sum(axis=0) == pytest.approx(1) and (np.diff(likely.argmax(axis=0)) >= 0).all()
 
 
@@ -84,14 +84,14 @@ def test_each_scan_is_segmented(measured):
 
 def test_claims_follow_the_tables(measured):
     tables = measured[0]
-    found = list(claims_imaging.claims(tables))
+    found = list(claims.imaging(tables))
     assert all(claim.paper == 3 and claim.section.startswith("2") for claim in found) and len(found) == 8
     told = {claim.claim: claim.verdict for claim in found}
     same = "compositing back to front and front to back give one picture"
     assert told[same] == "confirmed"
     wrong = tables | {"compositing": tables["compositing"].assign(difference=0.01)}
-    assert {claim.claim: claim.verdict for claim in claims_imaging.claims(wrong)}[same] == "refuted"
+    assert {claim.claim: claim.verdict for claim in claims.imaging(wrong)}[same] == "refuted"
     drawn = "an organ that is drawn on every n-th slice can be interpolated between"
     assert told[drawn] == "confirmed"
     wrong = tables | {"mask_interpolation": tables["mask_interpolation"].assign(dice=0.9)}
-    assert {claim.claim: claim.verdict for claim in claims_imaging.claims(wrong)}[drawn] == "refuted"
+    assert {claim.claim: claim.verdict for claim in claims.imaging(wrong)}[drawn] == "refuted"

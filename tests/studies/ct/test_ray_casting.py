@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
-from palpate.studies.ct import compositing
-from palpate.studies.ct.ray_casting import AMBIENT, DIFFUSE, cast, field_of, front, parallel_rays
-from palpate.studies.ct.tissue_classes import Transfer
+from palpate.studies.ct import ray_casting
+from palpate.studies.ct.ray_casting import AMBIENT, DIFFUSE, Transfer, cast, field_of, front, parallel_rays
 
 ALONG_Y = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
@@ -44,7 +43,7 @@ def test_both_orders_are_the_sum_of_what_each_sample_lets_through(noise, looks, 
     forward, taken = cast(field, looks, rays)
     backward, all_of = cast(field, looks, rays, back_to_front=True)
     assert np.array_equal(taken, all_of) and taken.max() > 20
-    assert np.abs(compositing.on_white(forward) - compositing.on_white(backward)).max() < 1e-12
+    assert np.abs(ray_casting.on_white(forward) - ray_casting.on_white(backward)).max() < 1e-12
     ray = int(taken.argmax())
     single = [
         cast(field, looks, rays._replace(starts=rays.starts[[ray]] + k * rays.step, counts=np.array([1])))[0][0]
@@ -60,7 +59,7 @@ def test_a_ray_that_ends_early_misses_no_more_than_it_says(noise, looks, enough)
     whole, every = cast(field, looks, rays)
     early, taken = cast(field, looks, rays, enough=enough)
     assert taken.sum() < every.sum()
-    assert 0 < np.abs(compositing.on_white(early) - compositing.on_white(whole)).max() <= 1 - enough
+    assert 0 < np.abs(ray_casting.on_white(early) - ray_casting.on_white(whole)).max() <= 1 - enough
 
 
 def test_opacity_hardly_depends_on_the_step(noise, looks):
@@ -83,7 +82,7 @@ def test_another_ray_caster_lets_as_much_light_through():
     image = grid(np.maximum(1000 * (1 - x**2 - 2 * y**2 - z**2), 0), (0.002, 0.002, 0.002))
     looks = Transfer(np.array([0.0, 1000.0]), np.zeros((2, 3)), np.array([0.0, 0.06]))
     rays = parallel_rays(image, ALONG_Y, 240, 0.5)
-    ours = compositing.on_white(cast(field_of(image), looks, rays)[0]).reshape(rays.height, rays.width, 3)[..., 0]
+    ours = ray_casting.on_white(cast(field_of(image), looks, rays)[0]).reshape(rays.height, rays.width, 3)[..., 0]
 
     data = vtkImageData()
     data.SetDimensions(*image.hu.shape[::-1])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Body, nest
+from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
-from palpate.bodies.sheet import sheet
 from palpate.models.fem_statics import to_surface
 from palpate.studies.dynamic.corrected_motion import CorrectedMotion, corrects
 from palpate.studies.dynamic.dynamic_trial import Trial, trial

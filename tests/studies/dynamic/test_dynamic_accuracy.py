@@ -1,7 +1,6 @@
 """Motions against a reference whose step suffices: what is compared, what is fitted, and what counts as failure."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +8,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_yaml
-from palpate.schema import checked
+from palpate.run.settings import defaults
 from palpate.studies.dynamic import dynamic_accuracy
 from palpate.studies.dynamic.dynamic_reference import Reference, load, reference, resolved_frames, save
 from palpate.studies.dynamic.dynamic_trial import Trial, training_of, trial
@@ -76,8 +74,7 @@ def test_a_reference_is_kept(truth, tmp_path):
 
 
 def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
-    schema = Path(__file__).parents[3] / "workflow/schemas/studies/dynamic.yaml"
-    grid = checked({}, read_yaml(schema), schema)["settings"]
+    grid = defaults("dynamic")["settings"]
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["fem_fine"] |= {"steps_per_frame": [2]}
     grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}

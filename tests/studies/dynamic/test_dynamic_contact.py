@@ -7,10 +7,10 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError
 from palpate.studies.dynamic import dynamic_accuracy
-from palpate.studies.dynamic.check import _check_training
 from palpate.studies.dynamic.dynamic_reference import reference
 from palpate.studies.dynamic.dynamic_trial import Trial, training_of, trial, trial_and_training
 from palpate.studies.dynamic.resolution import tabulate
+from palpate.studies.dynamic.settings import _check_training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
 ENTRY = {"body": "block", "effects": ["corotational", "gravity", "contact", "rayleigh"], "held": False}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Body
+from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
-from palpate.bodies.sheet import sheet
 from palpate.studies.dynamic.sheet_levels import nest_sheet, refine_sheet
 
 

@@ -8,10 +8,11 @@ import pytest
 
 from palpate.files import read_yaml
 from palpate.report.claims import BOUND, CONFIRMED, OUTSIDE, REFUTED
-from palpate.studies.enrichment.claims import FEATURES, SIGMA, TIMES_AS_FAST, UNIT_M, claims
-from palpate.studies.enrichment.complexity import OPERATIONS, complexity_rows
+from palpate.studies.enrichment import claims
+from palpate.studies.enrichment.claims import FEATURES, SIGMA, TIMES_AS_FAST, UNIT_M, limit, method
+from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows
 
-PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/enrichment/captions/published.yaml")
+PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/enrichment/published.yaml")
 
 
 def accuracy(cylinder, liver):
@@ -86,7 +87,7 @@ def judged(**changed):
         "mesh_sizes": sizes(changed.get("fine", 2210)),
         "premise_bodies": share(changed.get("moved", 0.7)),
     }
-    found = list(claims(tables))
+    found = list(method(tables))
     assert all(row.ours and row.premise for row in found)
     return found
 
@@ -128,7 +129,7 @@ def test_resolutions_correspond_where_interpolation_is_as_good():
     rows = accuracy(0.05, 0.1)
     rows.loc[rows["method"] == "interpolation", "rmse_of_peak"] = 0.01
     tables = {"enrichment_accuracy": rows, "sigma_sweep": sweep({"liver": 0.2}), "complexity": complexity(2.0)}
-    found = claims(tables | {"enrichment_timing": timing(1.0), "mesh_sizes": sizes(), "premise_bodies": share(0.7)})
+    found = method(tables | {"enrichment_timing": timing(1.0), "mesh_sizes": sizes(), "premise_bodies": share(0.7)})
     assert find(list(found), "do not correspond", "liver") == REFUTED
 
 
@@ -165,3 +166,99 @@ def test_sizes_of_meshes():
 
 def test_other_bodies_have_no_claims():
     assert not any("own" in row.claim.split() for row in judged())
+
+
+def judged_limit(moved=(0.1, 0.4, 0.8), linear=2.0):
+    rows = [
+        (premise, "contacts", train, features, weights, factor * error * 18 / train)
+        for premise, error in (("bedded", 0.05), ("held", 0.1), ("bent", 0.4))
+        for train in (6, 18)
+        for features in ("ordered", "unordered")
+        for weights, factor in (("nonnegative_a", 1.0), ("linear", linear))
+    ]
+    names = ["premise", "held_out", "train", "features", "weights", "rmse_of_peak"]
+    bodies = pd.DataFrame({"premise": ["bedded", "held", "bent"], "moved_share": moved})
+    return list(limit({"premises": pd.DataFrame(rows, columns=names), "premise_bodies": bodies}))
+
+
+def test_errors_that_rise_with_what_moves_confirm_the_limit():
+    limit, kernel, _ = judged_limit()
+    assert limit.verdict == kernel.verdict == CONFIRMED
+    assert limit.ours.startswith("5 % of the peak where 10 % of the surface moves, 40 % of the peak where 80 %")
+    assert judged_limit(moved=(0.8, 0.4, 0.1))[0].verdict == REFUTED
+
+
+def test_a_kernel_that_is_worse_than_the_linear_regressor_is_refuted():
+    for kernel in judged_limit(linear=0.5)[1:]:
+        assert (kernel.verdict, kernel.ours.split(",")[0]) == (REFUTED, "2 times its error in the geometric mean")
+
+
+def tables(body="cylinder", moved=0.1, ratio=0.5, width=0.1, few=0.05):
+    rows = []
+    for train, errors in ((18, {"unordered": 0.1, "ordered": 0.1 * ratio}), (6, {"unordered": 0.3, "ordered": few})):
+        for features, error in errors.items():
+            low, high = ratio * (1 - width), ratio * (1 + width)
+            rows.append(["p", "contacts", train, features, "nonnegative_a", error, 9.0, 9.0, 9.0])
+            if train == 18:
+                rows.append(["p", "samples", train, features, "nonnegative_a", error, ratio, low, high])
+            rows.append(["p", "contacts", train, features, "literal", 9.0, 9.0, 9.0, 9.0])
+    names = ["premise", "held_out", "train", "features", "weights", "rmse_of_peak", "ratio", "ratio_low", "ratio_high"]
+    about = [["p", body, "linear", "solid", "otherwise", 20, moved]]
+    memory = [["cylinder", "unordered", 100.0, 900.0], ["cylinder", "ordered", 10.0, 950.0], ["p", "ordered", 1.0, 1.0]]
+    return {
+        "premises": pd.DataFrame(rows, columns=names),
+        "premise_bodies": pd.DataFrame(
+            about, columns=["premise", "body", "responses", "made_of", "held", "contacts", "moved_share"]
+        ),
+        "database_memory": pd.DataFrame(memory, columns=["premise", "features", "features_kb", "total_kb"]),
+    }
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict"),
+    [
+        ({}, CONFIRMED),
+        ({"ratio": 0.85}, REFUTED),  # better, but not clearly
+        ({"ratio": 0.75}, CONFIRMED),
+        ({"ratio": 0.75, "width": 0.4}, REFUTED),  # clearly, but not certainly
+        ({"ratio": 2.0}, REFUTED),
+        ({"ratio": 2.0, "moved": 0.9}, OUTSIDE),
+        ({"ratio": 2.0, "moved": 0.35}, OUTSIDE),
+        ({"ratio": 0.5, "moved": 0.9}, CONFIRMED),
+        ({"ratio": 1.3, "body": "liver"}, CONFIRMED),
+        ({"ratio": 2.0, "body": "liver"}, REFUTED),
+        ({"ratio": 0.5, "body": "liver"}, CONFIRMED),
+        ({"ratio": 1.1, "body": "pad"}, REFUTED),
+    ],
+)
+def test_errors_are_judged_by_their_interval_and_the_premise(changes, verdict):
+    first, *_ = claims.premises(tables(**changes))
+    assert first.verdict == verdict and first.paper == 1
+    assert first.ours.endswith("9.00 [9.00, 9.00] with contacts held out")
+
+
+@pytest.mark.parametrize(("few", "verdict"), [(0.09, CONFIRMED), (0.11, REFUTED)])
+def test_fewer_samples_have_to_reach_the_error_of_all(few, verdict):
+    found = list(claims.premises(tables(few=few)))[1]
+    assert found.verdict == verdict and "with 6 samples" in found.ours and "with 18" in found.ours
+
+
+def test_memory_is_less_for_features_and_more_in_all():
+    features, total = list(claims.premises(tables()))[2:]
+    assert (features.verdict, total.verdict) == (CONFIRMED, REFUTED)
+    assert features.ours == "10 kB against 100 kB" and total.premise == "cylinder: all that a query may need"
+
+
+def test_speed_counts_the_coarse_simulation_too():
+    timing = pd.DataFrame(
+        [
+            ["liver", "fine_fem", 0.5, 49.292], ["liver", "contact_ordered", 1e-4, 0.128],
+            ["liver", "detail_correction", 1e-3, float("nan")], ["liver", "live_all_in", 6e-3, float("nan")],
+            ["own", "fine_fem", 0.5, float("nan")], ["own", "contact_ordered", 1e-4, float("nan")],
+            ["own", "detail_correction", 1e-3, float("nan")], ["own", "live_all_in", 6e-3, float("nan")],
+        ],
+        columns=["body", "method", "mean_s", "paper_mean_s"],
+    )  # fmt: skip
+    alone, whole = claims.speed({"enrichment_timing": timing})
+    assert (alone.published, alone.ours, alone.verdict) == ("385 times", "5000 times", CONFIRMED)
+    assert (whole.ours, whole.verdict) == ("98 times", REFUTED)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from palpate.errors import InputError
-from palpate.studies.law.check import changes_of, check, compared_bodies
+from palpate.studies.law.settings import changes_of, check, compared_bodies
 
 BODIES = {"liver": {"refinements": 2}, "cube": {"refinements": 0}, "sheet": {}}
 SETTINGS = {"bodies": None, "regions_of": [], "laws": ["corotational"], "radius_of_body_m": {}}

@@ -7,11 +7,22 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, truth_of
 from palpate.bodies.body import nest
+from palpate.bodies.contacts import kept_contacts
+from palpate.bodies.material import Material, Tissue
 from palpate.effects.patch_load import nodal_load
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.law.compare_laws import LAW, compare_laws
+from palpate.studies.law.compare_laws import (
+    DEPTH_COLUMNS,
+    LAW,
+    compare_laws,
+    crossing,
+    from_depths,
+    growing_presses,
+    variants,
+)
 
 LAWS = ["stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff"]
 RADIUS_M = 0.06
@@ -119,3 +130,106 @@ def test_a_press_without_an_answer_is_a_row_that_says_so(block, loads):
     assert lost["why"].startswith("no answer on level ") and not lost["believed"]
     assert np.isnan([lost["peak_of_size"], lost["change_rmse_of_peak"], lost["linear_rmse_of_peak"]]).all()
     assert lost["depth_of_size"] == own["peak_of_size"] and lost["force_n"] == HARD_N
+
+
+DEPTHS = np.array([0.01, 0.03, 0.06, 0.1])
+
+
+@pytest.mark.parametrize("depth", [0.01, 0.02, 0.045, 0.099])
+@pytest.mark.parametrize("power", [1.0, 2.0])
+def test_a_power_of_the_depth_is_met_exactly(depth, power):
+    assert crossing(DEPTHS, (DEPTHS / depth) ** power) == pytest.approx(depth)
+
+
+def test_what_is_always_or_never_larger():
+    assert crossing(DEPTHS, np.full(4, 1.1)) == 0.0
+    assert crossing(DEPTHS, np.full(4, 0.9)) == crossing(DEPTHS, np.array([2.0, 2.0, 2.0, 0.5])) == np.inf
+    assert crossing(DEPTHS, np.array([2.0, 0.5, 2.0, 3.0])) == pytest.approx(np.sqrt(0.03 * 0.06))  # the last time
+    assert 0.03 < crossing(DEPTHS, np.array([0.0, 0.0, 2.0, 3.0])) <= 0.06
+
+
+def test_every_change_contact_and_mesh(law_table):
+    found = from_depths(law_table)
+    assert list(found.columns) == DEPTH_COLUMNS
+    assert set(found["changed"]) == {"law", "poisson"}
+    liver = found[(found["body"] == "liver") & (found["law"] == "st_venant_kirchhoff")].set_index("mesh")["from_depth"]
+    # the change is 0.3 of the depth, the meshes' errors 0.05, 0.02 and 0.005
+    expected = {"linear": np.inf, "quadratic": 0.02 / 0.3, "finest": 0.005 / 0.3, "own": 0.0}
+    assert liver.to_dict() == pytest.approx(expected)  # 0.001 is met before the first depth
+
+
+def test_presses_without_an_answer_or_a_truth_do_not_count(law_table):
+    """The cylinder's deepest press under St. Venant-Kirchhoff has no answer; of the liver, the truth is taken away."""
+    found = from_depths(law_table)
+    assert len(found[(found["body"] == "cylinder") & (found["law"] == "st_venant_kirchhoff")]) == 4
+    law_table.loc[law_table["body"] == "liver", "believed"] = False
+    assert set(from_depths(law_table)["body"]) == {"cylinder"}
+
+
+def test_each_contact_is_pressed_to_each_depth(beam):
+    table = growing_presses(beam, 2, [0.02, 0.01], 0.01)
+    assert table["contact"].tolist() == np.repeat(kept_contacts(beam, 2), 2).tolist()
+    assert table["peak_of_size"].to_numpy() == pytest.approx([0.01, 0.02] * 2, rel=0.05)
+    for _, load in table.iterrows():
+        normal = beam.fine.normals[int(load["contact"])]
+        assert -force_of(load) @ normal == pytest.approx(np.linalg.norm(force_of(load)))
+
+
+def test_a_body_with_regions_is_pressed_above_them(beam):
+    far = beam.coarse.nodes[beam.coarse.tetrahedra].mean(axis=1)[:, 0]
+    soft, stiff = beam.material, replace(beam.material, young_pa=10 * beam.material.young_pa)
+    lump = replace(beam, regions=Tissue((soft, stiff), (far > 0.8 * far.max()).astype(int)))
+    table = growing_presses(lump, 0, [0.01, 0.02], 0.01)
+    assert table["contact"].nunique() == 1 and len(table) == 2
+    assert beam.coarse.nodes[table["contact"].iloc[0], 0] > 0.7 * beam.coarse.nodes[:, 0].max()
+    assert growing_presses(lump, 2, [0.01, 0.02], 0.01)["contact"].nunique() == 3
+
+
+def test_what_the_highest_pressure_ends_is_pressed_once(beam):
+    with pytest.warns(UserWarning, match="would exceed a peak pressure of 0.25 of Young"):
+        table = growing_presses(beam, 1, [0.01, 0.03, 0.04], 0.004)
+    assert table["capped"].tolist() == ["pressure"] and table["pressure_of_young"].to_numpy() == pytest.approx([0.25])
+
+
+@pytest.fixture
+def liver(box, soft):
+    mesh = box([2, 1, 1], [0.2, 0.1, 0.1])
+    return nest("liver", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), soft)
+
+
+def changes(found):
+    return [(each.changed, each.body.material.law, each.body.material.poisson) for each in found]
+
+
+def test_what_the_body_has_already_is_no_change(liver):
+    found = variants(liver, ["corotational", "neo_hookean"], [0.3, 0.49])
+    assert changes(found) == [
+        ("nothing", "corotational", 0.3), ("law", "neo_hookean", 0.3), ("poisson", "corotational", 0.49)
+    ]  # fmt: skip
+    assert found[0].body is liver
+    for each in found[1:]:
+        assert each.body.levels is liver.levels and each.body.anchors is liver.anchors
+        assert (each.body.material.young_pa, each.body.material.density_kg_m3) == (3000.0, 1000.0)
+
+
+def test_another_body_is_compared_with_its_own_law(liver):
+    own = replace(liver, material=replace(liver.material, law="neo_hookean", poisson=0.49))
+    found = changes(variants(own, ["corotational", "neo_hookean"], [0.3, 0.49]))
+    assert found == [("nothing", "neo_hookean", 0.49), ("law", "corotational", 0.49), ("poisson", "neo_hookean", 0.3)]
+
+
+def test_regions_are_changed_with_the_rest_and_left_out(liver):
+    tumour = Material(30000.0, 0.45, 1100.0)
+    region = np.arange(len(liver.coarse.tetrahedra)) % 2
+    whole = replace(liver, regions=Tissue((liver.material, tumour), region))
+    own, law, poisson, without = variants(whole, ["neo_hookean"], [0.3])
+    assert [each.changed for each in (own, law, poisson, without)] == ["nothing", "law", "poisson", "regions"]
+    assert without.body.regions is None and without.body.material == liver.material
+    found = [
+        [replace(each, law="", poisson=0.0) for each in part.body.regions.materials] for part in (own, law, poisson)
+    ]
+    assert found[0] == found[1] == found[2]  # stiffness and density stay
+    assert {each.law for each in law.body.regions.materials} == {law.body.tissue(1).law} == {"neo_hookean"}
+    assert [each.poisson for each in law.body.regions.materials] == [0.3, 0.45]
+    assert {each.poisson for each in poisson.body.regions.materials} == {0.3}
+    assert np.array_equal(law.body.tissue(1).region, whole.tissue(1).region)

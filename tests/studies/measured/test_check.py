@@ -8,16 +8,13 @@ import pandas as pd
 import pytest
 
 from palpate.bodies.make_body import make_body
-from palpate.config import complete
 from palpate.errors import InputError
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
-from palpate.studies.measured.experiment import experiment_of
-from palpate.studies.measured.placed import check_places, off_box
-from palpate.studies.measured.surface_points import off_surface
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
+from palpate.studies.measured.experiment import check_places, experiment_of, off_box
+from palpate.studies.measured.specimen import off_surface
 
 ROOT = Path(__file__).parents[3]
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -34,14 +31,14 @@ def settings(shipped) -> dict:
 
 def refusal(settings: dict) -> str:
     with pytest.raises(InputError) as refused:
-        complete(settings, SCHEMA, ROOT / "config.yaml")
+        complete(settings, ROOT / "config.yaml")
     return str(refused.value).removeprefix(f"{ROOT}/config.yaml: ").replace(f"{ROOT}/", "")
 
 
 def test_the_shipped_experiment_is_accepted_and_a_case_is_one_line(settings):
     cases = settings["measured"]["experiments"]["beam"]["cases"]
     cases["heavier"] = {"loads": [{"weight_n": 0.8, "line_m": [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]}]}
-    found = complete(settings, SCHEMA, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
+    found = complete(settings, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
     assert found["cases"]["heavier"]["files"] == [] and found["cases"]["heavier"]["loads"][0]["radius_m"] == 0
 
 
@@ -119,7 +116,7 @@ def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings
     assert "gravity_a.csv: the markers rise by 0.00645 m against down, [0.0, 0.0, 1.0]" in said
     for case in entry["cases"].values():
         case["loads"] = [{"force_n": [0, 0, 1.0], "line_m": EDGE}]
-    complete(settings, SCHEMA, ROOT / "config.yaml")
+    complete(settings, ROOT / "config.yaml")
 
 
 def test_laws_of_models_are_known_or_files(settings):
@@ -128,7 +125,7 @@ def test_laws_of_models_are_known_or_files(settings):
     settings["measured"]["models"]["fem_p2"]["laws"] = ["examples/hencki.py"]
     assert refusal(settings).startswith("measured.models.fem_p2.laws is examples/hencki.py, where there is no file")
     settings["measured"]["models"]["fem_p2"]["laws"] = ["neo_hookean", "examples/hencky.py"]
-    complete(settings, SCHEMA, ROOT / "config.yaml")
+    complete(settings, ROOT / "config.yaml")
 
 
 def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
@@ -139,7 +136,7 @@ def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
 
 
 def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
-    full = complete(settings, SCHEMA, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
+    full = complete(settings, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
     full["markers"]["m1"]["at_m"][2] += 0.02
     body = make_body("beam", settings["bodies"]["beam"])
     with pytest.raises(InputError, match=r"m1\.at_m is 0\.026 m off"):

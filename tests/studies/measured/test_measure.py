@@ -9,11 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from palpate.errors import InputError
 from palpate.studies.measured.experiment import experiment_of
-from palpate.studies.measured.measure import measure
-from palpate.studies.measured.natural_frequency import natural_frequency
-from palpate.studies.measured.observed import follow
+from palpate.studies.measured.measure import MEASURED, measure
+from palpate.studies.measured.predict import natural_frequency
+from palpate.studies.measured.records import follow
 from palpate.studies.measured.specimen import Bench, FemSpecimen
-from palpate.studies.measured.tables import TABLES
 
 TURN, SHIFT = Rotation.from_euler("xyz", [0.1, -1.0, 0.4]).as_matrix(), np.array([0.5, -0.2, 1.0])
 DOWN = TURN @ [0.0, 0.0, -1.0]
@@ -101,7 +100,7 @@ def test_the_modulus_is_found_and_the_other_case_predicted(table):
         assert abs(given["error"]) > 0.1 and given["young_pa"] == 1e6
     assert set(table["marker"]) == {"all", "tip", "side"}
     assert table["repeat"].isna().all() and (table["message"] == "").all()
-    assert table.columns.tolist() == TABLES["measured"].columns.split()
+    assert table.columns.tolist() == MEASURED.columns
 
 
 def test_backward_euler_damps_by_half_of_omega_h(table):

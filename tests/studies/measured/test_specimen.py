@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from palpate.studies.measured.experiment import Marker, Weight
-from palpate.studies.measured.natural_frequency import natural_frequency
-from palpate.studies.measured.specimen import Bench, FemSpecimen, SpringSpecimen
+from palpate.studies.measured.predict import natural_frequency
+from palpate.studies.measured.specimen import Bench, Carried, FemSpecimen, SpringSpecimen, mass_matrix
 
 LENGTH, SIDE, YOUNG, DENSITY = 0.2, 0.01, 1e6, 1000.0
 BENDING, AREA = YOUNG * SIDE**4 / 12, SIDE**2
@@ -65,3 +66,53 @@ def test_springs_settle_where_their_forces_vanish(bar):
     x = springs.specimen.settle(load, None)
     assert np.linalg.norm(springs.specimen.force(x)) <= 1e-5 * np.linalg.norm(load)
     assert springs.moves(x)[0, 2] < 0.0
+
+
+PLACES = np.array([[0.2, 0.005, 0.016], [0.1, -0.006, 0.004], [0.15, 0.005, 0.01]])
+"""Beyond the tip's upper edge, beside the bar, and on its top."""
+
+
+def nodes(mesh, order):
+    return mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_rigid_motion_carries_them_along(bar, order):
+    turn, shift = Rotation.from_euler("xyz", [0.3, -1.2, 2.0]).as_matrix(), np.array([0.1, -0.2, 0.3])
+    rest = nodes(bar.coarse, order)
+    carried = Carried(bar.coarse, PLACES, order)
+    assert carried.of(rest) == pytest.approx(PLACES, abs=1e-15)
+    assert carried.of(rest @ turn.T + shift) == pytest.approx(PLACES @ turn.T + shift, abs=1e-14)
+
+
+def test_a_bent_surface_turns_them(bar):
+    """On a bar bent to a circle a marker keeps its height, along the radius."""
+    rest, radius = nodes(bar.coarse, 2), 0.3
+    angle, height = rest[:, 0] / radius, rest[:, 2] - 0.005
+    bent = np.column_stack([(radius - height) * np.sin(angle), rest[:, 1], radius - (radius - height) * np.cos(angle)])
+    place = np.array([0.1, 0.005, 0.016])
+    found = Carried(bar.coarse, place[None], 2).of(bent)[0]
+    turned, above = 0.1 / radius, radius - (0.016 - 0.005)
+    expected = [above * np.sin(turned), 0.005, radius - above * np.cos(turned)]
+    assert found == pytest.approx(expected, abs=3e-5)
+    along = found[0] - 0.1
+    nearest = (radius - 0.005) * np.sin(turned) - 0.1
+    assert along < nearest - 0.0015  # the displacement of the surface alone misses this
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_products_of_polynomials_are_exact(box, order):
+    mesh = box((2, 3, 2), (1.0, 2.0, 0.5), jitter=0.2)
+    x = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+    masses = mass_matrix(mesh, np.full(len(mesh.tetrahedra), 3.0), order)
+    assert masses.sum() == pytest.approx(3.0)  # a volume of 1
+    f, g = x[:, 0] ** order, (x[:, 1] * x[:, 2] if order == 2 else x[:, 1])
+    # ∫ x^k over (0, 1), ∫ y over (0, 2), ∫ z over (0, 0.5)
+    across = 2.0 * 0.125 if order == 2 else 2.0 * 0.5
+    assert f @ masses @ g == pytest.approx(3.0 * across / (order + 1))
+
+
+def test_densities_are_those_of_the_elements(box):
+    mesh = box((2, 1, 1), (1.0, 1.0, 1.0))
+    right = mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] > 0.5
+    assert mass_matrix(mesh, np.where(right, 5.0, 1.0), 2).sum() == pytest.approx(3.0)

@@ -10,13 +10,12 @@ from palpate.bodies.body import nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material, Tissue
 from palpate.errors import InputError
-from palpate.models.springs.calibration.spring_motion import simulate
-from palpate.schema import defaults, read_schema
-from palpate.studies.organ_springs import mass_motion, organ_fit, rivals
-from palpate.studies.organ_springs.check import check
-from palpate.studies.organ_springs.organ import organ, references
+from palpate.models.springs.spring_motion import simulate
+from palpate.run.settings import defaults
+from palpate.studies.organ_springs import organ_fit
+from palpate.studies.organ_springs.organ import frequencies_hz, mass_motion, organ, references
+from palpate.studies.organ_springs.settings import check
 
-SCHEMA = read_schema(Path(__file__).parents[3] / "workflow/schemas/config.schema.yaml")
 SMALL = {
     "fitted": 1,
     "tested": 2,
@@ -40,7 +39,7 @@ def block():
 
 @pytest.fixture(scope="module")
 def found(block):
-    return organ(block, defaults(SCHEMA, "organ_springs") | SMALL)
+    return organ(block, defaults("organ_springs") | SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +89,7 @@ def test_searches_improve_where_they_are_fitted(measured):
 
 def test_rivals_are_judged_on_the_same_presses(found, measured):
     motions, springs, _ = measured
-    table = rivals.measure(found, motions)
+    table = organ_fit.rivals(found, motions)
     means = table.groupby("model")["rmse_of_peak"].mean()
     assert means["coarse_fem"] < 0.5 * means["zero"] and means["shape_matching"] < means["zero"]
     rest = found.keys.of(found.body.coarse.nodes)
@@ -101,7 +100,7 @@ def test_rivals_are_judged_on_the_same_presses(found, measured):
 
 def test_heavier_nodes_swing_slower(found):
     """The frequencies of a body of even density go as 1/√density; the slowest mode moves its heavy top most."""
-    own, uniform, mean = (row for row in mass_motion.measure(found).itertuples())
+    own, uniform, mean = (row for row in mass_motion(found).itertuples())
     assert own.total_kg == pytest.approx(1.5) and uniform.total_kg == pytest.approx(1.0)
     assert mean.total_kg == pytest.approx(own.total_kg)
     assert uniform.frequency_hz / mean.frequency_hz == pytest.approx(np.sqrt(1.5))
@@ -109,21 +108,21 @@ def test_heavier_nodes_swing_slower(found):
     assert (own.change_of_motion, own.change_of_frequency) == (0.0, 0.0)
     assert 0.0 < mean.change_of_motion < uniform.change_of_motion
     particles = found.particles(0)
-    again = mass_motion.frequencies_hz(replace(particles, masses=4.0 * particles.masses))
-    assert 2.0 * again == pytest.approx(mass_motion.frequencies_hz(particles))
+    again = frequencies_hz(replace(particles, masses=4.0 * particles.masses))
+    assert 2.0 * again == pytest.approx(frequencies_hz(particles))
 
 
 def test_a_stiff_region_makes_its_springs_stiff(block):
     region = (block.coarse.nodes[block.coarse.tetrahedra].mean(axis=1)[:, 2] > 0.05).astype(int)
     soft = block.material
     layered = replace(block, regions=Tissue((soft, replace(soft, young_pa=30000.0)), region))
-    settings = defaults(SCHEMA, "organ_springs") | SMALL
+    settings = defaults("organ_springs") | SMALL
     ratio = organ(layered, settings).model.weights / organ(block, settings).model.weights
     assert ratio.min() == pytest.approx(1.0) and ratio.max() == pytest.approx(10.0)
 
 
 def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
-    settings = defaults(SCHEMA, "organ_springs")
+    settings = defaults("organ_springs")
     with pytest.raises(InputError, match=r"508 contacts are asked for and \d+ of block can be pressed"):
         organ(block, settings | {"tested": 505})
     with pytest.raises(InputError, match="block is not held by anchors"):
@@ -141,6 +140,6 @@ def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
     ],
 )
 def test_settings_that_do_not_fit_are_said(change, said):
-    settings = defaults(SCHEMA, "organ_springs") | {"bodies": ["liver"]} | change
+    settings = defaults("organ_springs") | {"bodies": ["liver"]} | change
     with pytest.raises(InputError, match=said):
         check({"bodies": {"liver": {"kind": "liver"}}, "organ_springs": settings}, Path("config.yaml"))

@@ -5,10 +5,10 @@ import pytest
 from fixtures.material import numbers
 
 from palpate.errors import InputError
+from palpate.studies.organ_springs import figures
 from palpate.studies.organ_springs import report as part
 from palpate.studies.organ_springs.claims import claims
-from palpate.studies.organ_springs.figures import organ_springs
-from palpate.studies.organ_springs.figures.organ_looks import look
+from palpate.studies.organ_springs.figures import look
 
 ERRORS = {
     "van_gelder": (0.001, [(0.12, 0.03)], 0.0),
@@ -78,7 +78,7 @@ def test_captions_say_what_springs_reach(tables):
 
 
 def test_contacts_and_times_are_drawn(tables):
-    left, right = organ_springs.draw(tables["organ_springs"]).axes
+    left, right = figures.draw_organ_springs(tables["organ_springs"]).axes
     assert [text.get_text() for text in left.get_xticklabels()] == [look(m).short for m in ERRORS if m != "zero"]
     fem = next(line for line in right.lines if len(line.get_xdata()) == 2 and line.get_color() == "#222222")
     assert fem.get_ydata().tolist() == pytest.approx([8.0, 3.6])

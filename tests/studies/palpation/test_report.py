@@ -5,7 +5,7 @@ import pytest
 from fixtures.drawn import texts
 from fixtures.material import numbers
 
-from palpate.studies.palpation.figures import palpation, palpation_limits
+from palpate.studies.palpation import figures
 
 
 @pytest.fixture
@@ -31,8 +31,8 @@ def test_captions_say_what_is_felt(tables):
 
 
 def test_places_and_limits_are_drawn(tables):
-    left, right = palpation.draw(tables["palpation"]).axes
+    left, right = figures.draw_palpation(tables["palpation"]).axes
     assert left.lines[0].get_xdata().tolist() == [0.0, 4.0] and left.lines[1].get_xdata().tolist() == [0.0, 5.0]
     assert right.collections[0].get_offsets().tolist() == [[5.0, 25.0], [50.0, 1.0]]
-    figure = palpation_limits.draw(tables["palpation_limits"])
+    figure = figures.draw_palpation_limits(tables["palpation_limits"])
     assert figure.axes[0].lines[0].get_ydata().tolist() == [20.0, 60.0] and "never felt" in texts(figure)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.press.page.compose import press_models, worth
+from palpate.press.page.page import press_models, worth
 from palpate.studies.press.known_presses import Known
 from palpate.studies.press.measure import CALLS, measure
 

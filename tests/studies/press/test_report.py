@@ -3,7 +3,7 @@
 import pandas as pd
 from fixtures.material import numbers
 
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report.tables import columns
 from palpate.studies.press import report as press
 

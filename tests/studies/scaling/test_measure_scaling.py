@@ -6,9 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.studies.scaling import measure_scaling, scaling_components
-from palpate.studies.scaling.measure_scaling import COMPONENTS, Meter, doubling, measure
-from palpate.studies.scaling.scaling_growth import LARGEST, exponents
+from palpate.studies.scaling import components, measure_scaling
+from palpate.studies.scaling.measure_scaling import COMPONENTS, LARGEST, Meter, doubling, exponents, measure
 
 SIZES = {
     "fem": [1, 2],
@@ -59,14 +58,14 @@ def test_the_press_moves_the_coarse_body_as_far_as_was_asked(refinements):
 
         often = once
 
-    scaling_components.fem(refinements, Keep())
+    components.fem(refinements, Keep())
     body, (solve, (load, _), solution) = found["mesh"][-1], found["respond"]
     moved = np.linalg.norm(solution.x - body.fine.nodes, axis=1).max()
     if refinements == 0:
-        assert moved == pytest.approx(scaling_components.PEAK_OF_SIZE * body.fine.size, rel=0.03)
-    assert solution.history[-1] <= scaling_components.TOLERANCE
+        assert moved == pytest.approx(components.PEAK_OF_SIZE * body.fine.size, rel=0.03)
+    assert solution.history[-1] <= components.TOLERANCE
     left = solve.__self__.force(solution.x)
-    assert np.linalg.norm(left) <= 1.01 * scaling_components.TOLERANCE * np.linalg.norm(load)
+    assert np.linalg.norm(left) <= 1.01 * components.TOLERANCE * np.linalg.norm(load)
 
 
 def test_a_meter_sees_what_a_call_takes():

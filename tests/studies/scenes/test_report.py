@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 from fixtures.material import numbers
 
-from palpate.studies.scenes.energy_balance import energy_balance
+from palpate.studies.scenes.measurements import energy_balance
 
 
 def test_the_scenes_need_no_other_tables(scene_results):

@@ -9,23 +9,20 @@ from scipy.integrate import solve_ivp
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
-from palpate.config import complete
 from palpate.errors import InputError
 from palpate.files import read_yaml
+from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
-from palpate.schema import read_schema
-from palpate.studies.shape_matching.check import check
 from palpate.studies.shape_matching.maxwell_creep import closeness, creep, measure
+from palpate.studies.shape_matching.settings import check
 
 ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
 def shipped():
-    config = complete(
-        read_yaml(ROOT / "config.yaml"), read_schema(ROOT / "workflow/schemas/config.schema.yaml"), ROOT / "config.yaml"
-    )
+    config = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
     name = config["shape_matching"]["creep"]["scene"]
     scene = scene_of(name, config["scenes"][name])
     body = make_body(config["scenes"][name]["body"], config["bodies"][config["scenes"][name]["body"]])

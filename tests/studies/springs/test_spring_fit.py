@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 from palpate.errors import InputError
-from palpate.models.springs.calibration.spring_motion import simulate
-from palpate.studies.springs import spring_experiment, spring_fit, spring_floor
+from palpate.models.springs.spring_motion import simulate
+from palpate.studies.springs import spring_experiment, spring_fit
 
 SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]
 YOUNG_PA = 900.0
@@ -106,8 +106,8 @@ def test_searches_have_a_history_a_seed_and_leave_no_state(found, references, tm
 
 
 def test_the_floor_is_below_what_one_press_teaches(found, references):
-    stiffest = spring_experiment.experiment(SMOKE, spring_floor.INCOMPRESSIBLE).volume_n_m()
-    floor = spring_floor.measure(found, references, stiffest, 40)
+    stiffest = spring_experiment.experiment(SMOKE, spring_fit.INCOMPRESSIBLE).volume_n_m()
+    floor = spring_fit.measure(found, references, stiffest, 40)
     assert list(floor["volume_force"]) == 3 * [False] + 3 * [True]
     assert floor["volume_n_m"].between(0.0, stiffest).all()
     alone, tied = floor.groupby("volume_force")["fitness"].sum()

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.bootstrap import BOUNDS, TRUTH
+from palpate.benchmark.comparison import BOUNDS, TRUTH
 from palpate.errors import InputError
 from palpate.studies.tradeoff.advice import NONE, Advice, advise
 

@@ -1,16 +1,13 @@
 """Loads that nothing was prepared for: what is asked, that the answers to it are right, and what is measured."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fixtures.judged_slab import *  # noqa: F403
+from fixtures.stub import Stub, made_up
 
-from palpate.benchmark import general_loads
-from palpate.benchmark.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
 from palpate.benchmark.load import Answer, Doubted, Load
-from palpate.benchmark.model import Model
 from palpate.bodies.contacts import contacts_of, places_between
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
@@ -18,7 +15,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.tradeoff import general_loads
 from palpate.studies.tradeoff.any_load import COLUMNS, measure_any
+from palpate.studies.tradeoff.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
 
 RADIUS_M = 0.02
 
@@ -105,7 +104,7 @@ def test_refusals_are_counted_apart_from_failures(asked):
             raise InputError(f"contact {node} is not prepared.")
         raise NotConverged("lost", [1.0])
 
-    made = Model(lambda case: [{}], lambda case, setting: SimpleNamespace(memory_mb=1.0, respond=respond))
+    made = made_up(lambda case: [{}], lambda case, setting: Stub(memory_mb=1.0, respond=respond))
     rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
     assert rows["refused"].to_dict() == {PREPARED: 0, NEW: 2, TWO: 2, DEPTH: 2}
     assert rows["failures"].to_dict() == {PREPARED: 2, NEW: 0, TWO: 0, DEPTH: 0}
@@ -124,7 +123,7 @@ def test_a_model_that_says_that_it_does_not_know_has_not_failed(asked):
             raise Doubted("too far", [0.1], answer)
         return answer
 
-    made = Model(lambda case: [{}], lambda case, setting: SimpleNamespace(memory_mb=1.0, respond=respond))
+    made = made_up(lambda case: [{}], lambda case, setting: Stub(memory_mb=1.0, respond=respond))
     rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
     assert rows["doubted"].to_dict() == {PREPARED: 0, NEW: 0, TWO: 1, DEPTH: 0} and (rows["failures"] == 0).all()
     assert rows.loc[TWO, "failure"] == "too far" and rows.loc[TWO, "contacts"] == rows.loc[NEW, "contacts"] - 1 == 1
@@ -142,11 +141,12 @@ def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
             raise NotConverged("lost", [1.0])
         return Answer(np.zeros((case.n_surface, 3)), np.zeros((1, 3)))
 
-    def prepare_contact(*together):
+    def prepare_nodes(together):
         nodes.append(together)
+        return float(sum(together))
 
-    solver = SimpleNamespace(memory_mb=1.0, respond=respond, prepare_contact=prepare_contact)
-    made = Model(lambda case: [{"n": 1}, {"n": 2}], lambda case, setting: solver)
+    solver = Stub(memory_mb=1.0, respond=respond, prepare_nodes=prepare_nodes)
+    made = made_up(lambda case: [{"n": 1}, {"n": 2}], lambda case, setting: solver)
     table = measure_any(case, "mine", made, "n=2", found, 6, 0.01)
     assert list(table["setting"]) == ["n=2"] * 4
     wanted = [tuple(press.node for press in question.load.presses) for question in found]
@@ -164,6 +164,6 @@ def test_a_setting_that_cannot_be_prepared_has_failed_on_all(asked):
     def prepare(case, setting):
         raise NotConverged("no way", [])
 
-    table = measure_any(case, "mine", Model(lambda case: [{}], prepare), "", found, 5, 0.01)
+    table = measure_any(case, "mine", made_up(lambda case: [{}], prepare), "", found, 5, 0.01)
     assert (table["failures"] == table["samples"]).all() and set(table["failure"]) == {"no way"}
     assert isinstance(found[0].load, Load)

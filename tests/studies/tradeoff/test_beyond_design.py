@@ -1,14 +1,13 @@
 """Presses that models were not made for: what is asked, and how answers to it are told apart."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fixtures.judged_slab import *  # noqa: F403
+from fixtures.stub import Stub, made_up
 
 from palpate.benchmark.load import Answer, Doubted
-from palpate.benchmark.model import Model
 from palpate.errors import NotConverged
 from palpate.models import fem
 from palpate.studies.tradeoff.beyond_design import COLUMNS, measure_beyond, presses_beyond
@@ -35,7 +34,7 @@ def test_the_hardest_press_of_each_contact_is_asked_in_six_ways(asked, slab_judg
 
 def test_their_answers_are_the_converged_ones_or_none(asked):
     case, presses = asked
-    operator = fem.prepare(case, {"level": 1, "start": "rest", "tolerance": 1e-8}, 2)
+    operator = fem.Fem(case, {"level": 1, "start": "rest", "tolerance": 1e-8}, 2)
     sound = [press for press in presses if press.truth is not None]
     assert len(sound) >= 8
     for press in sound[:2] + sound[-1:]:
@@ -60,8 +59,8 @@ def test_answers_are_right_wrong_or_doubted_with_or_without_need(asked):
             raise Doubted("far", [0.0], Answer(moved))
         return moved
 
-    solver = SimpleNamespace(respond=respond, memory_mb=0.0)
-    model = Model(lambda case: [{"kind": "made"}], lambda case, setting: solver, "made.py")
+    solver = Stub(respond=respond, memory_mb=0.0)
+    model = made_up(lambda case: [{"kind": "made"}], lambda case, setting: solver, "made.py")
     table = measure_beyond(case, "made", model, "made", made)
     assert list(table) == COLUMNS
     found = table.set_index("kind")[["unsound", "right", "doubted", "needless", "wrong"]]

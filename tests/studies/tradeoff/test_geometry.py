@@ -6,9 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark import nested_levels
-from palpate.benchmark.nested_levels import ascend, truth_levels
-from palpate.benchmark.truth import OWN, Truth
+from palpate.benchmark.truth import OWN, Truth, ascend, truth_levels
 from palpate.bodies.refinement import finer
 from palpate.bodies.smooth_surface import SmoothSurface
 from palpate.errors import NotConverged
@@ -79,5 +77,5 @@ def test_a_press_without_an_answer_has_no_row(beam, loads, monkeypatch):
     def fail(*arguments, **options):
         raise NotConverged("it does not", [1.0])
 
-    monkeypatch.setattr(nested_levels._Problem, "solve", fail)
+    monkeypatch.setattr(truth._Problem, "solve", fail)
     assert geometry_share(beam, ROUND, loads, truth, [4]).empty

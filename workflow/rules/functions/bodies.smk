@@ -1,5 +1,8 @@
 # The files that bodies are made from.
 
+# settings of a body that say how many samples it gets and what the paper had, not what it is
+NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
+
 
 def body_paths(name):
     """The files or folders a body is made from, by key; given relative to the folder of the config file."""

@@ -1,13 +1,11 @@
 # Scenes as trials of models.
 
-from palpate.scenes.contact_settings import has_contact
+from palpate.scenes.acting_effects import has_contact
 
 
 def trial_of(wildcards):
     """A scene as a trial of models, apart from the values that are tried of their settings."""
-    own = {
-        key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere")
-    }
+    own = {key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere")}
     return {
         "name": wildcards.scene,
         "entry": config["scenes"][wildcards.scene],
@@ -32,6 +30,6 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
-        "palpate.models.reduction",
+        "palpate.models.reduced_motion",
         *(["palpate.collision.contact"] if touching else []),
     ]

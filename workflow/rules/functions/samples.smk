@@ -8,6 +8,11 @@ def count(body, regime):
     return config["tradeoff"]["contacts"] * len(config["tradeoff"]["presses"])
 
 
+def split(body, regime):
+    """How many samples train and test paper 1's methods; nothing for presses, whose contacts are dealt into folds."""
+    return [config["bodies"][body][key] for key in ("train", "test")] if regime in POINTS else []
+
+
 def order(regime):
     """The order of the elements of fine responses: paper 1 has linear ones."""
     return 1 if regime in POINTS else 2

@@ -32,11 +32,7 @@ def scene(wildcards):
     return {"entry": entry, "seed": config["seed"]}
 
 
-def called_by(name):
-    """The modules of a scene's effects and integrator; with ``effects: auto`` those of all effects it may call for."""
-    entry = config["scenes"][name]
-    named = entry["effects"] if entry["effects"] != "auto" else effect_registry.EFFECTS
-    known = [effect_registry.EFFECTS[effect].module for effect in named if effect in effect_registry.EFFECTS]
-    contact = effect_registry.EFFECTS["contact"].module
-    modules = [module for module in known if module != contact or name in TOUCHING]
-    return [*modules, effect_registry.INTEGRATORS[entry["integrator"]]]
+def called_by(wildcards):
+    """The modules of the effects that act in a scene, and of its integrator."""
+    entry = config["scenes"][wildcards.scene]
+    return acting_effects.modules(entry, acting_effects.assumed(entry, config["bodies"][entry["body"]]))

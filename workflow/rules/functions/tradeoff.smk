@@ -4,21 +4,17 @@
 def modules_of(family):
     """The modules of palpate that the models of a family live in; a user's own model is an input instead."""
     stages = grid_of(family)["cascade"]["stages"] if "cascade" in FAMILIES[family] else []
-    places = {recipe["place"] for recipe in FAMILIES[family].values()} | {
-        MODELS[stage["model"]][0] for stage in stages
-    }
+    places = {recipe["place"] for recipe in FAMILIES[family].values()} | {MODELS[stage["model"]][0] for stage in stages}
     return sorted(place for place in places if not place.endswith(".py"))
 
 
 def grid_of(family):
     """What a family is tried with, and the coarse answers that several share."""
-    settings = config["tradeoff"]["settings"]
+    settings = TRADEOFF["settings"]
     names = {family, *(recipe["place"].rpartition(".")[2] for recipe in FAMILIES[family].values())}
     if "cascade" in names:
         names |= {MODELS[stage["model"]][0].rpartition(".")[2] for stage in settings["cascade"]["stages"]}
-    return {"coarse_answers": settings["coarse_answers"]} | {
-        name: settings.get(name, {}) for name in sorted(names)
-    }
+    return {"coarse_answers": settings["coarse_answers"]} | {name: settings.get(name, {}) for name in sorted(names)}
 
 
 def splits_of(body, regime):
@@ -29,7 +25,7 @@ def splits_of(body, regime):
 def more_of(wildcards):
     """What models are asked at training contacts too: none where several splits hold out every contact in turn."""
     several = len(splits_of(wildcards.body, wildcards.regime)) > 1
-    return {} if several or wildcards.regime in FINGERS else config["tradeoff"]["training_contacts_of"]
+    return {} if several or wildcards.regime in FINGERS else TRADEOFF["training_contacts_of"]
 
 
 def finger_scenes():
@@ -40,9 +36,7 @@ def finger_scenes():
 
 def finger_files(kind):
     """One file for each press by a finger and each family, of the first split."""
-    return [
-        file for body, regime in finger_scenes() for file in family_files(kind, [body], [regime], SPLITS[:1])
-    ]
+    return [file for body, regime in finger_scenes() for file in family_files(kind, [body], [regime], SPLITS[:1])]
 
 
 def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
@@ -64,13 +58,10 @@ def asked_scenes(asked):
 
 def asked_models(block):
     """The recipe of each model that a block like any_load asks, and what its settings must have in their names."""
-    asked = (block or {"models": {}})["models"]
-    recipes = {
-        name: recipe
-        for family in families(list(asked), OWN_MODELS).values()
-        for name, recipe in family.items()
-    }
-    return {name: (recipes[name], pattern) for name, pattern in asked.items()}
+    recipes = {}
+    for family in families(list(block["models"]), OWN_MODELS).values():
+        recipes |= family
+    return {name: (recipes[name], pattern) for name, pattern in block["models"].items()}
 
 
 def asked_modules(block):
@@ -89,9 +80,12 @@ def estimate_files():
     ]
 
 
+def is_smooth(body):
+    """Whether a body has a smooth surface that is known."""
+    return config["bodies"][body]["kind"] in ("cylinder", "liver", "kidney", "stomach")
+
+
 def smooth_scenes():
-    """The body and the regime of each scene whose body has a known smooth surface, if what facets change is asked."""
-    kinds = ("cylinder", "liver", "kidney", "stomach")
-    asked = config["tradeoff"]["truth"]["geometry_samples"]
-    bodies = [body for body in PRESSED if config["bodies"][body]["kind"] in kinds] if asked else []
+    """The body and the regime of each scene whose body has one, if what facets change is asked."""
+    bodies = filter(is_smooth, PRESSED) if TRADEOFF["truth"]["geometry_samples"] else []
     return [(body, regime) for body in bodies for regime in REGIMES]

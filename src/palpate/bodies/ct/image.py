@@ -1,5 +1,7 @@
 """CT and MRI images on a right-handed grid in metres, from files and DICOM folders."""
 
+import gzip
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,13 +9,52 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.bodies.ct import nifti
-from palpate.bodies.ct.label_names import label_names
-from palpate.bodies.ct.labels import choose
+from palpate.bodies.ct.labels import choose, label_names
 from palpate.errors import InputError
 
 if TYPE_CHECKING:
     import SimpleITK
+
+_GZIP = b"\x1f\x8b"
+# by the size of the header, which its first four bytes give: offset and type of the eight dimensions, of the voxels'
+# type, of the bits of each voxel and of the position of the first one
+_HEADERS = {
+    348: ((40, "i2"), (70, "i2"), (72, "i2"), (108, "f4")),  # NIfTI-1
+    540: ((16, "i8"), (12, "i2"), (14, "i2"), (168, "i8")),  # NIfTI-2
+}
+_FLOATS = {16: "f4", 64: "f8"}
+
+
+def check(path: Path) -> None:
+    """Raise InputError if a .nii or .nii.gz file is truncated, damaged, or holds NaN or infinity.
+
+    Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
+    A file that is not NIfTI at all is left to the reader to refuse.
+    """
+    damaged = f"{path}: the file is cut off or damaged; write or download it again."
+    try:
+        data = path.read_bytes()
+        data = gzip.decompress(data) if data.startswith(_GZIP) else data  # which checks length and CRC
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(damaged) from error
+    order = next((o for o in "<>" if len(data) >= 4 and int(np.frombuffer(data, f"{o}i4", 1)[0]) in _HEADERS), None)
+    if order is None:
+        return
+    header = int(np.frombuffer(data, f"{order}i4", 1)[0])
+    if len(data) < header:
+        raise InputError(damaged)
+    (dims, kind), *places = _HEADERS[header]
+    counts = np.frombuffer(data, f"{order}{kind}", 8, dims)
+    voxel_type, bits, first = (int(np.frombuffer(data, f"{order}{k}", 1, at)[0]) for at, k in places)
+    voxels = int(np.prod(np.maximum(counts[1 : 1 + max(int(counts[0]), 0)], 1), dtype=np.int64))
+    if len(data) < first + voxels * bits // 8:
+        raise InputError(damaged)
+    if voxel_type in _FLOATS and not np.isfinite(np.frombuffer(data, order + _FLOATS[voxel_type], voxels, first)).all():
+        raise InputError(
+            f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask or an MRI "
+            "with 0."
+        )
+
 
 AIR_HU = -1024
 FORMATS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mhd", ".mha")
@@ -137,7 +178,7 @@ def _read_file(path: Path) -> "SimpleITK.Image":
     if not path.name.lower().endswith(FORMATS):
         raise InputError(f"{path}: its name ends in none of {', '.join(FORMATS)}; for DICOM give the folder.")
     if path.name.lower().endswith((".nii", ".nii.gz")):
-        nifti.check(path)
+        check(path)
     try:
         image = SimpleITK.ReadImage(str(path))
     except RuntimeError as error:

@@ -1,23 +1,66 @@
-"""Coarse mesh of a body from a CT, and the snapping of its finer meshes to the CT's surface."""
+"""Coarse mesh of a body from a CT or an MRI, and the snapping of its finer meshes to the image's surface."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from palpate.bodies.ct.cut_off import cut_off
-from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.image import AIR_HU, Image
 from palpate.bodies.ct.scan_of import mask_of, scan_of
 from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.region_balls import balls_of
-from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
-from palpate.bodies.surfaces.decimate import vertex_normals
-from palpate.bodies.surfaces.mask_surface import dense_surface
+from palpate.bodies.regions import balls_of
+from palpate.bodies.surfaces.mask_surface import coarse_shell, dense_surface, fill
 from palpate.bodies.surfaces.snap import snapper
-from palpate.bodies.surfaces.volume import inflate
+from palpate.bodies.surfaces.triangles import inflate, vertex_normals
 from palpate.errors import InputError
+
+_SIDES = (("feet", "head"), ("front", "back"), ("right", "left"))
+"""Of the patient, at the first and the last index along z, y and x."""
+LEAST_M2 = 1e-4
+"""Area of contact with padding from which on it counts: single voxels of air may touch an organ."""
+
+
+def cut_off(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequence[int]) -> list[str]:
+    """Describe where an organ ``mask``, (nz, ny, nx) bool, is cut off, with each cut's area; no item if it is whole.
+
+    whole, start : voxels of the image before it was cropped, and index of the first one that was kept, z y x
+    Besides the borders of the image there is the padding around the circle that a scanner sees.
+    """
+    return [*_at_borders(image, mask, whole, start), *_at_padding(image, mask)]
+
+
+def _at_borders(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequence[int]) -> list[str]:
+    found = []
+    for axis, sides in enumerate(_SIDES):
+        for end, side in zip((0, -1), sides, strict=True):
+            area = float(mask.take(end, axis).sum() * _face_m2(image, axis))
+            cropped = start[axis] > 0 if end == 0 else start[axis] + mask.shape[axis] < whole[axis]
+            if area:
+                found.append(f"{'crop_m' if cropped else 'the image'} towards the {side} ({_cm2(area)})")
+    return found
+
+
+def _at_padding(image: Image, mask: np.ndarray) -> list[str]:
+    if image.modality != "ct":
+        return []
+    area, padding = 0.0, image.hu <= AIR_HU
+    for axis in range(3):
+        organ, empty = np.moveaxis(mask, axis, 0), np.moveaxis(padding, axis, 0)
+        touching = (organ[1:] & empty[:-1]).sum() + (organ[:-1] & empty[1:]).sum()
+        area += float(touching * _face_m2(image, axis))
+    return [f"the padding around the scanned circle ({_cm2(area)})"] if area >= LEAST_M2 else []
+
+
+def _cm2(area_m2: float) -> str:
+    return f"{1e4 * area_m2:.0f} cm²" if area_m2 >= 1e-3 else f"{1e4 * area_m2:.2g} cm²"
+
+
+def _face_m2(image: Image, axis: int) -> float:
+    """Return the area [m²] of a voxel's face across an axis of the array."""
+    return image.voxel_m3 / float(image.spacing_m[2 - axis])
+
 
 THINNEST = 4
 """Voxels along each side of an organ with which there is a surface on both sides of some inside."""

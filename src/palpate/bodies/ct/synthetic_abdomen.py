@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from palpate.bodies.ct.density import density
 from palpate.bodies.ct.image import AIR_HU, Image
+from palpate.bodies.ct.masses import density
 
 SEED = 1
 SPACING_M = (0.002, 0.002, 0.003)

@@ -1,11 +1,181 @@
-"""Remeshing of a dense closed surface to a given number of evenly spaced vertices, with the same topology."""
+"""Triangulation and remeshing of smooth closed surfaces with a given number of evenly spaced vertices."""
 
 import heapq
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 
-from palpate.bodies.surfaces.even_triangulation import flip
+from palpate.bodies.surfaces.triangles import area_normals, vertex_normals
+
+# weight of a difference of normals against a distance in units of the vertices' mean spacing: keeps the two
+# sides of a thin lobe apart
+NORMAL_WEIGHT = 0.3
+LLOYD_STEPS = 40
+
+# places along an edge whose distance from the surface is compared, the ratio below which an edge is much closer, and
+# the angle [rad] that triangles keep
+ALONG, CLOSER, LEAST_ANGLE = np.array([[0.25], [0.5], [0.75]]), 0.7, np.radians(22)
+
+_Vector = tuple[float, float, float]
+_Edge = tuple[int, int]
+_Pair = tuple[list[int], list[int]]
+
+
+def fibonacci_sphere(count: int) -> np.ndarray:
+    """Distribute points evenly over the unit sphere, (count, 3)."""
+    k = np.arange(count) + 0.5
+    z = 1 - 2 * k / count
+    angle = np.pi * (1 + 5**0.5) * k
+    return np.column_stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z])
+
+
+def triangulate(sphere: np.ndarray) -> np.ndarray:
+    """Triangulate points on the unit sphere (Delaunay), (2 n - 4, 3), wound outward."""
+    triangles = ConvexHull(sphere).simplices.copy()
+    a, b, c = (sphere[triangles[:, i]] for i in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return triangles
+
+
+def triangulate_evenly(
+    points: np.ndarray, triangles: np.ndarray, sphere: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Choose ``count`` of the points of a dense surface, evenly by area, and triangulate them.
+
+    points, triangles : the dense surface, (n, 3) [m] and (m, 3), wound outward
+    sphere : image of each point on the unit sphere, (n, 3)
+    Returns the chosen points' numbers, (count,), and 2 count - 4 triangles of 0 … count - 1, wound outward.
+    Centroidal Voronoi cells by Lloyd's steps, starting from farthest points; Delaunay on the sphere gives a closed
+    surface with the right counts; edge flips adapt it to the shape, which the map from the sphere may stretch.
+    """
+    weight, normals = _vertex_areas(points, triangles)
+    spacing = np.sqrt(weight.sum() / count)
+    features = np.hstack([points / spacing, NORMAL_WEIGHT * normals])
+    centres = features[_farthest_points(features, count)]
+    for _ in range(LLOYD_STEPS):
+        cell = cKDTree(centres).query(features)[1]
+        moments = [np.bincount(cell, weight * column, count) for column in features.T]
+        centres = np.column_stack(moments) / np.bincount(cell, weight, count)[:, None]
+    chosen = cKDTree(features).query(centres)[1]
+    return chosen, flip(points[chosen], triangulate(sphere[chosen]))
+
+
+def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Flip edges while that raises the smaller of the two triangles' smallest angles."""
+    places = points.tolist()
+
+    def better(_: _Edge, old: _Pair, __: _Edge, new: _Pair) -> bool:
+        # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
+        return _smallest_angle(places, new) > _smallest_angle(places, old) + 1e-3
+
+    return _flip_where(points, triangles, better)
+
+
+def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Flip edges that cut across a groove or a ridge, where the other diagonal is much closer to the surface.
+
+    distance : computes the distances of places, (k, 3), from the surface, (k,)
+    """
+    places, found = points.tolist(), dict[_Edge, float]()
+
+    def away(a: int, b: int) -> float:
+        key = (min(a, b), max(a, b))
+        if key not in found:
+            found[key] = float(distance(points[a] + ALONG * (points[b] - points[a])).max())
+        return found[key]
+
+    def better(edge: _Edge, old: _Pair, other: _Edge, new: _Pair) -> bool:
+        # terminates, since the sum of the distances only falls
+        if away(*other) > CLOSER * away(*edge):
+            return False
+        return _smallest_angle(places, new) >= min(LEAST_ANGLE, _smallest_angle(places, old))
+
+    return _flip_where(points, triangles, better)
+
+
+def _flip_where(
+    points: np.ndarray, triangles: np.ndarray, better: Callable[[_Edge, _Pair, _Edge, _Pair], bool]
+) -> np.ndarray:
+    """Flip edges of two triangles where that is better, and makes neither folds nor spikes."""
+    valence = np.bincount(triangles.ravel())
+    places: list[list[float]] = points.tolist()
+    triangles = triangles.tolist()
+    owner = {(t[i - 1], t[i]): k for k, t in enumerate(triangles) for i in range(3)}
+    queue = deque(edge for edge in owner if edge[0] < edge[1])
+    while queue:
+        a, b = queue.popleft()
+        if (a, b) not in owner:
+            continue
+        first, second = owner[a, b], owner[b, a]
+        c = next(p for p in triangles[first] if p not in (a, b))
+        d = next(p for p in triangles[second] if p not in (a, b))
+        old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
+        # a vertex of three triangles is a spike, which later moves could flatten
+        spike = min(valence[a], valence[b]) <= 4
+        if spike or (c, d) in owner or (d, c) in owner or not better((a, b), old, (c, d), new) or _folded(places, new):
+            continue
+        valence[[a, b]] -= 1
+        valence[[c, d]] += 1
+        del owner[a, b], owner[b, a]
+        triangles[first], triangles[second] = new
+        owner |= {(t[i - 1], t[i]): k for k, t in zip((first, second), new, strict=True) for i in range(3)}
+        queue += [(a, d), (d, b), (b, c), (c, a)]
+    return np.array(triangles)
+
+
+def _vertex_areas(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Compute a third of the area of each vertex's triangles, (n,), and its outward unit normal, (n, 3)."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    vectors = np.cross(b - a, c - a) / 6
+    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in vectors.T], axis=1)
+    lengths = np.linalg.norm(sums, axis=1)
+    return lengths, sums / lengths[:, None]
+
+
+def _farthest_points(features: np.ndarray, count: int) -> list[int]:
+    """Choose points starting at the first, each the farthest from all chosen before."""
+    chosen = [0]
+    distance = np.full(len(features), np.inf)
+    while len(chosen) < count:
+        distance = np.minimum(distance, ((features - features[chosen[-1]]) ** 2).sum(axis=1))
+        chosen.append(int(np.argmax(distance)))
+    return chosen
+
+
+def _smallest_angle(points: list[list[float]], triangles: Sequence[list[int]]) -> float:
+    """Compute the smallest angle of some triangles [rad]; in plain numbers, as arrays are slow for so few."""
+    smallest = math.inf
+    for triangle in triangles:
+        for i in range(3):
+            o, p, q = points[triangle[i]], points[triangle[i - 2]], points[triangle[i - 1]]
+            u, v = (p[0] - o[0], p[1] - o[1], p[2] - o[2]), (q[0] - o[0], q[1] - o[1], q[2] - o[2])
+            n = _cross(u, v)
+            length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            smallest = min(smallest, math.atan2(length, u[0] * v[0] + u[1] * v[1] + u[2] * v[2]))
+    return smallest
+
+
+def _folded(points: list[list[float]], triangles: Sequence[list[int]]) -> bool:
+    """Test whether two triangles form a sharp fold (normals more than about 78° apart)."""
+    normals = []
+    for triangle in triangles:
+        a, b, c = (points[corner] for corner in triangle)
+        normals.append(_cross((b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])))
+    n, m = normals
+    return _dot(n, m) < 0.2 * math.sqrt(_dot(n, n)) * math.sqrt(_dot(m, m))
+
+
+def _cross(u: _Vector, v: _Vector) -> _Vector:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def _dot(u: _Vector, v: _Vector) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
 
 ROUNDS = 20
 # fraction of the way to the mean of its neighbours that a vertex moves in a round
@@ -57,19 +227,6 @@ def nearest_alike(points: np.ndarray, facing: np.ndarray, normals: np.ndarray, t
     near = tree.query(points, k=8)[1]
     alike = np.einsum("ni,nki->nk", facing, normals[near]) > 0
     return near[np.arange(len(near)), np.argmax(alike, axis=1)]
-
-
-def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute unit normals, weighted by area, (n, 3)."""
-    areas = area_normals(points, triangles)
-    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in areas.T], axis=1)
-    return sums / np.linalg.norm(sums, axis=1, keepdims=True)
-
-
-def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
 
 
 def collapse(points: np.ndarray, triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,21 +1,56 @@
-"""Closed surface of a mask: dense and smooth as in the CT, or with a given number of nodes."""
+"""Closed surface of a mask: dense and smooth as in the CT, or coarse and filled with tetrahedra."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
-from palpate.bodies.surfaces.decimate import area_normals, remesh
-from palpate.bodies.surfaces.isosurface import isosurface
-from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.volume import inflate, signed_volumes, volume
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.surfaces.decimate import remesh
+from palpate.bodies.surfaces.tetrahedralize import Ball, label_shells, tetrahedralize
+from palpate.bodies.surfaces.triangles import area_normals, inflate, signed_volumes, volume
 from palpate.errors import InputError
+
+
+def isosurface(
+    samples: np.ndarray, level: float, origin: np.ndarray, spacing: np.ndarray, normals: bool = False
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Extract the surface where ``samples``, (nz, ny, nx), have a level: points (n, 3), triangles, normals (n, 3).
+
+    origin, spacing : (3,) [m], x y z of the first sample and between samples
+    normals : whether to compute unit normals, towards lower values; else they are empty
+    Flying edges (Schroeder, Maynard, Geveci 2015), which finds marching cubes' triangles: crossings by linear
+    interpolation along voxels' edges, normals by central differences that are interpolated likewise. Empty if nothing
+    is above the level.
+    """
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+
+    grid, edges = vtkImageData(), vtkFlyingEdges3D()
+    grid.SetDimensions(samples.shape[::-1])
+    grid.SetSpacing(*spacing.tolist())
+    grid.SetOrigin(*origin.tolist())
+    grid.GetPointData().SetScalars(numpy_to_vtk(samples.ravel(), deep=True))
+    edges.SetInputData(grid)
+    edges.SetValue(0, level)
+    edges.SetComputeNormals(normals)
+    edges.Update()
+    found = edges.GetOutput()
+    if not found.GetNumberOfPolys():
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty((0, 3))
+    triangles = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
+    points = vtk_to_numpy(found.GetPoints().GetData()).astype(float)
+    slopes = vtk_to_numpy(found.GetPointData().GetNormals()).astype(float) if normals else np.empty((0, 3))
+    return points, triangles, slopes
+
 
 # blur of the mask and spacing of the samples that a remeshing starts from, relative to the desired edge length
 BLUR, STEP = 0.2, 0.25
 MAX_SAMPLES = 4e8  # 1.6 GB
 # fractions of the volume that may be in other pieces of the blurred mask, and missing from a coarse sampling of it
-LOST, LOST_COARSE = 0.02, 0.1
+LOST_VOLUME, LOST_VOLUME_COARSE = 0.02, 0.1
 
 # search for the level that keeps the volume: initial levels, iterations at most, relative tolerance
 LEVELS, SECANTS, TOLERANCE = (0.45, 0.5), 8, 1e-4
@@ -61,7 +96,7 @@ def coarse_surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarra
     even = zoom(blurred, spacing[::-1] / (STEP * edge), order=1, grid_mode=False)
     stretched = spacing * (np.array(blurred.shape[::-1]) - 1) / (np.array(even.shape[::-1]) - 1)
     start = _contour(even, level, origin, stretched)
-    if volume(*dense) < (1 - LOST) * mask_volume or volume(*start) < (1 - LOST_COARSE) * mask_volume:
+    if volume(*dense) < (1 - LOST_VOLUME) * mask_volume or volume(*start) < (1 - LOST_VOLUME_COARSE) * mask_volume:
         raise InputError(
             f"{image.source}: {nodes} surface nodes are too few for this organ, parts of which they cannot resolve; "
             "give more surface_nodes."
@@ -73,7 +108,7 @@ def dense_surface(mask: np.ndarray, image: Grid) -> tuple[np.ndarray, np.ndarray
     """Build the mask's smooth surface: (n, 3) [m] and (m, 3), of one piece, without cavities, wound outward."""
     mask_volume = mask.sum() * image.voxel_m3
     points, triangles = _find_level(*_blur(mask, image, 0.0), mask_volume)[1]
-    if volume(points, triangles) < (1 - LOST) * mask_volume:
+    if volume(points, triangles) < (1 - LOST_VOLUME) * mask_volume:
         raise InputError(
             f"{image.source}: the organ is too thin for its slices, and falls apart when they are smoothed; "
             "give thinner slices or another mask."
@@ -130,3 +165,41 @@ def _keep_largest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray
     kept = kept if sizes[np.argmax(np.abs(sizes))] > 0 else kept[:, ::-1]
     used, number = np.unique(kept, return_inverse=True)
     return points[used], number.reshape(-1, 3)
+
+
+# ratio of vertices to those asked for up to which a surface is accepted
+MAX_EXCESS = 1.2
+
+
+def coarse_shell(mask: np.ndarray, grid: Grid, nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Build a surface of about ``nodes`` points on the mask's surface; InputError if they are too few for its shape."""
+    points, triangles = coarse_surface(mask, grid, nodes)
+    if len(points) > MAX_EXCESS * nodes:
+        raise InputError(f"{_too_few(grid, nodes)} (without folds and closed gaps it needs {len(points)}).")
+    return points, triangles
+
+
+def fill(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    grid: Grid,
+    nodes: int,
+    spacing: float = 1.0,
+    thin_wall: bool = False,
+    balls: Sequence[Ball] = (),
+) -> TetMesh:
+    """Fill a coarse surface with tetrahedra; InputError if it intersects itself where the body is thin.
+
+    spacing : edge length inside, relative to the surface's mean edge; balls : where elements are smaller
+    """
+    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    spacing_m = spacing * float(np.linalg.norm(edges, axis=2).mean())
+    try:
+        return tetrahedralize(points, triangles, spacing_m, source=grid.source, balls=balls)
+    except InputError as error:
+        remedy = ", or close its hollow in the file" if thin_wall else ""
+        raise InputError(f"{_too_few(grid, nodes)}, since it intersects itself where it is thin{remedy}.") from error
+
+
+def _too_few(grid: Grid, nodes: int) -> str:
+    return f"{grid.source}: {nodes} surface nodes are too few for this organ; give more surface_nodes"

@@ -1,4 +1,4 @@
-"""A coarse body of few surface nodes from a dense surface as it is found, whose finer meshes follow that surface."""
+"""A coarse body of few surface nodes from a dense surface, and how close its finer meshes follow it."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -8,22 +8,68 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_quality import LEAST_DEG
-from palpate.bodies.surfaces.coarse_shell import coarse_shell, fill
-from palpate.bodies.surfaces.decimate import project, smooth_tangentially, undo_folds, vertex_normals
-from palpate.bodies.surfaces.even_triangulation import flip, flip_onto
-from palpate.bodies.surfaces.fidelity import Fidelity, fidelity
+from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
+from palpate.bodies.refinement import refine
+from palpate.bodies.surfaces.decimate import flip, flip_onto, project, smooth_tangentially, undo_folds
+from palpate.bodies.surfaces.mask_surface import coarse_shell, fill
 from palpate.bodies.surfaces.mend import Mended
-from palpate.bodies.surfaces.relax import element_quality, relax
-from palpate.bodies.surfaces.snap import snapper
-from palpate.bodies.surfaces.solid import Solid
-from palpate.bodies.surfaces.volume import inflate
+from palpate.bodies.surfaces.snap import element_quality, relax, snapper
+from palpate.bodies.surfaces.solid import Solid, distances, sample
+from palpate.bodies.surfaces.triangles import inflate, vertex_normals
 from palpate.errors import InputError
+
+# the fine level that bodies usually have, on which their shape is judged
+LEVEL = 2
+MOST_AWAY, MOST_VOLUME = 0.01, 0.02
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """Smallest dihedral angle on any level [°]; on level 2, greatest distance between the surfaces, either way, over
+    the size, and volume over the solid's, minus 1."""
+
+    least_deg: float
+    away: float
+    volume: float
+    size_m: float
+
+    @property
+    def good(self) -> bool:
+        """Return true if shape and elements are as good as a body should be."""
+        return self.penalty <= 1
+
+    @property
+    def close(self) -> bool:
+        """Return true if the body has the shape of the surface it was made from."""
+        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME) <= 1
+
+    @property
+    def penalty(self) -> float:
+        """Worst of the three, 1 where just good enough."""
+        return max(LEAST_DEG / max(self.least_deg, 1e-3), self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
+
+
+def fidelity(mesh: TetMesh, snap: Callable[[TetMesh, int], TetMesh] | None, solid: Solid, mended: Mended) -> Fidelity:
+    """Refine and snap a coarse mesh as a body is, and compare it with the surface it was made from."""
+    least = float(dihedral_angles(mesh).min())
+    for _ in range(LEVEL):
+        finer, _ = refine(mesh)
+        mesh = finer if snap is None else snap(finer, len(mesh.nodes))
+        least = min(least, float(dihedral_angles(mesh).min()))
+    size = float(np.ptp(solid.places, axis=0).max())
+    ours = sample(mesh.nodes, mesh.triangles, size / 100)[0]
+    away = max(
+        distances(solid.places, mesh.nodes, mesh.triangles).max(),
+        distances(ours, mended.points, mended.triangles).max(),
+    )
+    volume = (solid.mask.sum() - sum(hollow.sum() for hollow in solid.hollows)) * solid.voxel_m3
+    return Fidelity(least, float(away) / size, float(mesh.volumes.sum() / volume - 1), size)
+
 
 # numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them
 NODES = (140, 200, 280, 360)
 # ratios to the accepted errors above which other edges, and the numbers of nodes in between, are not tried
-FAR, HOPELESS = 2.5, 4.0
+WORTH_TRYING, HOPELESS = 2.5, 4.0
 # edge lengths inside, relative to the surface's mean edge, that are tried for better elements
 SPACINGS = (1.0, 0.8, 1.25)
 # moves of the nodes onto the surface, between which edges are flipped
@@ -56,7 +102,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
         # a shape that is far from shown needs more nodes, not other edges
         far = 0.0 if best is None else best.fidelity.penalty
-        if (follow and far > FAR) or (far > HOPELESS and nodes is None and count < NODES[-1]):
+        if (follow and far > WORTH_TRYING) or (far > HOPELESS and nodes is None and count < NODES[-1]):
             continue
         try:
             tried = _remesh(solid, mended, count, _settler(solid, follow) if snap else None)

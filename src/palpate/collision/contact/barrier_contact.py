@@ -4,16 +4,22 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
+from scipy import sparse
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier
-from palpate.collision.contact.contact_report import contact_table, observe_obstacles
 from palpate.collision.contact.friction import LaggedFriction, lagged_friction
-from palpate.collision.contact.initial_clearance import Overlap, describe, first_overlap
-from palpate.collision.contact.mass_projection import project
-from palpate.collision.contact.moving_obstacles import displace_nodes
-from palpate.collision.contact.obstacles import Obstacle, make_obstacle
-from palpate.collision.contact.pieces import nodes_of_pieces, pieces_of, sizes_of
+from palpate.collision.contact.obstacles import (
+    Obstacle,
+    Overlap,
+    describe,
+    displace_nodes,
+    first_overlap,
+    make_obstacle,
+    nodes_of_pieces,
+    pieces_of,
+    sizes_of,
+)
 from palpate.collision.contact.proximity import NearStencils, Proximity
 from palpate.collision.contact.push_apart import Movable, start_outside
 from palpate.effects.effect import (
@@ -32,6 +38,109 @@ from palpate.effects.effect import (
     Touching,
 )
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.block_pattern import gather, hold
+from palpate.linalg.multigrid import Factor
+from palpate.solvers.newton import Product, minimise
+
+
+def contact_table(
+    near: NearStencils, points: np.ndarray, velocities: np.ndarray, names: list[str], radii: np.ndarray
+) -> pd.DataFrame:
+    """Tabulate each pair in contact at ``points`` (n, 3) [m], of surfaces with ``radii`` (p,) [m] around them.
+
+    velocities : (n, 3) [m/s] of the points
+    first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
+    normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
+    velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
+    """
+    active = lagged_friction(*near.barrier, points, 1.0, 1.0, points)
+    sides, normals = near.pieces[active.rows], active.normals
+    ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
+    others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
+    distance = np.linalg.norm(ends - others, axis=1)
+    middle = 0.5 * (ends + others) + 0.5 * (radii[sides[:, 1]] - radii[sides[:, 0]])[:, None] * normals
+    order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
+    normals = order * normals
+    moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
+    sides = np.sort(sides, axis=1).T
+    columns = {side: [names[i] for i in pieces] for side, pieces in zip(("first", "second"), sides, strict=True)}
+    columns |= {f"{letter}_m": middle[:, axis] for axis, letter in enumerate("xyz")}
+    columns |= {f"normal_{letter}": normals[:, axis] for axis, letter in enumerate("xyz")}
+    columns |= {f"velocity_{letter}_m_s": moving[:, axis] for axis, letter in enumerate("xyz")}
+    return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
+
+
+def observe_obstacles(
+    obstacles: list[Obstacle], points: list[np.ndarray], forces: list[np.ndarray]
+) -> dict[str, float]:
+    """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …"""
+    row = {}
+    for obstacle, positions, force in zip(obstacles, points, forces, strict=True):
+        for axis, letter in enumerate("xyz"):
+            row[f"{obstacle.name}_{letter}_m"] = float(positions[:, axis].mean())
+            row[f"{obstacle.name}_force_{letter}_n"] = float(force[axis])
+    return row
+
+
+TOLERANCE = 1e-8
+"""Relative residual at which the place counts as found."""
+MAX_ITERATIONS = 40
+"""Iterations of Newton's method: a path that is stopped by one obstacle after another is better halved."""
+
+
+def project(
+    contact: "Contact",
+    start: np.ndarray,
+    target: np.ndarray,
+    free: np.ndarray,
+    inertia: np.ndarray,
+    last_forces: np.ndarray,
+) -> np.ndarray:
+    """Find the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), on an intersection-free path from ``start``.
+
+    E : the energy of ``contact``; free : (n,) bool, others stay; inertia : (n,) [N/m], mass over squared step;
+    last_forces : (n, 3) [N], forces of contact that are likely to act again, a guess that saves half of the iterations
+    Raises NotConverged if it is not found.
+    """
+    target = np.where(free[:, None], target, start)
+    problem = _Problem(contact, target, free, inertia)
+    displacement = target - start
+    guess = displacement + np.where(free[:, None], last_forces / inertia[:, None], 0.0)
+    starts = [start, *(start + contact.limit(start, motion) * motion for motion in (displacement, guess))]
+    start = min(starts, key=problem.energy)
+    scale = float(np.linalg.norm(inertia[:, None] * displacement)) + float(np.linalg.norm(problem.force(start)))
+    return minimise(problem, start, scale, TOLERANCE, MAX_ITERATIONS).x if scale > 0.0 else start
+
+
+class _Problem:
+    """The minimisation, in the form that Newton's method needs."""
+
+    def __init__(self, contact: "Contact", target: np.ndarray, free: np.ndarray, inertia: np.ndarray):
+        self._contact, self._target, self._free, self._inertia = contact, target, free, inertia[:, None]
+
+    def energy(self, z: np.ndarray) -> float:
+        away = z - self._target
+        return 0.5 * float(np.vdot(self._inertia * away, away)) + self._contact.energy(z)
+
+    def force(self, z: np.ndarray) -> np.ndarray:
+        force = -self._inertia * (z - self._target)
+        self._contact.add_force(z, np.zeros_like(z), force)
+        return np.where(self._free[:, None], force, 0.0)
+
+    def limit(self, z: np.ndarray, direction: np.ndarray) -> float:
+        return self._contact.limit(z, direction)
+
+    def linearise(self, z: np.ndarray, definite: bool) -> tuple[Product, Product]:
+        matrix = self._matrix(z, definite)
+        return lambda p: (matrix @ p.ravel()).reshape(p.shape), Factor(matrix).solve
+
+    def _matrix(self, z: np.ndarray, definite: bool) -> sparse.bsr_array:
+        alone = np.arange(len(z))
+        masses = alone, alone, self._inertia[:, :, None] * np.eye(3)
+        matrix = gather([masses, self._contact.touching(z, definite)], len(z))
+        hold(matrix.indptr, matrix.indices, matrix.data, ~self._free)
+        return matrix
+
 
 GAP = 1e-3
 """Distance at which surfaces begin to repel each other, relative to the size of the smallest piece; the default."""
@@ -67,19 +176,9 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
 
 
 class Contact(
-    Energy,
-    Time,
-    HeldNodes,
-    Placement,
-    StepBegin,
-    Driven,
-    StepLimit,
-    Touching,
-    Projection,
-    Relaxation,
-    Observation,
-    Contacts,
-):
+    Energy, Time, HeldNodes, Placement, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation,
+    Observation, Contacts,
+):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
     E = Σ s g b(d/g), b(q) = −(q − 1)² ln q for q < 1, over pairs of a node and a triangle and of two edges at
@@ -126,7 +225,6 @@ class Contact(
         self._move_obstacles(0.0)
 
     def hold(self, fixed: np.ndarray) -> None:
-        """Record the nodes (k,) that are fixed."""
         self._free[fixed] = False
         self._proximity.movable[fixed] = False
 
@@ -142,7 +240,6 @@ class Contact(
         return start_outside(self._all_points(x).copy(), movable, self._overlap, self._proximity, self.names)
 
     def at(self, t: float) -> None:
-        """Set the time ``t`` [s] at which the step ends."""
         self._time = t
 
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
@@ -184,7 +281,6 @@ class Contact(
         return energy + self._lagged.energy(points) if self._lagged else energy
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the forces of contact to ``force`` (n, 3) [N]: minus the energy's gradient."""
         force += self.forces(x)[: self._n]
 
     def forces(self, x: np.ndarray) -> np.ndarray:
@@ -208,7 +304,6 @@ class Contact(
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
-        """Find the fraction of ``direction`` (n, 3) [m], at most 1, that nodes can move without intersection."""
         travel = float(np.sqrt(np.square(direction).sum(axis=1).max()))
         fraction = min(1.0, self._max_travel / travel) if travel > 0.0 else 1.0
         points = self._all_points(x)

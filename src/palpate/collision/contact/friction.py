@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from palpate.collision.contact.barrier import barrier
-from palpate.collision.contact.mollifier import mollifier
+from palpate.collision.contact.barrier import barrier, mollifier
 from palpate.collision.triangles.closest_points import closest_points
 
 
@@ -33,11 +32,9 @@ class LaggedFriction:
     slip_m: float
 
     def energy(self, x: np.ndarray) -> float:
-        """Compute the energy [J] at ``x`` (n, 3) [m]."""
         return _energy(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start)
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
-        """Add minus the energy's gradient to ``force`` (n, 3) [N]."""
         _add_force(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, force)
 
     def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:

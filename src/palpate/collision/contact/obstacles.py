@@ -1,11 +1,17 @@
-"""Rigid obstacles that a body can touch, at rest or driven along a path."""
+"""What contact keeps apart: pieces of bodies, and rigid obstacles at rest or on a path; what overlaps at the start."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.bodies.mesh_checks import LARGEST
-from palpate.errors import InputError
+from palpate.bodies.mesh_quality import LARGEST
+from palpate.bodies.particles import Particles
+from palpate.bodies.surfaces.tetrahedralize import label_shells
+from palpate.collision.contact.additive_ccd import limits
+from palpate.collision.contact.proximity import NearStencils, Proximity
+from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import crossing_pairs
+from palpate.errors import InputError, NotConverged
 
 FLOOR_HALF_WIDTH = 50.0
 """Half a floor's side, in sizes of the body, which must not fall off the edge."""
@@ -78,9 +84,139 @@ def _floor(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray,
 
 
 def _mesh(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from palpate.bodies.mesh_shapes import load_surface
+    from palpate.bodies.mesh_file import load_surface
 
     return load_surface(settings["file"], settings.get("scale_m", 1.0))
 
 
 _SHAPES = {"sphere": _sphere, "capsule": _capsule, "floor": _floor, "mesh": _mesh}
+
+
+def pieces_of(particles: Particles) -> list[np.ndarray]:
+    """List the triangles (m, 3) of each connected piece of the particles, in the order of their first triangles.
+
+    The surfaces around a body and around its cavities belong to one piece, as its tetrahedra connect them.
+    """
+    labels = label_shells(_cells(particles), len(particles.nodes))[: len(particles.triangles)]
+    return [particles.triangles[labels == label] for label in dict.fromkeys(labels.tolist())]
+
+
+def nodes_of_pieces(particles: Particles) -> list[np.ndarray]:
+    """List the nodes (k,) of each of ``pieces_of``, those inside it included."""
+    cells = _cells(particles)
+    labels = label_shells(cells, len(particles.nodes))
+    order = dict.fromkeys(labels[: len(particles.triangles)].tolist())
+    return [np.unique(cells[labels == label]) for label in order]
+
+
+def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
+    """Compute the longest side of each piece's box [m], whatever the distance between pieces."""
+    return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]
+
+
+def _cells(particles: Particles) -> np.ndarray:
+    """Return triples of nodes (t + 2 m, 3) that are connected: the triangles, then two of each tetrahedron."""
+    return np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+
+
+LEAST_CLEARANCE = 1e-8
+"""Clearance, relative to the gap, below which surfaces count as touching: the barrier's forces would be too large."""
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two surfaces, ``first`` and ``second``, that overlap, and how: one of WORDS."""
+
+    first: int
+    second: int
+    how: str
+
+
+WORDS = {
+    "itself": "{0} intersects itself where the scene begins; choose another start.",
+    "cross": "{0} intersects {1} where the scene begins; move them apart.",
+    "inside": "{0} is inside {1} where the scene begins; move it out.",
+    "touch": "{0} and {1} touch where the scene begins; move them apart.",
+}
+"""Each way to overlap in a sentence with the names of both surfaces."""
+
+
+def describe(found: Overlap, names: list[str]) -> str:
+    """Return the sentence of an overlap."""
+    return WORDS[found.how].format(names[found.first], names[found.second])
+
+
+def first_overlap(
+    points: np.ndarray, surfaces: list[np.ndarray], can_touch: np.ndarray, is_floor: np.ndarray, near: NearStencils
+) -> Overlap | None:
+    """Find two surfaces that can touch and do so, or one of which is inside the other; None if there are none.
+
+    points : (n, 3) [m]; surfaces : triangles (m, 3) of each; can_touch : (p, p) bool, which pairs can touch, on the
+    diagonal which can touch themselves; is_floor : (p,) bool, which have an inside although they are open; near : the
+    stencils that may touch
+    """
+    trees = [Tree(points, triangles) for triangles in surfaces]
+    for i, j in np.argwhere(np.triu(can_touch)).tolist():
+        if i == j:
+            if len(crossing_pairs(trees[i])[0]):
+                return Overlap(i, i, "itself")
+            continue
+        if len(crossing_pairs(trees[i], trees[j])[0]):
+            return Overlap(i, j, "cross")
+        for inner, outer in ((i, j), (j, i)):
+            inside = winding_number(points[surfaces[inner][0, 0]], points[surfaces[outer]])
+            if inside > (0.0 if is_floor[outer] else 0.5):
+                return Overlap(inner, outer, "inside")
+    touching = np.flatnonzero(near.clearances(points) <= LEAST_CLEARANCE * near.gap)
+    if not len(touching):
+        return None
+    first, second = sorted(near.pieces[touching[0]].tolist())
+    return Overlap(first, second, "touch")
+
+
+def winding_number(point: np.ndarray, corners: np.ndarray) -> float:
+    """Compute how often triangles (m, 3, 3) [m], wound outward, enclose ``point`` (3,) [m]: 1 inside, 0 outside.
+
+    The sum of their solid angles over 4π (van Oosterom and Strackee 1983).
+    """
+    a, b, c = (corners[:, i] - point for i in range(3))
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+    cosines = la * lb * lc + lc * np.sum(a * b, axis=1) + lb * np.sum(a * c, axis=1) + la * np.sum(b * c, axis=1)
+    return float(np.arctan2(triple, cosines).sum() / (2.0 * np.pi))
+
+
+MAX_ROUNDS = 100
+"""Most searches for further nodes in the path of those displaced already."""
+
+
+def displace_nodes(
+    proximity: Proximity, points: np.ndarray, motion: np.ndarray, n_nodes: int, names: list[str]
+) -> np.ndarray:
+    """Displace nodes, (n_nodes, 3) [m], to let obstacles, the further ``points``, make their ``motion`` (n, 3) [m].
+
+    Whatever would be touched makes the whole motion, and so does whatever that would touch: so nothing ever
+    intersects, however long the motion. It is a place to start from, not where bodies end up. Raises NotConverged, with
+    its name in ``names`` of the pieces, if an obstacle is driven into nodes that cannot move or that another one moves.
+    """
+    travel = float(np.sqrt(np.square(motion).sum(axis=1).max()))
+    near, motion = proximity.find_near(points, travel), motion.copy()
+    displaced = np.zeros(len(points), dtype=bool)
+    displaced[n_nodes:] = True
+    for _ in range(MAX_ROUNDS):
+        blocked = limits(near.kinds, near.nodes, near.offsets, points, motion) < 1.0
+        if not blocked.any():
+            return (points + motion)[:n_nodes]
+        count = int(displaced.sum())
+        for nodes in near.nodes[blocked]:
+            driver = nodes[np.argmax(np.square(motion[nodes]).sum(axis=1))]
+            if displaced[driver]:
+                taken = nodes[~displaced[nodes] & proximity.movable[nodes]]
+                motion[taken] = motion[driver]
+                displaced[taken] = True
+        if int(displaced.sum()) == count:
+            break
+    # displaced nodes have exactly the obstacle's motion
+    driving = (motion[n_nodes:] == motion[driver]).all(axis=1)
+    name = names[proximity.owners[n_nodes:][driving][0]]
+    raise NotConverged(f"{name} is driven into held nodes, or between two instruments; change its path", [])

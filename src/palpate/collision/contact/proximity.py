@@ -5,11 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.collision.contact import additive_ccd, barrier
-from palpate.collision.contact.mollifier import thresholds
-from palpate.collision.contact.stencils import Surface, adjacent_pairs, stencils
-from palpate.collision.trees.broad_phase import overlapping_trees
+from palpate.collision.contact.barrier import Surface, adjacent_pairs, stencils, thresholds
 from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.tree_query import candidates, self_candidates
+from palpate.collision.trees.tree_query import candidates, overlapping_trees, self_candidates
 from palpate.collision.triangles.closest_points import closest_points
 
 REACH_FACTOR = 1.5
@@ -52,15 +50,9 @@ class NearStencils:
 
     def _select(self, rows: np.ndarray | slice, known: np.ndarray) -> "NearStencils":
         return NearStencils(
-            self.kinds[rows],
-            self.nodes[rows],
-            self.offsets[rows],
-            self.scales[rows],
-            self.mollify[rows],
-            self.gap,
-            self.pieces[rows],
-            known,
-        )
+            self.kinds[rows], self.nodes[rows], self.offsets[rows], self.scales[rows], self.mollify[rows], self.gap,
+            self.pieces[rows], known,
+        )  # fmt: skip
 
     def clearances(self, points: np.ndarray) -> np.ndarray:
         """Compute the distances less the radii, (k,) [m]."""

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.collision.contact.initial_clearance import Overlap, describe
-from palpate.collision.contact.moving_obstacles import displace_nodes
+from palpate.collision.contact.obstacles import Overlap, describe, displace_nodes
 from palpate.collision.contact.proximity import Proximity
 from palpate.errors import InputError, NotConverged
 

@@ -1,7 +1,12 @@
-"""Binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays."""
+"""Binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays, and its refit.
+
+A refit goes from the leaves up; axes of OBBs rotate with the triangles, so that they are not computed anew.
+"""
 
 import numba
 import numpy as np
+
+from palpate.collision.trees.volumes import BOTH, ULP, fit_along, fit_box, fit_dop, fit_obb, fit_sphere, merge_bounds
 
 LEAF = 1
 """Most triangles in a leaf: 2 would be 10 % faster, but pass twice as many pairs to the exact test."""
@@ -162,3 +167,194 @@ def _split_at_median(centres, order, first, last, extent):
         else:
             break
     return middle
+
+
+@numba.njit(cache=True)
+def gather_corners(points, moved, triangles, corners):
+    """Gather the corners of the leaves' triangles in order: three of ``points``, and three of ``moved`` if it has any.
+
+    corners : (m * per_triangle, 3), overwritten; a node's corners are one range of them
+    Returns whether all are finite.
+    """
+    per_triangle, total = 6 if len(moved) else 3, 0.0
+    for t in range(len(triangles)):
+        for k in range(3):
+            p = triangles[t, k]
+            for i in range(3):
+                corners[per_triangle * t + k, i] = points[p, i]
+                total += 0.0 * points[p, i]
+            if per_triangle == 6:
+                for i in range(3):
+                    corners[6 * t + 3 + k, i] = moved[p, i]
+                    total += 0.0 * moved[p, i]
+    return total == 0.0
+
+
+@numba.njit(cache=True)
+def refit_boxes(nodes, corners, per_triangle, pad, boxes, spheres):
+    """Refit AABBs of all nodes from their children's, and spheres of those that have one.
+
+    A sphere is centred in the AABB and reaches the farthest of all the node's corners: O(m) per level, and much tighter
+    than around its children's spheres, whose slack adds up.
+    """
+    for n in range(len(nodes) - 1, -1, -1):
+        first, last = per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST]
+        if nodes[n, CHILD] < 0:
+            fit_box(corners, first, last, boxes, n)
+            for i in range(3):
+                boxes[n, i] -= pad
+                boxes[n, 3 + i] += pad
+        else:
+            merge_bounds(3, boxes, n, nodes[n, CHILD])
+        if nodes[n, KIND] <= BOTH:
+            for i in range(3):
+                spheres[n, i] = 0.5 * boxes[n, i] + 0.5 * boxes[n, 3 + i]
+            fit_sphere(corners, first, last, spheres, n)
+            spheres[n, 3] += pad
+
+
+@numba.njit(cache=True)
+def refit_dops(nodes, corners, per_triangle, pad, directions, boxes):
+    """Refit k-DOPs: of leaves around their corners, of other nodes around their children's, which is lossless."""
+    half = len(directions)
+    for n in range(len(nodes) - 1, -1, -1):
+        if nodes[n, CHILD] < 0:
+            fit_dop(corners, per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST], directions, boxes, n)
+            for k in range(half):
+                length = np.sqrt(directions[k, 0] ** 2 + directions[k, 1] ** 2 + directions[k, 2] ** 2)
+                boxes[n, k] -= pad * length * (1.0 + ULP)
+                boxes[n, half + k] += pad * length * (1.0 + ULP)
+        else:
+            merge_bounds(half, boxes, n, nodes[n, CHILD])
+
+
+@numba.njit(cache=True)
+def box_areas(nodes, corners, per_triangle):
+    """Sum the surface of the AABBs of all nodes at ``points`` alone, relative to the root's: the cost of a search.
+
+    0 where the root has no surface.
+    """
+    boxes, total, area = np.empty((len(nodes), 6)), 0.0, 0.0
+    for n in range(len(nodes) - 1, -1, -1):
+        if nodes[n, CHILD] < 0:
+            start = per_triangle * nodes[n, FIRST]
+            fit_box(corners, start, start + 3, boxes, n)
+            for t in range(nodes[n, FIRST] + 1, nodes[n, LAST]):
+                for k in range(per_triangle * t, per_triangle * t + 3):
+                    for i in range(3):
+                        boxes[n, i] = min(boxes[n, i], corners[k, i])
+                        boxes[n, 3 + i] = max(boxes[n, 3 + i], corners[k, i])
+        else:
+            merge_bounds(3, boxes, n, nodes[n, CHILD])
+        x, y, z = boxes[n, 3] - boxes[n, 0], boxes[n, 4] - boxes[n, 1], boxes[n, 5] - boxes[n, 2]
+        area = x * y + y * z + z * x
+        total += area
+    return total / area if area > 0.0 and total < np.inf else 0.0
+
+
+@numba.njit(cache=True)
+def refit_obbs(nodes, corners, per_triangle, pad, frames, axes, boxes):
+    """Refit OBBs with axes that rotate with three corners of each node, around all its corners: O(m) per level.
+
+    So a rigid motion keeps them as tight as when they were chosen, and no motion makes them miss a corner.
+    """
+    turned, frame = np.empty((3, 3)), np.empty((3, 3))
+    for n in range(len(nodes)):
+        first, last = per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST]
+        _frame(corners, first, per_triangle, frames[n, 0], frames[n, 1], frame)
+        for i in range(3):
+            for j in range(3):
+                turned[i, j] = axes[n, i, 0] * frame[0, j] + axes[n, i, 1] * frame[1, j] + axes[n, i, 2] * frame[2, j]
+        fit_along(corners, first, last, turned, boxes, n)
+        for k in range(12, 15):
+            boxes[n, k] += pad
+
+
+@numba.njit(cache=True)
+def choose_axes(nodes, corners, frames, axes):
+    """Choose axes of each node's OBB at ``corners`` (3m, 3), as coordinates (3, 3) in a frame of three of its corners.
+
+    The second and third corner, (2,) counted from the node's first, are the farthest from the first, and from the line
+    through both.
+    """
+    row, frame = np.empty((1, 15)), np.empty((3, 3))
+    for n in range(len(nodes)):
+        first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
+        frames[n, 0] = frames[n, 1] = 0
+        best = 0.0
+        for p in range(first + 1, last):
+            far = 0.0
+            for i in range(3):
+                far += abs(corners[p, i] - corners[first, i])
+            if far > best:
+                best, frames[n, 0] = far, p - first
+        _frame(corners, first, 3, frames[n, 0], 0, frame)
+        best = 0.0
+        for p in range(first + 1, last):
+            far = 0.0
+            for k in range(1, 3):
+                along = 0.0
+                for i in range(3):
+                    along += frame[k, i] * (corners[p, i] - corners[first, i])
+                far += abs(along)
+            if far > best:
+                best, frames[n, 1] = far, p - first
+        _frame(corners, first, 3, frames[n, 0], frames[n, 1], frame)
+        fit_obb(corners, first, last, row, 0)
+        for i in range(3):
+            for k in range(3):
+                axes[n, i, k] = 0.0
+                for j in range(3):
+                    axes[n, i, k] += row[0, 3 + 3 * i + j] * frame[k, j]
+
+
+@numba.njit(cache=True)
+def _frame(corners, first, per_triangle, second, third, frame):
+    """Build an orthonormal frame, one axis per row: along one edge, then the other; any that fits where they vanish."""
+    for k in range(2):
+        # of triangle t, corners per_triangle * t … per_triangle * t + 2 are at ``points``
+        corner = second if k == 0 else third
+        p = first + corner // 3 * per_triangle + corner % 3
+        for i in range(3):
+            frame[k, i] = corners[p, i] - corners[first, i]
+    if not _normalise(frame, 0):
+        frame[0, 0], frame[0, 1], frame[0, 2] = 1.0, 0.0, 0.0
+    if not _normalise(frame, 1) or not _straighten(frame):
+        least = 0
+        for i in range(1, 3):
+            if abs(frame[0, i]) < abs(frame[0, least]):
+                least = i
+        for i in range(3):
+            frame[1, i] = 1.0 if i == least else 0.0
+        _straighten(frame)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        frame[2, i] = frame[0, j] * frame[1, k] - frame[0, k] * frame[1, j]
+
+
+@numba.njit(cache=True)
+def _straighten(frame):
+    """Orthogonalise the second axis to the first, twice because of rounding; return False if it is parallel."""
+    for _ in range(2):
+        along, square = 0.0, 0.0
+        for i in range(3):
+            along += frame[0, i] * frame[1, i]
+        for i in range(3):
+            frame[1, i] -= along * frame[0, i]
+            square += frame[1, i] ** 2
+        if not square > 1e-12:
+            return False
+        _normalise(frame, 1)
+    return True
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _normalise(frame, k):
+    """Scale a row to unit length; return False if it has no reliable length."""
+    scale = max(abs(frame[k, 0]), abs(frame[k, 1]), abs(frame[k, 2]))
+    if not (scale > 0.0 and scale < np.inf and 1.0 / scale < np.inf):
+        return False
+    x, y, z = frame[k, 0] / scale, frame[k, 1] / scale, frame[k, 2] / scale
+    length = np.sqrt(x * x + y * y + z * z)
+    frame[k, 0], frame[k, 1], frame[k, 2] = x / length, y / length, z / length
+    return True

@@ -2,13 +2,20 @@
 
 import numpy as np
 
-from palpate.collision.trees.bounding_volumes import KINDS
-from palpate.collision.trees.build_tree import KIND, LEAF, build, triangle_boxes
-from palpate.collision.trees.fit_volumes import DIRECTIONS
-from palpate.collision.trees.oriented_boxes import choose_axes, refit_obbs
-from palpate.collision.trees.refit import box_areas, gather_corners, refit_boxes, refit_dops
-from palpate.collision.trees.volume_overlap import AABB, BOTH, SPHERE
-from palpate.collision.triangles.triangle_checks import as_array, coordinates, node_numbers
+from palpate.collision.trees.build_tree import (
+    KIND,
+    LEAF,
+    box_areas,
+    build,
+    choose_axes,
+    gather_corners,
+    refit_boxes,
+    refit_dops,
+    refit_obbs,
+    triangle_boxes,
+)
+from palpate.collision.trees.volumes import AABB, BOTH, DIRECTIONS, KINDS, SPHERE
+from palpate.collision.triangles.intersection import as_array, coordinates, node_numbers
 from palpate.errors import InputError
 
 STRUCTURES = ("composite", *KINDS)

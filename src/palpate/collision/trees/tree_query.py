@@ -1,13 +1,18 @@
-"""Search of two trees, or of one with itself, for pairs of triangles that may intersect, and for those that do."""
+"""Search of two trees, or of one with itself, for pairs of triangles that may intersect, and for those that do.
 
+Before it, the broad phase finds pairs of bodies whose roots overlap. A stopped tree ends at a chosen layer, and takes
+volumes for what they hold: precision for time.
+"""
+
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from palpate.collision.trees.build_tree import CHILD, FIRST, KIND, LAST
-from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.volume_overlap import AABB, volumes_overlap
+from palpate.collision.trees.tree import DEPTHS, Tree
+from palpate.collision.trees.volumes import AABB, BOTH, OBB, SPHERE, volumes_overlap
 from palpate.errors import InputError
 
 
@@ -38,7 +43,7 @@ def crossing_pairs(tree_a: Tree, tree_b: Tree | None = None) -> tuple[np.ndarray
 
     Without ``tree_b`` pairs i < j of one tree, except those that share a node. Touching counts as intersecting.
     """
-    from palpate.collision.triangles.triangle_pairs import pairs_intersect
+    from palpate.collision.triangles.intersection import pairs_intersect
 
     other = tree_a if tree_b is None else tree_b
     pairs, tests = _search(tree_a, other, tree_b is None)
@@ -153,3 +158,207 @@ def _share_node(triangles, t, u):
             if triangles[t, p] == triangles[u, q]:
                 return True
     return False
+
+
+class StoppedTree(Tree):
+    """Tree of which only the first ``layer`` levels below the root are kept, as fast to refit as they are few.
+
+    layer : 0 keeps the root alone; one beyond the tree's height keeps all
+    The volumes that have no children now hold many triangles; ``volume_pairs`` finds which of them overlap, and
+    ``crossing_pairs`` stays exact, at the cost of testing all their triangles. The interruptible search of Hubbard
+    (1996) and of O'Sullivan and Dingliana (1999), in the composite hierarchy of paper 3, chapter 4.
+    Raises InputError for a layer that is not a count, and as ``Tree`` does.
+    """
+
+    def __init__(
+        self,
+        points: np.ndarray,
+        triangles: np.ndarray,
+        layer: int,
+        structure: str = "composite",
+        depths: tuple[int, int] = DEPTHS,
+        split: str = "sah",
+    ):
+        if not isinstance(layer, int | np.integer) or layer < 0:
+            raise InputError(f"layer of a tree is {layer}; give how many levels are kept below its root, 0 for none.")
+        self.layer = layer
+        super().__init__(points, triangles, structure, depths, split)
+
+    def _divide(self, boxes: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+        nodes, order, height = super()._divide(boxes, centres)
+        kept = nodes[:, KIND] <= self.layer
+        found, places = nodes[kept], np.cumsum(kept, dtype=np.int32) - 1
+        found[found[:, KIND] == self.layer, CHILD] = -1
+        inner = found[:, CHILD] >= 0
+        found[inner, CHILD] = places[found[inner, CHILD]]
+        return found, order, min(height, self.layer)
+
+    def _allocate(self) -> None:
+        super()._allocate()
+        # a leaf that holds its own number makes a search find pairs of leaves
+        self.numbers, self.volumes = np.arange(len(self.nodes), dtype=np.int32), self.nodes.copy()
+        leaves = np.flatnonzero(self.nodes[:, CHILD] < 0)
+        self.volumes[leaves, FIRST], self.volumes[leaves, LAST] = leaves, leaves + 1
+
+    def leaf_of(self) -> np.ndarray:
+        """Return the number (m,) of the leaf that holds each triangle."""
+        leaves = np.flatnonzero(self.nodes[:, CHILD] < 0)
+        found = np.empty(len(self.triangles), dtype=np.int64)
+        sizes = self.nodes[leaves, LAST] - self.nodes[leaves, FIRST]
+        in_order = np.argsort(self.nodes[leaves, FIRST], kind="stable")
+        found[self.order] = np.repeat(leaves[in_order], sizes[in_order])
+        return found
+
+
+def volume_pairs(tree_a: StoppedTree, tree_b: StoppedTree) -> tuple[np.ndarray, int]:
+    """Find the pairs (k, 2) of leaves of two trees that overlap, unsorted, and count the tests of nodes.
+
+    No pair of triangles that intersect is outside the pairs of leaves found. Raises InputError as ``candidates`` does.
+    """
+    if not len(tree_a.triangles) or not len(tree_b.triangles):
+        return np.empty((0, 2), np.int64), 0
+    check_comparable(tree_a, tree_b)
+    return search_nodes(tree_a, tree_b, False, (tree_a.volumes, tree_a.numbers), (tree_b.volumes, tree_b.numbers))
+
+
+def overlapping_trees(trees: Sequence[Tree]) -> np.ndarray:
+    """Find the pairs (k, 2), i < j, sorted, of trees whose roots overlap, with at most one test per pair.
+
+    Roots are sorted along x and tested only where their intervals overlap (sweep and prune, Baraff 1992). A tree
+    without triangles overlaps nothing. Raises InputError for structures that cannot be tested against each other.
+    """
+    chosen = [i for i, tree in enumerate(trees) if len(tree.triangles)]
+    if len(chosen) < 2:
+        return np.empty((0, 2), np.int64)
+    for i in chosen[1:]:
+        check_comparable(trees[chosen[0]], trees[i])
+    low, high = np.array([_interval(trees[i]) for i in chosen]).T
+    ranks = np.argsort(low, kind="stable")
+    ends = np.searchsorted(low[ranks], high[ranks], side="right")
+    pairs = []
+    for place, end in enumerate(ends):
+        for other in range(place + 1, end):
+            i, j = sorted((chosen[ranks[place]], chosen[ranks[other]]))
+            if _roots_overlap(trees[i], trees[j]):
+                pairs.append((i, j))
+    return np.array(sorted(pairs), np.int64).reshape(-1, 2)
+
+
+def _interval(tree: Tree) -> tuple[float, float]:
+    """Compute the interval of the x-axis that a root covers, rounded outwards."""
+    kind = tree.nodes[0, KIND]
+    if kind in (SPHERE, OBB):
+        row = (tree.spheres if kind == SPHERE else tree.boxes)[0]
+        half = row[3] if kind == SPHERE else np.abs(row[3:12:3]) @ row[12:] * (1.0 + 1e-12)
+        return np.nextafter(row[0] - half, -np.inf), np.nextafter(row[0] + half, np.inf)
+    row = tree.boxes[0]
+    return row[0], row[len(row) // 2]
+
+
+def _roots_overlap(a: Tree, b: Tree) -> bool:
+    return volumes_overlap(a.nodes[0, KIND], b.nodes[0, KIND], a.spheres, b.spheres, a.boxes, b.boxes, 0, 0)
+
+
+def overlaps(tree_a: Tree, tree_b: Tree, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find places (k, 3) [m], directions (k, 3) and depths (k,) [m] of the overlaps of nodes ``pairs`` (k, 2).
+
+    The depth is the least translation of a's volume after which both only touch, in that direction; the place is the
+    middle of what both have in common, along the line of centres if one is a sphere. Volumes are compared as in the
+    search: as spheres if both have one, as AABBs if both have these, else as a sphere and an AABB. Raises InputError
+    for a tree of other volumes.
+    """
+    for tree in (tree_a, tree_b):
+        if len(tree.nodes) and tree.nodes[0, KIND] > AABB:
+            raise InputError(
+                f"a tree of structure {tree.structure} gives no contacts; make it of sphere, aabb or composite."
+            )
+    places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
+    _overlaps(
+        tree_a.nodes, tree_a.spheres, tree_a.boxes, tree_b.nodes, tree_b.spheres, tree_b.boxes, pairs, places,
+        directions, depths,
+    )  # fmt: skip
+    return places, directions, depths
+
+
+@numba.njit(cache=True)
+def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs, places, directions, depths):
+    for k in range(len(pairs)):
+        a, b = pairs[k, 0], pairs[k, 1]
+        kind_a, kind_b = nodes_a[a, KIND], nodes_b[b, KIND]
+        if kind_a <= BOTH and kind_b <= BOTH:
+            depths[k] = _of_spheres(spheres_a[a], spheres_b[b], places[k], directions[k])
+        elif kind_a != SPHERE and kind_b != SPHERE:
+            depths[k] = _of_boxes(boxes_a[a], boxes_b[b], places[k], directions[k])
+        elif kind_a == SPHERE:
+            depths[k] = _of_sphere_and_box(spheres_a[a], boxes_b[b], places[k], directions[k])
+        else:
+            depths[k] = _of_sphere_and_box(spheres_b[b], boxes_a[a], places[k], directions[k])
+            for axis in range(3):
+                directions[k, axis] = -directions[k, axis]
+
+
+@numba.njit(cache=True)
+def _lead(start, end, direction):
+    """Write the unit vector between two places, zeros if they are one, and return their distance."""
+    square = 0.0
+    for axis in range(3):
+        direction[axis] = end[axis] - start[axis]
+        square += direction[axis] ** 2
+    distance = np.sqrt(square)
+    if distance > 0.0:
+        for axis in range(3):
+            direction[axis] /= distance
+    return distance
+
+
+@numba.njit(cache=True)
+def _of_spheres(one, other, place, direction):
+    """Measure the overlap of two rows (4,); for one centre any direction will do, here z."""
+    distance = _lead(other, one, direction)
+    if distance == 0.0:
+        direction[0], direction[1], direction[2] = 0.0, 0.0, 1.0
+    # along the line of centres, from the other's: where both begin and end
+    low, high = max(-other[3], distance - one[3]), min(other[3], distance + one[3])
+    for axis in range(3):
+        place[axis] = other[axis] + 0.5 * (low + high) * direction[axis]
+    return max(one[3] + other[3] - distance, 0.0)
+
+
+@numba.njit(cache=True)
+def _of_boxes(one, other, place, direction):
+    """Measure the overlap of two rows (6,)."""
+    least = np.inf
+    direction[:] = 0.0
+    chosen, sign = 0, 1.0
+    for axis in range(3):
+        low, high = max(one[axis], other[axis]), min(one[3 + axis], other[3 + axis])
+        place[axis] = 0.5 * (low + high)
+        up, down = other[3 + axis] - one[axis], one[3 + axis] - other[axis]
+        if min(up, down) < least:
+            least, chosen, sign = min(up, down), axis, 1.0 if up <= down else -1.0
+    direction[chosen] = sign
+    return max(least, 0.0)
+
+
+@numba.njit(cache=True)
+def _of_sphere_and_box(sphere, box, place, direction):
+    """Measure the overlap of a row (4,) and a row (6,), in the direction in which the sphere has to move."""
+    for axis in range(3):
+        place[axis] = min(max(sphere[axis], box[axis]), box[3 + axis])
+    distance = _lead(place, sphere, direction)
+    if distance > 0.0:
+        for axis in range(3):
+            # half way from the box's surface to the sphere's
+            place[axis] -= 0.5 * (sphere[3] - distance) * direction[axis]
+        return max(sphere[3] - distance, 0.0)
+    least, chosen, sign = np.inf, 0, 1.0
+    for axis in range(3):
+        up, down = box[3 + axis] - sphere[axis], sphere[axis] - box[axis]
+        if min(up, down) < least:
+            least, chosen, sign = min(up, down), axis, 1.0 if up <= down else -1.0
+    direction[chosen] = sign
+    for axis in range(3):
+        # what both have in common, as boxes
+        low, high = max(sphere[axis] - sphere[3], box[axis]), min(sphere[axis] + sphere[3], box[3 + axis])
+        place[axis] = 0.5 * (low + high)
+    return least + sphere[3]

@@ -11,7 +11,7 @@ def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarra
     Pairs of one body have i < j, and triangles that share a node are left out. Triangles are closed, as in
     ``collision.triangles.triangle_pairs``.
     """
-    from palpate.collision.triangles.triangle_pairs import pairs_intersect
+    from palpate.collision.triangles.intersection import pairs_intersect
 
     pairs = overlapping(points, triangles)
     if len(triangles) == 1:

@@ -4,7 +4,7 @@ Small-strain elasticity in the rotated frame: linear in the stretches, finite fo
 resistance to volume is that to the sum of stretches, which allows det F → 0. The fold of tr S is smoothed.
 """
 
-from palpate.effects.corotational_law import smoothed_trace
+from palpate.effects.corotational import smoothed_trace
 
 
 def shape(s, mu, slopes, curvatures):

@@ -7,10 +7,6 @@ stiffen as fibrous tissue does, and ln² J is not convex above J = e.
 
 from math import inf, log1p
 
-from palpate.effects.laws.volume_ratio import measure
-
-__all__ = ["measure", "shape", "volume"]
-
 
 def shape(s, mu, slopes, curvatures):
     """Return W = μ/2 Σ (sᵢ² − 1) − μ ln J, and write its derivatives; infinite, with no slope, unless J > 0."""
@@ -24,6 +20,15 @@ def shape(s, mu, slopes, curvatures):
         slopes[i] = mu * strain * (s[i] + 1.0) / s[i]
         curvatures[i, i] = mu * (1.0 + 1.0 / (s[i] * s[i]))
     return energy
+
+
+def measure(s, slopes, curvatures):
+    """Return θ = J = s₁ s₂ s₃, the ratio of volumes, and write its derivatives."""
+    for i in range(3):
+        slopes[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
+        for j in range(3):
+            curvatures[i, j] = 0.0 if i == j else s[3 - i - j]
+    return s[0] * s[1] * s[2]
 
 
 def volume(theta, mu, lam, derivatives):

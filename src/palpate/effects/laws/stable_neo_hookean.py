@@ -8,7 +8,7 @@ along its axis has its largest force at a stretch of 0.58 for ν = 0, and 0.38 f
 
 from math import log1p
 
-from palpate.effects.laws.volume_ratio import measure
+from palpate.effects.laws.neo_hookean import measure
 
 __all__ = ["measure", "shape", "volume"]
 

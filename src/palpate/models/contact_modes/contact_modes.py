@@ -1,20 +1,155 @@
 """Answer with a reduced model for each contact, made of linear, second-order and pressed shapes of quadratic elements.
 
-Contacts are prepared by presses that the model simulates itself: it needs no sample. What several presses need is the
+Contacts are prepared by presses that the model simulates itself: it needs no sample. Several presses at once need the
 union of their contacts' shapes.
 """
 
-from weakref import WeakKeyDictionary
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
+from palpate.bodies.contacts import refuse
+from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
-from palpate.models.contact_modes.contact_workshop import Workshop, reduced_level
-from palpate.models.contact_modes.prepared_contacts import RESIDUAL, Prepared, prepare_contacts, spent
-from palpate.models.found_forces import forces_for
-from palpate.models.memory import held_mb
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact
+from palpate.models.contact_modes.snapshots import ContactSnapshots, basis_of, coordinates, thinned_model
+from palpate.models.contact_modes.workshop import (
+    Change,
+    Workshop,
+    bearing,
+    bring_to_surface,
+    fitted,
+    reduced_level,
+    target_change,
+    target_columns,
+)
+from palpate.models.depths import forces_for
+
+RESIDUAL = 1e-3
+"""Residual of an answer over its load."""
+
+
+class Prepared(NamedTuple):
+    """All that answers presses of k contacts at once, on n surface nodes, in r coordinates.
+
+    reach : the largest energy norm that snapshots have, of all contacts together
+    columns : (3 n, 3 k) [m/N], the linear part; rest : (3 n, r) of what is beyond it, in single precision
+    discs : (3 k, 3 k) [m/N] and (3 k, r), the same parts of the displacements of the discs
+    bearing : (k, 3) [1/N], whose products with forces are at most 1 where finer elements are known to have an answer
+    together : (k, k), the part of one disc's product that adds to another's, as they press on the same tissue
+    """
+
+    reduced: ReducedContact
+    reach: float
+    columns: np.ndarray
+    rest: np.ndarray
+    discs: tuple[np.ndarray, np.ndarray]
+    bearing: np.ndarray
+    together: np.ndarray
+
+    def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
+        return q - self.reduced.loads @ force
+
+
+def prepare_contacts(shop: Workshop, case: Case, setting: Setting, nodes: tuple[int, ...]) -> Prepared:
+    """Return what answers presses at fine surface ``nodes``; InputError for one that cannot be pressed."""
+    for node in nodes:
+        if node not in shop.pressable:
+            refuse(node)
+    reduced_name, target_name = _names(setting, nodes)
+    modes, reduced = shop.make(reduced_name, lambda: _reduced(shop, case, setting, nodes))
+    return shop.make(target_name, lambda: _brought(shop, case, setting, nodes, modes, reduced))
+
+
+def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
+    """Return the time [s] that these contacts have taken, whichever setting has made them."""
+    kind = _shown(setting)
+    parts = {"columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
+    parts |= {"to finer"} if setting["modes"] == "finer" else set()
+    names = [*_names(setting, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
+    return sum(shop.seconds.get(name, 0.0) for name in names)
+
+
+def _shown(setting: Setting) -> str:
+    """Return what the modes of ``setting`` are made of: "finer" has those of snapshots."""
+    return "columns" if setting["modes"] == "columns" else "snapshots"
+
+
+def _names(setting: Setting, nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
+    """Return what the reduced model of a setting is called, which several may share, and the whole."""
+    reduced = (_shown(setting), setting["rings"], setting["thinned"])
+    return ("reduced", nodes, reduced), ("target", nodes, reduced, setting["modes"], setting["target"])
+
+
+def _reduced(shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedContact]:
+    shown = [shop.shown(node, _shown(setting)) for node in nodes]
+    modes = basis_of(shown)
+    return modes, thinned_model(shown, modes, setting["rings"], setting["thinned"], case.options.seed)
+
+
+def _brought(
+    shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedContact
+) -> Prepared:
+    """Take a reduced model to the surface, as the target of ``setting`` has it."""
+    kind, target = _shown(setting), setting["target"]
+    shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
+    rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
+    weights, known = _disc_weights(case, nodes), bearing(shop, nodes, kind)
+    hard = [
+        float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
+    ]
+    changes = [target_change(shop, case, setting, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
+    seen = [
+        (_beyond(each, k, shown[0].elements, modes, reduced), each.change) for k, each in enumerate(changes) if each
+    ]
+    if seen:
+        more = fitted(np.hstack([each for each, _ in seen]), np.dstack([change for _, change in seen]))
+        rest, bent = rest + more, bent + _at_discs(weights, more)
+    columns = np.dstack([target_columns(shop, case, target, node) for node in nodes])
+    linear = linear + _at_discs(weights, columns - np.dstack([shop.reduced_columns(node) for node in nodes]))
+    reach = sum(
+        float(np.linalg.norm(_snapshot_coordinates(reduced, k, each), axis=1).max()) for k, each in enumerate(shown)
+    )
+    flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
+    straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
+    return Prepared(reduced, reach, straight, flat, (linear, bent), known, _together(case, nodes))
+
+
+def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
+    """Return (k, k): 1 for discs whose centres are at most a radius apart, and 0 from two radii on."""
+    at = case.body.fine.nodes[list(nodes)]
+    apart = np.linalg.norm(at[:, None] - at[None], axis=2)
+    return np.clip(2.0 - apart / case.radius_m, 0.0, 1.0) if case.radius_m else (apart == 0.0).astype(float)
+
+
+def _snapshot_coordinates(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.ndarray:
+    """Return the coordinates (s, r) of the snapshots of the k-th contact, by the reduced model."""
+    forces = np.zeros((len(shown.forces), reduced.loads.shape[1]))
+    forces[:, 3 * k : 3 * k + 3] = shown.forces
+    return np.array([reduced.settle(force, RESIDUAL).q for force in forces])
+
+
+def _beyond(change: Change, k: int, elements: ElementsAtRest, modes: np.ndarray, reduced: ReducedContact) -> np.ndarray:
+    """Return the coordinates (r, s) of answers of the k-th contact, less those of their linear answers."""
+    return coordinates(elements, change.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ change.forces.T
+
+
+def _disc_weights(case: Case, nodes: Sequence[int]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return, for each disc, rows of the fine surface nodes and their weights in its mean displacement."""
+    fine = case.body.fine
+    found = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
+    return [(np.searchsorted(fine.surface, at), weights) for at, weights in found]
+
+
+def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
+    """Return the mean displacement of each disc, (3 k, j), of ``moved`` (n_surface, 3, j)."""
+    return np.concatenate([np.tensordot(share, moved[rows], 1) for rows, share in weights])
+
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
 WORDS = {"modes": ("columns", "snapshots", "finer"), "target": ("operator", "limit")}
@@ -28,9 +163,6 @@ TINY = 1e-9
 
 OWN = 1e-3
 """RMSE over peak that an answer as far as the farthest snapshot says of itself; bounds find the factor to it."""
-
-_kept: WeakKeyDictionary = WeakKeyDictionary()
-"""Workshops by body, and there by radius and size: what one setting has made serves the others."""
 
 
 def settings(case: Case) -> list[Setting]:
@@ -49,38 +181,36 @@ def settings(case: Case) -> list[Setting]:
     return [kind | {"target": target} for kind in kinds for target in grid["targets"]]
 
 
-def prepare(case: Case, setting: Setting) -> "ContactModes":
-    """Set up the elements; each contact is prepared when it is asked for first, and charged then.
+class Offline(Stage):
+    """The workshop of the body, in which what one setting makes serves the others, and the cascade."""
 
-    InputError for words that it does not know.
-    """
-    for name, known in WORDS.items():
-        if setting[name] not in known:
-            raise InputError(f"contact_modes: {name} is {setting[name]}; take one of {', '.join(known)}.")
-    return ContactModes(case, setting)
+    def __init__(self, case: Case):
+        super().__init__(case)
+        sizes = case.radius_m, case.grid["contact_modes"]["nodes"]
+        self._shop = case.share(("workshop", case.body, *sizes), lambda: Workshop(case.body, *sizes))
+
+    def online(self, setting: Setting) -> "ContactModes":
+        """Set up the elements; each contact is prepared when it is asked for first, and charged then.
+
+        InputError for words that it does not know.
+        """
+        for name, known in WORDS.items():
+            if setting[name] not in known:
+                raise InputError(f"contact_modes: {name} is {setting[name]}; take one of {', '.join(known)}.")
+        return ContactModes(self.case, setting, self._shop)
 
 
-class ContactModes:
+class ContactModes(Solver):
     """Reduced models of contacts; a contact that is not prepared is, when it is asked for.
 
-    prepared : what answers, by the nodes that are pressed at once
+    shop : the workshop of its contacts; prepared : what answers, by the nodes that are pressed at once
     """
 
-    def __init__(self, case: Case, setting: Setting):
-        most = case.grid["contact_modes"]["nodes"]
-        kept = _kept.setdefault(case.body, {})
-        key = case.radius_m, most
-        if key not in kept:
-            kept[key] = Workshop(case.body, *key)
-        self._shop, self._case, self._setting = kept[key], case, setting
+    def __init__(self, case: Case, setting: Setting, shop: Workshop):
+        self.shop, self._case, self._setting = shop, case, setting
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0
-        self._shop.elements(self._shop.level), self._shop.up(self._shop.level)
-
-    @property
-    def shop(self) -> Workshop:
-        """The workshop of its contacts, for those who need more of them than answers."""
-        return self._shop
+        shop.elements(shop.level), shop.up(shop.level)
 
     @property
     def memory_mb(self) -> float:
@@ -97,14 +227,15 @@ class ContactModes:
         InputError for a node that is held or not of the surface.
         """
         if nodes not in self.prepared:
-            self.prepared[nodes] = prepare_contacts(self._shop, self._case, self._setting, nodes)
-            self._seconds += self.seconds_of(*nodes)
+            self.prepared[nodes] = prepare_contacts(self.shop, self._case, self._setting, nodes)
+            self._seconds += spent(self.shop, self._setting, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
 
-    def seconds_of(self, *nodes: int) -> float:
-        """Return the time [s] that preparing these contacts takes, what other settings have made included."""
-        return spent(self._shop, self._setting, nodes)
+    def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
+        """Prepare these contacts; return what that takes [s], what other settings have made included."""
+        self.prepare_contact(*nodes)
+        return spent(self.shop, self._setting, nodes)
 
     def respond(self, load: Load) -> Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, and the forces found if a disc is pushed.
@@ -163,3 +294,6 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
     elif not hard <= HARD:
         why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
     return q, why, residual
+
+
+offline = Offline

@@ -1,23 +1,116 @@
-"""Correct a coarse deformation by the linear detail that it lacks, turned with the body.
+"""Correct a coarse deformation by the linear detail that it lacks, turned with the body, and by what samples teach.
 
-The parts are known: stored linear responses to a unit force at every node are precomputed Green's functions (James and
-Pai 1999), and turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is
-fitted here is a scale and a kernel ridge on top of both. Unlike ``warped_response``, which turns the whole linear
-response, this turns only what the coarse deformation lacks.
+Stored linear responses to a unit force at every node are precomputed Green's functions (James and Pai 1999), and
+turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is fitted here is a
+scale and a kernel ridge on top of both. Unlike ``warped_compliance``, which turns the whole linear response, this turns
+only what the coarse deformation lacks: a two-level correction.
 """
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from palpate.benchmark.database import Database
+from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.bodies.mesh import TetMesh
-from palpate.models.enrichment.detail_scale import Scale, fit_scale
-from palpate.models.enrichment.fit_inputs import Fitting
-from palpate.models.enrichment.node_rotations import NodalRotations
+from palpate.effects.linear_elements import shape_gradients
+from palpate.linalg.polar import signed_svd
+from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, seen_with
+from palpate.models.enrichment.fitting import Fitting, Training, convinces, gather
 from palpate.models.enrichment.ridge import KernelRidge
-from palpate.models.enrichment.training_samples import FitOptions, Training, convinces
 from palpate.solvers.compliance import Compliance
+
+
+class NodalRotations:
+    """Rotations of a mesh's nodes: the polar part of the volume-weighted mean deformation gradient around each."""
+
+    def __init__(self, mesh: TetMesh):
+        self._tetrahedra = np.ascontiguousarray(mesh.tetrahedra)
+        self._gradients, self._volumes = shape_gradients(mesh)
+
+    def at(self, displacement: np.ndarray) -> np.ndarray:
+        """Return rotations (n_nodes, 3, 3) for a ``displacement`` (n_nodes, 3) [m]."""
+        means = np.zeros((len(displacement), 3, 3))
+        _nodal_rotations(displacement, self._tetrahedra, self._gradients, self._volumes, means)
+        return means
+
+
+@numba.njit(cache=True)
+def _nodal_rotations(displacement, tetrahedra, gradients, volumes, means):
+    u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    f = np.empty((3, 3))
+    for e in range(len(tetrahedra)):
+        for i in range(3):
+            for j in range(3):
+                f[i, j] = volumes[e] if i == j else 0.0
+                for a in range(4):
+                    f[i, j] += volumes[e] * displacement[tetrahedra[e, a], i] * gradients[e, a, j]
+        for a in range(4):
+            means[tetrahedra[e, a]] += f
+    for n in range(len(means)):
+        signed_svd(means[n], u, s, v)
+        for i in range(3):
+            for j in range(3):
+                means[n, i, j] = u[i, 0] * v[j, 0] + u[i, 1] * v[j, 1] + u[i, 2] * v[j, 2]
+
+
+PENALTIES = np.geomspace(1e-6, 1e2, 17)
+"""The ridge penalties tried, relative to the mean square of the regressors; the scale 1 is tried too."""
+
+
+class Scale(NamedTuple):
+    """1 + β · (ratios − 1), with two numbers ``beta`` (2,), at least ``low`` and at most ``high``."""
+
+    beta: np.ndarray
+    low: float = -np.inf
+    high: float = np.inf
+
+    def of(self, ratios: np.ndarray) -> np.ndarray:
+        """Return the scale of each row of ``ratios`` (..., 2)."""
+        return np.clip(1.0 + (ratios - 1.0) @ self.beta, self.low, self.high)
+
+
+def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, training: Training) -> Scale:
+    """Find the scale with which detail fits best what interpolation is ``missing``.
+
+    ratios : (k, 2); detail, missing : (k, n, 3) [m]
+    Samples count by the square of their relative error. The training folds, which hold out contacts if the split does,
+    choose by cross-validation: the penalty of the ridge, whether the scale stays among those of the samples that it
+    was fitted to, and whether it is 1 instead.
+    """
+    inner = _inner(detail, detail) / training.peaks**2
+    across = _inner(missing - detail, detail) / training.peaks**2
+    left = _inner(missing - detail, missing - detail) / training.peaks**2
+
+    def solve(known: np.ndarray, penalty: float, bounded: bool) -> Scale:
+        regressors = ratios[known] - 1.0
+        normal = regressors.T @ (regressors * inner[known, None])
+        if not normal.trace() > 0.0:
+            return Scale(np.zeros(2))
+        ridge = penalty * normal.trace() * np.eye(2)
+        found = Scale(np.linalg.solve(normal + ridge, regressors.T @ across[known]))
+        scales = found.of(ratios[known])
+        return Scale(found.beta, float(scales.min()), float(scales.max())) if bounded else found
+
+    def error(asked: np.ndarray, scale: Scale) -> float:
+        extra = scale.of(ratios[asked]) - 1.0
+        squared = left[asked] - 2.0 * extra * across[asked] + extra**2 * inner[asked]
+        return float(np.sqrt(np.maximum(squared, 0.0)).sum())
+
+    parts = [np.flatnonzero(training.fold == part) for part in range(training.fold.max() + 1)]
+    rest = [np.flatnonzero(training.fold != part) for part in range(training.fold.max() + 1)]
+    tried = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
+    scores = [sum(error(a, solve(k, *each)) for a, k in zip(parts, rest, strict=True)) for each in tried]
+    everything = np.arange(len(ratios))
+    if min(scores) >= error(everything, Scale(np.zeros(2))):
+        return Scale(np.zeros(2))
+    return solve(everything, *tried[int(np.argmin(scores))])
+
+
+def _inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("kni,kni->k", a, b)
+
 
 FARTHEST = 1e9
 """Ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite."""
@@ -118,3 +211,29 @@ def fit(fitting: Fitting, turned: bool = True, learnt: bool = True) -> DetailCor
     """Take the detail from the linear responses, and with ``learnt`` fit scale and residual."""
     method = DetailCorrection(fitting.db, fitting.linear(), fitting.protocol, turned)
     return method.learn(fitting.training, fitting.options) if learnt else method
+
+
+PREPARED, REDUCES, LAW = True, "p2", "the body's"
+
+
+def settings(case: Case) -> list[Setting]:
+    """List the coarse answers, and with the best of them how many samples are learnt from.
+
+    Without samples neither scale nor residual is learnt; with ``turned`` false nothing is turned either.
+    """
+    counts = training_counts(case, case.grid["detail_correction"]["training_shares"])
+    fewer = [{"samples": 0, "turned": False}, {"samples": 0}, *({"samples": count} for count in counts)]
+    return coarse_settings(case, {"samples": case.n_training}, fewer)
+
+
+def prepare(case: Case, setting: Setting) -> Enriched:
+    """Compute the detail of every contact, and fit scale and residual to coarse answers such as queries will get."""
+    coarse = coarse_solver(case, setting)
+    method = DetailCorrection(case.meshes, case.use_compliance(), "live", setting.get("turned", True))
+    if setting["samples"]:
+        db = seen_with(case, setting, coarse).first(setting["samples"]).use_training()
+        method.learn(gather(db, np.arange(len(db.contact)), "live", case.options), case.options)
+    return Enriched(method, coarse)
+
+
+offline = one_stage(prepare)

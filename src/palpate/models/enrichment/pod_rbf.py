@@ -8,10 +8,10 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.benchmark.database import Database
-from palpate.models.enrichment.blend import median_distance
-from palpate.models.enrichment.fit_inputs import Fitting
-from palpate.models.enrichment.gaussian_kernel import squared_distances
-from palpate.models.enrichment.training_samples import Training
+from palpate.benchmark.model import Case, Setting, one_stage
+from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.models.enrichment.fitting import Fitting, Training
+from palpate.models.enrichment.paper_enrichment import median_distance, squared_distances
 
 KERNELS = [("linear", 1.0)] + [
     (name, shape) for name in ("multiquadric", "gaussian") for shape in np.geomspace(0.01, 10, 7).tolist()
@@ -75,3 +75,22 @@ def fit(fitting: Fitting, modes: int | None = None) -> PodRbf:
 def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: float) -> RBFInterpolator:
     # a trace of smoothing keeps duplicate samples from making the system singular
     return RBFInterpolator(points, values, kernel=kernel, epsilon=shape, degree=0, smoothing=1e-10)
+
+
+SEES, REDUCES, LAW = "deformation", "p2", "the body's"
+
+
+def settings(case: Case) -> list[Setting]:
+    """List the coarse answers with a mode for each sample but the mean, and with the best of them fewer modes."""
+    most = case.n_training - 1
+    counts = sorted({min(modes, most) for modes in case.grid["pod_rbf"]["modes"]})
+    return coarse_settings(case, {"modes": most}, ({"modes": modes} for modes in counts))
+
+
+def prepare(case: Case, setting: Setting) -> Enriched:
+    """Choose kernel and width by cross-validation on the training samples."""
+    coarse = coarse_solver(case, setting)
+    return Enriched(fit(fitting_to(seen_with(case, setting, coarse)), setting["modes"]), coarse)
+
+
+offline = one_stage(prepare)

@@ -7,10 +7,10 @@ than there are samples. All settings are chosen by cross-validation on the train
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.models.enrichment.blend import median_distance
-from palpate.models.enrichment.fit_inputs import Fitting
-from palpate.models.enrichment.gaussian_kernel import gaussian, squared_distances
-from palpate.models.enrichment.training_samples import FitOptions, Training
+from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
+from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.models.enrichment.fitting import Fitting, Training
+from palpate.models.enrichment.paper_enrichment import gaussian, median_distance, squared_distances
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)
 """The λ tried, relative to the mean eigenvalue of the kernel matrix."""
@@ -122,3 +122,22 @@ def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
     if kernel:
         return KernelRidgeDetail(fitting.db, fitting.training, fitting.options)
     return RidgeUpsampling(fitting.db, fitting.training)
+
+
+SEES, REDUCES, LAW = "deformation", "p2", "the body's"
+
+
+def settings(case: Case, kernel: bool) -> list[Setting]:
+    """List the coarse answers with all training samples, and with the best of them how many are used."""
+    counts = training_counts(case, case.grid["ridge"]["training_shares"])
+    return coarse_settings(case, {"samples": case.n_training}, ({"samples": count} for count in counts))
+
+
+def prepare(case: Case, setting: Setting, kernel: bool) -> Enriched:
+    """Choose widths and ridges by cross-validation on the training samples."""
+    coarse = coarse_solver(case, setting)
+    seen = seen_with(case, setting, coarse).first(setting["samples"])
+    return Enriched(fit(fitting_to(seen), kernel), coarse)
+
+
+offline = one_stage(prepare)

@@ -1,21 +1,223 @@
-"""Answer with mass-spring networks as fitted: springs on a level's edges, whose equilibrium is approached."""
+"""Answer with mass-spring networks whose moduli are fitted to pressed samples by the equilibrium's adjoint."""
 
-from time import perf_counter
-from weakref import WeakKeyDictionary
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
+from scipy.optimize import minimize
 
+from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting
-from palpate.models.memory import held_mb
-from palpate.models.springs.fit_spring_moduli import Moduli, fit
-from palpate.models.springs.spring_statics import Network
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb, refuse_bed, refuse_regions
+from palpate.bodies.particles import particles_of
+from palpate.effects.held import Held
+from palpate.effects.springs import Springs
+from palpate.effects.volume_force import Volume
+from palpate.errors import InputError, NotConverged
+from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.multigrid import Factor
+from palpate.models.fem_statics import ContactShares, to_surface
+from palpate.models.springs.fitness import volume_stiffness
+from palpate.models.springs.spring_motion import spring_model, stiffnesses
+from palpate.solvers.lbfgs import descend
+from palpate.solvers.system import System
+
+TOLERANCE, REACHED, MOST = 1e-6, 1e-3, 300
+"""Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
+
+
+class Network:
+    """Springs on the edges of a level's tetrahedra, and paper 2's volume force if it has a stiffness.
+
+    rest : (n, 3) [m]; model : all of the springs but their stiffness, which ``stiffen`` gives
+    up : (n_surface, n), from nodes to the fine surface
+    Raises InputError for a body that nothing holds.
+    """
+
+    def __init__(self, case: Case, level: int):
+        self.particles = particles_of(case.body, level, surface=False)
+        refuse_bed(case, "springs")
+        refuse_regions(case, "springs")
+        if not len(self.particles.held):
+            raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
+        self.model, self.rest = spring_model(self.particles), self.particles.nodes
+        self.up = to_surface(case.body, level)
+        self._shares = ContactShares(case, level)
+        self._load = np.zeros_like(self.rest)
+
+    def stiffen(self, young_pa: np.ndarray, volume_n_m: float) -> None:
+        """Give nodes their moduli (n,) [Pa] (paper 2, eq. 5), and the volume force its stiffness [N/m]."""
+        springs = Springs(self.model.pairs, stiffnesses(self.model, young_pa), self.model.rest_m)
+        effects = {"springs": springs, "held": Held(self.particles.held)}
+        if volume_n_m > 0.0:
+            effects["volume"] = Volume(self.particles, volume_n_m)
+        self._system = System(self.particles, effects)
+        self._factor = Factor(self._stiffness(self.rest))
+
+    def press(self, contact: int, force: np.ndarray) -> None:
+        """Load it with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
+        nodes, shares = self._shares.of(contact)
+        self._load = np.zeros_like(self.rest)
+        self._load[nodes] = np.outer(shares, force)
+        self._load[self.particles.held] = 0.0
+
+    def energy(self, x: np.ndarray) -> float:
+        """Return the energy of springs and volume minus the work of the load [J]."""
+        return self._system.energy(x) - float(np.vdot(self._load, x - self.rest))
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Return their forces and the load (n, 3) [N], zero at held nodes."""
+        return self._system.potential_force(x) + self._load
+
+    def approach(self, iterations: int, start: np.ndarray | None = None) -> np.ndarray:
+        """Return positions (n, 3) [m] after so many quasi-Newton iterations; from rest the first is the linear answer.
+
+        Raises NotConverged if not even the first lowers the energy.
+        """
+        enough, start = TOLERANCE * float(np.linalg.norm(self._load)), self.rest if start is None else start
+        x = descend(self, self._factor.solve, start, enough, iterations).x
+        if x is start and not np.linalg.norm(self.force(x)) <= enough:
+            raise NotConverged(f"{self.particles.name}: springs find no way to give in; check the force", [])
+        return x
+
+    def settle(self, start: np.ndarray) -> np.ndarray:
+        """Return positions (n, 3) [m] at rest under the load; NotConverged if none are found."""
+        x = self.approach(MOST, start)
+        left = float(np.linalg.norm(self.force(x)) / max(float(np.linalg.norm(self._load)), 1e-300))
+        if not left <= REACHED:
+            raise NotConverged(f"{self.particles.name}: springs still move after {MOST} iterations", [left])
+        return x
+
+    def adjoint(self, x: np.ndarray, by_x: np.ndarray) -> np.ndarray:
+        """Apply the inverse of the stiffness at ``x`` to ``by_x`` (n, 3): the adjoint of the equilibrium.
+
+        Where the stiffness is not positive definite, this returns what conjugate gradients reach.
+        """
+        stiffness = self._stiffness(x)
+        right = by_x.copy()
+        right[self.particles.held] = 0.0
+
+        def product(p: np.ndarray) -> np.ndarray:
+            return (stiffness @ p.ravel()).reshape(p.shape)
+
+        return conjugate_gradients(product, self._factor.solve, right, 1e-3, 200)[0]
+
+    def _stiffness(self, x: np.ndarray) -> sparse.bsr_array:
+        stiffness = self._system.stiffness(x, definite=False)
+        self._system.hold(stiffness)
+        return stiffness
+
+
+WIDTH = 10.0
+"""Moduli are sought up to so many times above and below the material's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moduli:
+    """The result of a fit: ``young_pa`` (n,) of the nodes, ``volume_n_m``, and the ``misfit``, mean RMSE of peak."""
+
+    young_pa: np.ndarray
+    volume_n_m: float
+    misfit: float
+
+
+def fit_moduli(network: Network, samples: Database, nodal: bool, volume: bool, evaluations: tuple[int, int]) -> Moduli:
+    """Find the moduli with the least mean RMSE of peak over ``samples``; ``network`` is left with some others.
+
+    nodal : a modulus for each node, sought from the best one for all
+    volume : with a volume force, whose stiffness is sought too
+    evaluations : of the misfit and its gradient, for one modulus and for one a node
+    A sample without equilibrium counts as wrong by its whole peak. Raises NotConverged if all are.
+    """
+    search = _Search(network, samples, volume)
+    search.descend(1, evaluations[0], np.append(np.zeros(1), [1.0 / WIDTH] if volume else []))
+    if nodal:
+        found = search.best
+        young = np.log(found.young_pa / network.particles.material.young_pa)
+        start = np.append(young, [found.volume_n_m / search.stiff] if volume else [])
+        search.descend(len(young), evaluations[1], start)
+    if not search.best.misfit < 1.0:
+        raise NotConverged(f"{network.particles.name}: no moduli of springs fit the samples; choose lower loads", [])
+    return search.best
+
+
+class _Search:
+    """The misfit and its gradient by the unknowns: log E over the material's and, last, κ over ``stiff``."""
+
+    def __init__(self, network: Network, samples: Database, volume: bool):
+        self._network, self._samples = network, samples
+        self._young = network.particles.material.young_pa
+        # what springs need for the bulk modulus of a Poisson ratio of 0.4, ten times: they lack none at 1/4
+        bulky = replace(network.particles.material, poisson=0.4)
+        self.stiff = WIDTH * volume_stiffness(network.model, bulky) if volume else 0.0
+        self._peaks = samples.peaks
+        if not (self._peaks > 0.0).all():
+            raise InputError(f"{network.particles.name}: a training sample moves nowhere; leave it out.")
+        self._reached = [network.rest] * len(self._peaks)
+        self.best = Moduli(np.full(len(network.rest), self._young), 0.0, np.inf)
+
+    def descend(self, count: int, evaluations: int, start: np.ndarray) -> None:
+        """Improve on the best, with ``count`` moduli."""
+        steepness = float(np.linalg.norm(self._evaluate(start, count)[1]))
+        if steepness == 0.0:
+            return
+        widest = float(np.log(WIDTH))
+        bounds = [(-widest, widest)] * count + [(0.0, 1.0)] * (len(start) - count)
+        options = {"maxfun": evaluations, "ftol": 1e-4, "gtol": 0.0}
+
+        def cost(unknowns):  # steps of the order of 1, whatever the number of moduli
+            value, slopes = self._evaluate(unknowns, count)
+            return value / steepness, slopes / steepness
+
+        minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+
+    def _evaluate(self, unknowns: np.ndarray, count: int) -> tuple[float, np.ndarray]:
+        nodes, samples = len(self._network.rest), len(self._peaks)
+        young = self._young * np.exp(np.broadcast_to(unknowns[:count], nodes))
+        volume = float(unknowns[-1]) * self.stiff
+        self._network.stiffen(young, volume)
+        parts = [self._sample(i) for i in range(samples)]
+        misfit = sum(part[0] for part in parts) / samples
+        if misfit < self.best.misfit:
+            self.best = Moduli(young, volume, misfit)
+        slopes = young * sum(part[1] for part in parts)
+        slopes = slopes if count > 1 else slopes.sum(keepdims=True)
+        by_volume = [self.stiff * sum(part[2] for part in parts)] if self.stiff else []
+        return misfit, np.append(slopes, by_volume) / samples
+
+    def _sample(self, i: int) -> tuple[float, np.ndarray, float]:
+        """Return the RMSE of peak of one sample, and its gradient by the moduli (n,) [1/Pa] and by κ [m/N]."""
+        network, nothing = self._network, (np.zeros(len(self._network.rest)), 0.0)
+        network.press(int(self._samples.contact[i]), self._samples.force[i])
+        try:
+            x = network.settle(self._reached[i])
+        except NotConverged:
+            self._reached[i] = network.rest
+            return (1.0, *nothing)
+        self._reached[i] = x
+        off = network.up @ (x - network.rest) - self._samples.fine[i]
+        rmse = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+        if rmse == 0.0:
+            return (0.0, *nothing)
+        adjoint = network.adjoint(x, network.up.T @ (off / (rmse * self._peaks[i] * len(off))))
+        return (rmse / float(self._peaks[i]), *_slopes(network, x, adjoint))
+
+
+def _slopes(network: Network, x: np.ndarray, adjoint: np.ndarray) -> tuple[np.ndarray, float]:
+    """Multiply ``adjoint`` (n, 3) by the derivatives of the forces at ``x`` by the moduli and by κ."""
+    pairs, model = network.model.pairs, network.model
+    ends = x[pairs[:, 1]] - x[pairs[:, 0]]
+    length = np.linalg.norm(ends, axis=1)
+    stretch = np.divide(length - model.rest_m, length, out=np.zeros_like(length), where=length > 0.0)
+    along = stretch * np.einsum("si,si->s", ends, adjoint[pairs[:, 0]] - adjoint[pairs[:, 1]])
+    by_young = np.bincount(pairs.ravel(), np.repeat(0.5 * model.weights * along, 2), minlength=len(x))
+    unit = np.zeros_like(x)
+    Volume(network.particles, 1.0).add_force(x, None, unit)
+    return by_young, float(np.vdot(adjoint, unit))
+
 
 REDUCES, LAW = "p2", "springs"
 """They are fitted to its responses."""
-
-_fits: WeakKeyDictionary = WeakKeyDictionary()
-"""Moduli and what they took [s], by training samples, level and kind: the fit of one setting serves all."""
 
 
 def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
@@ -27,34 +229,35 @@ def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
     return found
 
 
-def prepare(case: Case, setting: Setting, nodal: bool, volume: bool) -> "SpringsAtRest":
-    """Fit moduli to the training samples, and factorise the stiffness at rest.
+class Offline(Stage):
+    """Moduli by level, fitted once for all settings.
 
     nodal : a modulus a node, not one for all; volume : with paper 2's volume force
-    Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
     """
-    network = Network(case, setting["level"])
-    moduli = _fitted(case, network, setting["level"], nodal, volume)
-    network.stiffen(moduli.young_pa, moduli.volume_n_m)
-    return SpringsAtRest(network, setting["iterations"])
+
+    def __init__(self, case: Case, nodal: bool, volume: bool):
+        super().__init__(case)
+        self._kind = nodal, volume
+
+    def online(self, setting: Setting) -> "SpringsAtRest":
+        """Fit moduli to the training samples, and factorise the stiffness at rest.
+
+        Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
+        """
+        case, level, grid = self.case, setting["level"], self.case.grid["mass_spring"]
+        network = Network(case, level)
+        samples = (case.first(grid["middle_samples"]) if level else case).use_training()
+        evaluations = grid["evaluations_uniform"], grid["evaluations_nodal"]
+        name = "moduli", case.database, level, *self._kind
+        moduli = case.share(name, lambda: fit_moduli(network, samples, *self._kind, evaluations), "moduli")
+        network.stiffen(moduli.young_pa, moduli.volume_n_m)
+        return SpringsAtRest(network, setting["iterations"])
 
 
-def _fitted(case: Case, network: Network, level: int, nodal: bool, volume: bool) -> Moduli:
-    grid, kind = case.grid["mass_spring"], (level, nodal, volume)
-    samples = (case.first(grid["middle_samples"]) if level else case).use_training()
-    known = _fits.setdefault(case.database, {})
-    if kind in known:
-        moduli, seconds = known[kind]
-        case.charge("moduli", seconds)  # spent before, for another setting
-        return moduli
-    begin = perf_counter()
-    moduli = fit(network, samples, nodal, volume, (grid["evaluations_uniform"], grid["evaluations_nodal"]))
-    known[kind] = moduli, perf_counter() - begin
-    return moduli
-
-
-class SpringsAtRest:
+class SpringsAtRest(Solver):
     """A network that makes so many quasi-Newton ``iterations`` from rest."""
+
+    memory_mb = 0.0
 
     def __init__(self, network: Network, iterations: int):
         self._network, self._iterations = network, iterations
@@ -65,3 +268,6 @@ class SpringsAtRest:
         network = self._network
         network.press(*load.single())
         return network.up @ (network.approach(self._iterations) - network.rest)
+
+
+offline = Offline

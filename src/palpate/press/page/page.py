@@ -1,4 +1,4 @@
-"""Make the page on which a reader presses a body: for the report, and as a document of its own."""
+"""The page on which a reader presses a body, for the report and as a document of its own."""
 
 import base64
 import json
@@ -7,13 +7,20 @@ from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
+from palpate.bodies.body import Body
 from palpate.files import write_whole
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report import page_assets
+from palpate.report.number_format import percent, seconds
 from palpate.report.words import spaced
+
+if TYPE_CHECKING:
+    from palpate.studies.press.known_presses import Known
 
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
@@ -87,9 +94,7 @@ def press_section(
 
 
 def press_document(
-    models: Sequence[PressModel],
-    title: str = "Press it",
-    held: Sequence[bool] | np.ndarray = (),
+    models: Sequence[PressModel], title: str = "Press it", held: Sequence[bool] | np.ndarray = ()
 ) -> str:
     """Return a whole page to press the body of ``models``, which needs no other file, and joins what errors it says.
 
@@ -167,7 +172,7 @@ def _palette(name: str) -> str:
 def _script(models: Sequence[PressModel]) -> str:
     """Return the page's script, in a scope of its own, with the runtime of models whose file lies in the page."""
     runtime = _runtime() if any(model.file is not None and model.kind == "portable" for model in models) else ""
-    scripts = "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
+    scripts = page_assets.asset("program.js") + "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
     return f'(() => {{\n"use strict";\n{runtime}\n{scripts}}})();\n'
 
 
@@ -185,3 +190,51 @@ def _json(head: dict) -> str:
 
 def _text(data: bytes) -> str:
     return base64.b64encode(data).decode("ascii")
+
+
+TITLES = {"contact_modes": "contact modes", "coarse": "linear, coarse mesh"}
+"""The models' names on the page."""
+ABOUT = {
+    "contact_modes": "Quadratic elements, reduced to shapes of presses.",
+    "coarse": "Linear elements of the coarse mesh under small strains, as in a game.",
+}
+
+
+def press_models(
+    table: pd.DataFrame, paths: Mapping[str, Path], known: Sequence["Known"], info: Mapping
+) -> list[PressModel]:
+    """Return the models of ``table``, as ``measure`` made it, with their files, what is known of them, and truths.
+
+    info : the header of the portable model, whose peak scales the colours
+    """
+    truths = [_truth_of(one) for one in known]
+    portable = {key: info[key] for key in ("peak_m", "hardest_n")}
+    found = []
+    for row in table.itertuples():
+        kind, more = ("coarse", portable) if row.model == "coarse" else ("portable", {})
+        file = paths[row.model].read_bytes()
+        advice = f"{ABOUT[row.model]} {worth(row)}"
+        found.append(PressModel(row.model, TITLES[row.model], file, advice=advice, truths=truths, info=more, kind=kind))
+    return found
+
+
+def held_nodes(body: Body) -> np.ndarray:
+    """Return (n,), whether each node of the fine surface is held."""
+    return np.isin(body.fine.surface, body.anchors[-1])
+
+
+def worth(row: Any) -> str:
+    """Return error and time of a row of the table press as a sentence."""
+    time = f"an answer takes {seconds(row.online_median_s)} in Python"
+    if not row.samples:
+        return f"Here {time}."
+    of = f"{row.samples} presses whose truth was simulated"
+    error = f"Error {percent(row.rmse_of_peak)} of the peak, {percent(row.rmse_of_peak_most)} at most, on {of}"
+    return f"{error}; {time}."
+
+
+def _truth_of(one: "Known") -> PressTruth:
+    newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(one.displacement, axis=1).max())
+    note = f"The truth is the limit of ever finer quadratic elements; its own error is {percent(one.own)} of its peak."
+    title = f"place {one.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm"
+    return PressTruth(title, one.place["triangle"], one.place["weights"], list(one.force), one.displacement, note)

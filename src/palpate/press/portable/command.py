@@ -5,23 +5,19 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
-from palpate.benchmark.database_of_body import database_of
 from palpate.benchmark.model import Case
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.make_body import make_body
-from palpate.config import complete, finger_regimes, paths_of_body, pressed_bodies
+from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError, NotConverged, suggest
-from palpate.models.enrichment.training_samples import FitOptions
 from palpate.models.model_registry import MODELS
 from palpate.press.portable.export import COLUMNS, export_model
 from palpate.press.portable.file import describe
-from palpate.schema import read_schema
-from palpate.settings_file import read_settings
+from palpate.run.settings import complete
+from palpate.run.settings_file import read_settings
 
 CAN = "contact_modes"
 """The model that a file can hold."""
-_SCHEMA = Path(__file__).parents[4] / "workflow/schemas/config.schema.yaml"
 
 
 def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> str:
@@ -33,9 +29,7 @@ def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> st
         why = "is not known" if model not in MODELS else "has no form that other programs can answer from"
         raise InputError(f"--model {model} {why}; export {CAN}.")
     _refuse_place(out)
-    if not _SCHEMA.is_file():
-        raise InputError(f"{_SCHEMA} is missing; install palpate from its folder, with pip install -e.")
-    settings = complete(read_settings(config), read_schema(_SCHEMA), config)
+    settings = complete(read_settings(config), config)
     case = _case(settings, config, scene)
     from threadpoolctl import threadpool_limits
 
@@ -68,11 +62,8 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     radius = float(entry["radius_of_body_m"].get(name, entry["radius_m"]))
     given = settings["bodies"][name]
     body = make_body(name, given | paths_of_body(given, config.parent))
-    nothing = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
-    database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *nothing)
-    options = FitOptions(1, {}, 2, "contacts", settings["seed"])
-    grid = settings["tradeoff"]["settings"]
-    return Case(body, regime, radius, database, None, options, settings["solver"]["tolerance"], grid)
+    grid, tolerance = settings["tradeoff"]["settings"], settings["solver"]["tolerance"]
+    return Case.untrained(body, regime, radius, settings["seed"], tolerance, grid)
 
 
 def told(what: str) -> Callable[[Sequence], Iterator]:

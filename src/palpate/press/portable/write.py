@@ -1,16 +1,141 @@
-"""Write a portable model file; docs/portable-model.md has its format."""
+"""Write a portable model file (docs/portable-model.md), over few displacements that all answers are made of."""
 
 import json
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
 
-from palpate.models.contact_modes.prepared_contacts import Prepared
+from palpate.bodies.body import Body
+from palpate.models.contact_modes.contact_modes import Prepared
+from palpate.models.fem_statics import to_surface
 from palpate.press.portable.runtimes.palpate_model import HEAD, MAGIC, SCALARS, VERSION
-from palpate.press.portable.surface_basis import SurfaceBasis
+
+MADE_OF = 6
+"""Nodes that a node of the surface is interpolated from at most: those of a quadratic triangle."""
+PARTS_OF_RADIUS, MOST_PARTS = 10.0, 8
+"""A disc is integrated over triangles split into parts of a tenth of its radius, at most eight along an edge."""
+BENT = 0.5
+"""Weight of what is beyond the linear part, in the choice of vectors."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceBasis:
+    """b displacements of n surface nodes, stored at a part of them and interpolated quadratically to the others.
+
+    nodes, normals : (n, 3); triangles : (t, 3) of these nodes; parts : along an edge, of triangles under a disc
+    made_of, weights : (n, 6), the stored nodes that each node is made of
+    rows : (stored,) the nodes that are stored
+    vectors : (3 stored, b), of mean square 1 a node
+    """
+
+    nodes: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    parts: int
+    made_of: np.ndarray
+    weights: np.ndarray
+    rows: np.ndarray
+    vectors: np.ndarray
+
+    @property
+    def stored(self) -> int:
+        """The number of stored nodes."""
+        return len(self.rows)
+
+    @cached_property
+    def _inverse(self) -> np.ndarray:
+        return np.linalg.pinv(self.vectors)
+
+    def at_stored(self, moved: np.ndarray) -> np.ndarray:
+        """Return displacements (3 stored, k) of those (3 n, k) of all nodes."""
+        return moved.reshape(len(self.nodes), 3, -1)[self.rows].reshape(3 * self.stored, -1).astype(float)
+
+    def coordinates(self, moved: np.ndarray) -> np.ndarray:
+        """Return the coordinates (b, k) of displacements (3 n, k) of all nodes."""
+        return self._inverse @ self.at_stored(moved)
+
+    def expand(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the displacements (3 n, k) of ``coordinates`` (b, k)."""
+        stored = (self.vectors @ coordinates).reshape(self.stored, 3, -1)
+        return np.einsum("nj,njdk->ndk", self.weights, stored[self.made_of]).reshape(3 * len(self.nodes), -1)
+
+
+def surface_basis(
+    body: Body, radius_m: float, linear: Sequence[np.ndarray], bent: Sequence[np.ndarray], most: int
+) -> SurfaceBasis:
+    """Choose at most ``most`` vectors by proper orthogonal decomposition.
+
+    linear, bent : (3 n, k) each, columns of contacts and what is beyond them; each counts over its largest entry
+    """
+    surface = body.fine.surface
+    made = _interpolation(body)
+    made_of, weights = np.zeros((len(surface), MADE_OF), dtype=np.int64), np.zeros((len(surface), MADE_OF))
+    rows = _stored(made)
+    for i in range(len(surface)):
+        part = slice(made.indptr[i], made.indptr[i + 1])
+        count = part.stop - part.start
+        made_of[i, :count], weights[i, :count] = made.indices[part], made.data[part]
+    triangles = np.searchsorted(surface, body.fine.triangles)
+    nodes = body.fine.nodes[surface].astype(np.float32).astype(float)
+    corners = nodes[triangles]
+    edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+    parts = int(np.clip(np.ceil(PARTS_OF_RADIUS * edge / radius_m), 1, MOST_PARTS))
+    empty = np.zeros((3 * len(rows), 0))
+    bare = SurfaceBasis(nodes, body.fine.normals[surface], triangles, parts, made_of, weights, rows, empty)
+    shown = [bare.at_stored(each) / np.abs(each).max() for each in linear]
+    shown += [BENT * bare.at_stored(each) / np.abs(each).max() for each in bent]
+    flat = np.hstack(shown)
+    products = flat @ flat.T if flat.shape[0] < flat.shape[1] else flat.T @ flat
+    values, vectors = np.linalg.eigh(products)
+    kept = np.argsort(values)[::-1][: min(most, int((values > 1e-10 * values[-1]).sum()))]
+    found = vectors[:, kept]
+    if flat.shape[0] >= flat.shape[1]:
+        found = flat @ found / np.sqrt(values[kept])
+    chosen = found * np.sqrt(len(rows))
+    return SurfaceBasis(nodes, bare.normals, triangles, parts, made_of, weights, rows, chosen)
+
+
+def fitted_compliance(discs: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """Fit the symmetric matrix (b, b) that takes means over discs to the coordinates of the linear responses to them.
+
+    discs, coordinates : (b, k), of k unit forces; by reciprocity the matrix is symmetric, and each force counts over
+    the size of its response
+    """
+    sizes = np.linalg.norm(coordinates, axis=0)
+    left, right = discs / sizes, coordinates / sizes
+    found = np.linalg.lstsq(left.T, right.T, rcond=1e-8)[0].T
+    return 0.5 * (found + found.T)
+
+
+def _interpolation(body: Body) -> sparse.csr_array:
+    """Return the matrix from nodes that are stored to all of the surface: quadratic triangles over two refinements."""
+    surface = body.fine.surface
+    if len(body.levels) < 3:
+        return sparse.csr_array(sparse.eye_array(len(surface), format="csr"))
+    whole = sparse.csr_array(to_surface(body, len(body.levels) - 3, 2))
+    used = np.unique(whole.indices[np.abs(whole.data) > 1e-12])
+    found = sparse.csr_array(whole[:, used])
+    found.data[np.abs(found.data) <= 1e-12] = 0.0
+    found.eliminate_zeros()
+    return found
+
+
+def _stored(made: sparse.csr_array) -> np.ndarray:
+    """Return, for each stored node, the surface node that it is."""
+    rows = np.zeros(made.shape[1], dtype=np.int64)
+    for i in range(made.shape[0]):
+        part = slice(made.indptr[i], made.indptr[i + 1])
+        for j, weight in zip(made.indices[part], made.data[part], strict=True):
+            if weight > 1.0 - 1e-9:
+                rows[j] = i
+    return rows
+
 
 LARGEST = 32767
 

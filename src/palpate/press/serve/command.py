@@ -13,8 +13,7 @@ import pandas as pd
 from palpate.benchmark.model import Case
 from palpate.errors import InputError
 from palpate.press.finished_run import FinishedRun
-from palpate.press.page.compose import ABOUT, TITLES, held_nodes, worth
-from palpate.press.page.page import PressModel, press_document
+from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
 from palpate.press.portable.file import read
 from palpate.press.serve.live_models import LiveModels, case_words
 from palpate.press.serve.server import PressServer

@@ -57,7 +57,7 @@ class LiveModels:
         """Return a model, prepared at its first use; InputError or NotConverged if that cannot be done."""
         if name not in self._made:
             setting = self._settings(name)[self.rows[name]["setting"]]
-            self._made[name] = PressedModel(self.case, self._run.model(name).prepare(self.case, setting))
+            self._made[name] = PressedModel(self.case, self._run.model(name).offline(self.case).online(setting))
         return self._made[name]
 
     def warm_up(self, name: str) -> None:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.benchmark.load import Answer, Doubted, Load, Press
-from palpate.benchmark.model import Case, Solver, checked
+from palpate.benchmark.load import Load, Press
+from palpate.benchmark.model import Case, Solver, answered
 from palpate.effects.patch_load import Patch
 from palpate.errors import InputError
 from palpate.press.serve.presses import Asked
@@ -40,14 +40,14 @@ class PressedModel:
         self._corners = fine.surface[case.database.triangles]
         self._nodes, self._normals = fine.nodes, fine.normals
         self._held = set(case.body.anchors[len(case.body.levels) - 1].tolist())
-        self._places = hasattr(solver, "place")
+        self._places = solver.presses_anywhere
 
     def respond(self, asked: list[Asked]) -> Found:
         """Answer presses; NotConverged where there is no answer, InputError for a place that cannot be pressed."""
         begin = perf_counter()
         shares = [self._shares(each) for each in asked]
         if self._places:
-            nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(asked)]  # type: ignore[attr-defined]
+            nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(asked)]
             parts = [(1.0, self._ask(asked, nodes))]
         else:
             parts = [
@@ -78,14 +78,8 @@ class PressedModel:
     def _ask(self, asked: list[Asked], nodes: list[int]) -> Found:
         """Ask the model for presses at ``nodes``."""
         load = Load(tuple(Press(node, each.force, each.moved) for node, each in zip(nodes, asked, strict=True)))
-        doubt = ""
-        try:
-            answer = self._solver.respond(load)
-        except Doubted as doubted:
-            answer, doubt = doubted.answer, str(doubted)
-        moved = checked(answer, self._case.n_surface)
-        more = answer if isinstance(answer, Answer) else Answer(moved)
+        more, doubt = answered(self._solver, load, self._case.n_surface)
         if more.forces is None and any(each.force is None for each in asked):
             raise InputError("this model finds no force for a depth; press with a force.")
         forces = more.forces if more.forces is not None else np.array([each.force for each in asked])
-        return Found(moved, forces, more.error, doubt, 0.0)
+        return Found(more.displacement, forces, more.error, doubt, 0.0)

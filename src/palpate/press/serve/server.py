@@ -1,21 +1,31 @@
-"""Serve one page and its answers to this machine only, to whoever knows the token; anything else gets a 4xx."""
+"""Serve one page and its answers to this machine only, to whoever knows the token; anything else gets a 4xx.
+
+Trap: any page that a browser shows can send requests to 127.0.0.1, under a name of its own, too. So the address holds
+a token, the Host must be this machine's, and presses must be JSON, which other pages may not post.
+"""
 
 import secrets
-import socket
 import sys
 import threading
+import traceback
 from collections.abc import Callable
-from contextlib import suppress
-from http.server import ThreadingHTTPServer
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
 from typing import Any
 
-from palpate.errors import InputError
-from palpate.press.serve.handler import Handler
+from palpate.errors import InputError, NotConverged
 
 HOST = "127.0.0.1"
-CLIENTS = 16
-"""Requests that are waited for at once; a browser opens six connections to a tab, some of which stay silent."""
+LARGEST = 8192
+"""Bytes of a body; two presses have 300."""
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",  # the address holds the token
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
 
 Answer = Callable[[str, bytes], bytes]
 """Return JSON for the name of a model and the body of a request; InputError or NotConverged says why there is none."""
@@ -30,8 +40,6 @@ class PressServer(ThreadingHTTPServer):
 
     daemon_threads = True
     block_on_close = False
-    allow_reuse_address = True
-    request_queue_size = 2 * CLIENTS
 
     page: bytes
     names: list[str]
@@ -40,8 +48,6 @@ class PressServer(ThreadingHTTPServer):
     def __init__(self, port: int = 0):
         self.token = secrets.token_urlsafe(24)
         self.turn = threading.Lock()  # models keep what they reuse between answers
-        self._waited_for: dict[Any, None] = {}  # connections, the first of which came first
-        self._counting = threading.Lock()
         try:
             super().__init__((HOST, port), Handler)
         except (OSError, OverflowError) as error:
@@ -67,28 +73,89 @@ class PressServer(ThreadingHTTPServer):
         TCPServer.server_bind(self)
         self.server_name, self.server_port = HOST, self.server_address[1]
 
-    def process_request(self, request: Any, client_address: Any) -> None:
-        """Handle a request in a thread; of CLIENTS that are waited for, the one that came first makes room."""
-        with self._counting:
-            first = next(iter(self._waited_for)) if len(self._waited_for) >= CLIENTS else None
-            self._waited_for.pop(first, None)
-            self._waited_for[request] = None
-        if first is not None:
-            with suppress(OSError):  # it may have ended by itself
-                first.shutdown(socket.SHUT_RDWR)
-        super().process_request(request, client_address)
-
-    def has_come(self, request: Any) -> None:
-        """Wait for a request no longer, so that it need not make room."""
-        with self._counting:
-            self._waited_for.pop(request, None)
-
-    def shutdown_request(self, request: Any) -> None:
-        """End a request, however it went."""
-        self.has_come(request)
-        super().shutdown_request(request)
-
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Ignore clients that go away in the middle of a request, and nothing else."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
+
+
+class Handler(BaseHTTPRequestHandler):
+    """One request and its answer; the connection is closed after it."""
+
+    server: PressServer
+    timeout = 10.0
+
+    def do_GET(self) -> None:
+        """Send the page."""
+        if not self._is_allowed():
+            return
+        if self.path == f"/{self.server.token}/":
+            self._send(HTTPStatus.OK, self.server.page, "text/html; charset=utf-8")
+        else:
+            self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here.")
+
+    def do_POST(self) -> None:
+        """Send the answer of a model to presses."""
+        if not self._is_allowed():
+            return
+        name = next((name for name in self.server.names if self.path == f"/{self.server.token}/answer/{name}"), None)
+        length = self.headers.get("Content-Length", "")
+        if name is None:
+            self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here.")
+        elif self.headers.get_content_type() != "application/json":
+            self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "post presses as application/json.")
+        elif not (length.isascii() and length.isdigit()):
+            self._refuse(HTTPStatus.LENGTH_REQUIRED, "say how long the body is.")
+        elif len(length) > 9 or int(length) > LARGEST:
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body has {LARGEST} bytes at most.")
+        else:
+            self._answer(name, self.rfile.read(int(length)))
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Refuse what the library cannot read; an unknown method or version is the client's fault, too."""
+        wrong = HTTPStatus.METHOD_NOT_ALLOWED if code == HTTPStatus.NOT_IMPLEMENTED else HTTPStatus.BAD_REQUEST
+        self._refuse(HTTPStatus(code) if 400 <= code < 500 else wrong, "this request is not understood.")
+
+    def version_string(self) -> str:
+        """Return how the server names itself, without versions."""
+        return "palpate"
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Log nothing."""
+
+    def _is_allowed(self) -> bool:
+        """Return whether the request is for this machine and from a page of it; refuse it if not."""
+        host, origin = self.headers.get("Host"), self.headers.get("Origin")
+        if host in self.server.hosts and origin in (None, f"http://{host}"):
+            return True
+        self._refuse(HTTPStatus.FORBIDDEN, "this address is not served.")
+        return False
+
+    def _answer(self, name: str, body: bytes) -> None:
+        try:
+            with self.server.turn:
+                found = self.server.answer(name, body)
+        except InputError as error:
+            self._refuse(HTTPStatus.BAD_REQUEST, str(error))
+        except NotConverged as error:
+            self._refuse(HTTPStatus.UNPROCESSABLE_ENTITY, f"{error}.")
+        except Exception:
+            traceback.print_exc()
+            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "this model failed; the terminal of palpate press says how.")
+        else:
+            self._send(HTTPStatus.OK, found, "application/json")
+
+    def _refuse(self, status: HTTPStatus, sentence: str) -> None:
+        self.close_connection = True
+        self._send(status, f"{sentence}\n".encode(), "text/plain; charset=utf-8")
+
+    def _send(self, status: HTTPStatus, content: bytes, kind: str) -> None:
+        self.send_response(status)
+        more = {"Content-Type": kind, "Content-Length": str(len(content))}
+        if status == HTTPStatus.METHOD_NOT_ALLOWED:
+            more["Allow"] = "GET, POST"
+        for name, value in (_HEADERS | more).items():
+            self.send_header(name, value)
+        self.end_headers()
+        if self.command != "HEAD":  # whose answers have no body
+            self.wfile.write(content)

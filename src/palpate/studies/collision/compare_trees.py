@@ -1,16 +1,121 @@
-"""Cost of each bounding structure on deforming scenes, and its missed or false pairs of crossing triangles."""
+"""Cost of bounding structures, own and of other libraries, on deforming scenes, and how it grows with triangles."""
 
 import time
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from palpate.collision.moving_surfaces import Moving, crossing_waves, scenes
 from palpate.collision.triangles.brute_force import crossing
-from palpate.studies.collision.deforming_surfaces import Moving, scenes
-from palpate.studies.collision.rival_trees import installed
+from palpate.table import Table
+
+EVERY = 10**9
+"""Upper limit of pairs, never reached: by default both packages stop after a few pairs."""
+
+
+def installed() -> tuple[dict[str, type], list[str]]:
+    """Return the rivals that can be imported, by the name of their structure, and the packages that cannot."""
+    packages: dict[str, dict[str, type]] = {
+        "fcl": {"obb_rss_fcl": Fcl},
+        "coal": {"obb_coal": Coal, "obb_coal_refit": CoalRefit},
+    }
+    missing = [package for package in packages if find_spec(package) is None]
+    found = [kinds for package, kinds in packages.items() if package not in missing]
+    return {name: kind for kinds in found for name, kind in kinds.items()}, missing
+
+
+class Fcl:
+    """Trees of python-fcl: OBB-RSS, without refit, rebuilt in every frame.
+
+    As in ``Coal``, contact points (``enable_contact``) are not computed: they cost time and are not needed here.
+    """
+
+    refits = False
+
+    def __init__(self, triangles: list[np.ndarray], points: list[np.ndarray]):
+        import fcl
+
+        self._fcl, self._triangles = fcl, triangles
+        self.update(points)
+
+    def update(self, points: list[np.ndarray]) -> None:
+        """Build the trees of both bodies at their new ``points``, (n, 3) [m] each."""
+        self._objects = []
+        for moved, triangles in zip(points, self._triangles, strict=True):
+            model = self._fcl.BVHModel()
+            model.beginModel(len(triangles), len(moved))
+            model.addSubModel(moved, triangles)
+            model.endModel()
+            self._objects.append(self._fcl.CollisionObject(model, self._fcl.Transform()))
+
+    def query(self) -> np.ndarray:
+        """Return the crossing pairs, (k, 2) int64, unsorted."""
+        asked, found = self._fcl.CollisionRequest(num_max_contacts=EVERY), self._fcl.CollisionResult()
+        self._fcl.collide(*self._objects, asked, found)
+        return np.array([(contact.b1, contact.b2) for contact in found.contacts], dtype=np.int64).reshape(-1, 2)
+
+
+class Coal:
+    """Trees of coal: OBB (its OBB-RSS take longer to build and to query), rebuilt in every frame."""
+
+    refits = False
+
+    def __init__(self, triangles: list[np.ndarray], points: list[np.ndarray]):
+        import coal
+
+        self._coal, self._triangles, self._here = coal, triangles, coal.Transform3s()
+        self._asked = coal.CollisionRequest()
+        self._asked.num_max_contacts, self._asked.enable_contact = EVERY, False
+        self._found = coal.CollisionResult()
+        self._build(points)
+
+    def _build(self, points: list[np.ndarray]) -> None:
+        self._models = []
+        for moved, triangles in zip(points, self._triangles, strict=True):
+            model = self._coal.BVHModelOBB()
+            model.beginModel(len(triangles), len(moved))
+            model.addVertices(moved)
+            model.addTriangles(triangles)
+            model.endModel()
+            self._models.append(model)
+
+    update = _build
+
+    def query(self) -> np.ndarray:
+        """Return the crossing pairs, (k, 2) int64, unsorted."""
+        self._found.clear()
+        one, other = self._models
+        self._coal.collide(one, self._here, other, self._here, self._asked, self._found)
+        pairs = [(contact.b1, contact.b2) for contact in self._found.getContacts()]
+        return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+class CoalRefit(Coal):
+    """Trees of coal, refitted bottom-up, which takes a fifth of the time of its top-down refit."""
+
+    refits = True
+
+    def __init__(self, triangles: list[np.ndarray], points: list[np.ndarray]):
+        super().__init__(triangles, points)
+        self._filled = []
+        for moved in points:
+            # passing points one by one costs more than the refit, so the same points are passed in every frame
+            # and the new ones are written into the model's own array
+            self._filled.append(self._coal.StdVec_Vec3s())
+            self._filled[-1].extend(list(moved))
+
+    def update(self, points: list[np.ndarray]) -> None:
+        """Refit the trees of both bodies to their new ``points``, (n, 3) [m] each."""
+        for model, filled, moved in zip(self._models, self._filled, points, strict=True):
+            model.beginReplaceModel()
+            model.replaceSubModel(filled)
+            model.vertices()[:] = moved
+            model.endReplaceModel(True, True)
+
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
 BLOCK = 10
@@ -31,8 +136,8 @@ class RefittedTrees:
     def __init__(
         self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list, layer: int | None = None
     ):
-        from palpate.collision.trees.stopped_tree import StoppedTree
         from palpate.collision.trees.tree import Tree
+        from palpate.collision.trees.tree_query import StoppedTree
 
         more: dict[str, Any] = {"depths": depths} if depths else {}
         make = Tree if layer is None else partial(StoppedTree, layer=layer)
@@ -67,14 +172,26 @@ def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, st
     return found | {(name, "", True): kind for name, kind in rivals.items()}
 
 
+COLLISION = Table(
+    "collision",
+    "The times, the tests, and the missed and extra pairs of each bounding structure in each scene.",
+    """
+    scene structure depths rival: a scene; a structure, layers of a composite tree, and whether it is of another library
+    triangles: of all bodies
+    build_ms refit_ms query_ms frame_ms: median processor times; a frame is refit and query, or build and query [ms]
+    node_tests triangle_tests pairs: tests of volumes and of triangles, and crossing pairs found
+    missed_pairs extra_pairs: over all frames, against brute force
+    rebuilds frames threads: rebuilds in all frames, frames, and threads that worked
+    """,
+)
+
+
 def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, report: Callable) -> pd.DataFrame:
     """Measure the rows of collision.csv: one for each scene and structure.
 
     frames : of each scene; refinements : of the livers; report : called with the name of each scene that is done
-    Times are medians over frames of processor time on one thread. build_ms and refit_ms cover all trees of the scene,
-    refit_ms includes rebuilding worn trees (``rebuilds`` in all frames). frame_ms : query and refit together, or query
-    and build where there is no refit. missed_pairs and extra_pairs : sums over all frames, against
-    ``brute_force.crossing``. Rivals have no self-collision, so they are left out where a body collides with itself.
+    Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so
+    they are left out where a body collides with itself.
     """
     tables = []
     for scene in scenes(refinements, seed):
@@ -147,3 +264,71 @@ def timed(call: Callable, *given: Any) -> tuple[float, Any]:
     start = time.thread_time()
     result = call(*given)
     return 1e3 * (time.thread_time() - start), result
+
+
+STAGES = ("build_ms", "refit_ms", "query_ms")
+FEWEST = 5000
+"""Least number of triangles for the fit of exponents: below it the cost of calling compiled functions matters."""
+
+
+def exponents(table: pd.DataFrame) -> pd.DataFrame:
+    """Fit the slopes of log time over log triangles, from FEWEST triangles on.
+
+    The columns are structure, depths, rival and one for each of STAGES.
+    """
+    kept = table[table["triangles"] >= FEWEST]
+    rows = []
+    for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
+        row = {"structure": structure, "depths": depths, "rival": rival}
+        if len(group) > 1:
+            count = np.log(group["triangles"])
+            row |= {stage: np.polyfit(count, np.log(group[stage]), 1)[0] for stage in STAGES}
+        rows.append(row)
+    return pd.DataFrame(rows).reindex(columns=["structure", "depths", "rival", *STAGES])
+
+
+FRAMES = 3
+
+COLLISION_SCALING = Table(
+    "collision_scaling",
+    "The times of each bounding structure over the number of triangles.",
+    """
+    structure depths rival triangles: a structure, as in collision.csv, and triangles of both sheets
+    build_ms refit_ms query_ms: median processor times of both trees [ms]
+    pairs threads: crossing pairs, and threads that worked
+    """,
+)
+
+
+def measure_growth(triangles: list[int], depths: list[list[int]], report: Callable) -> pd.DataFrame:
+    """Measure the rows of collision_scaling.csv on two crossing sheets, in FRAMES frames for each size.
+
+    triangles : approximate numbers of triangles of both sheets together; depths : as in ``compare_trees.contenders``
+    report : called with each number of triangles that is done
+    Times are medians of processor time on one thread, for both trees together.
+    """
+    rows = []
+    first = crossing_waves(0)
+    for make in contenders(depths, with_rivals=True).values():
+        _times(make, first.triangles, [first.at(0.0)])  # compiles the kernels
+    for number in triangles:
+        scene = crossing_waves(number)
+        points = [scene.at(0.002 * frame) for frame in range(FRAMES)]
+        count = sum(map(len, scene.triangles))
+        for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
+            row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}
+            rows.append(row | _times(make, scene.triangles, points) | {"threads": 1})
+        report(number)
+    return pd.DataFrame(rows)
+
+
+def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> dict[str, float]:
+    built, one = timed(make, triangles, points[0])
+    taken = []
+    # without a refit every frame is a build, which the first call has timed
+    for at in points:
+        update = timed(one.update, at)[0] if one.refits else np.nan
+        query, pairs = timed(one.query)
+        taken.append((update, query, len(pairs)))
+    update, query, pairs = np.median(taken, axis=0)
+    return dict(zip(STAGES, (built, update, query), strict=True)) | {"pairs": pairs}

@@ -1,16 +1,244 @@
 """Steps from a scan to a picture and a mask that paper 3 describes in chapter 2, each against what is known."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.ndimage import gaussian_filter
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.synthetic_abdomen import abdomen
-from palpate.studies.ct import classified_voxels, compositing, mask_interpolation, segmented_scans, surface_normals
-from palpate.studies.ct.ray_casting import Rays, cast, field_of, front, parallel_rays
-from palpate.studies.ct.tissue_classes import by_threshold, transfer_of
+from palpate.bodies.ct.scan_of import even_brightness, fill_between
+from palpate.bodies.ct.segmentation import segment
+from palpate.bodies.ct.synthetic_abdomen import (
+    FAT_HU,
+    LIVER_HU,
+    LIVER_SIGNALS,
+    abdomen,
+    hu_of_shapes,
+    liver_side,
+    mri_abdomen,
+    shape_shares,
+)
+from palpate.bodies.surfaces.decimate import area_normals, vertex_normals
+from palpate.bodies.surfaces.mask_surface import isosurface
+from palpate.errors import InputError
+from palpate.studies.ct.ray_casting import (
+    GREY,
+    TISSUES,
+    Rays,
+    by_percentage,
+    by_threshold,
+    cast,
+    compositing,
+    field_of,
+    fit_mixture,
+    front,
+    likely,
+    on_white,
+    parallel_rays,
+    probabilities,
+    thresholds,
+    transfer_of,
+)
+from palpate.table import Table
+
+NEAREST, BETWEEN = "nearest slice", "signed distance"
+
+MASK_INTERPOLATION = Table(
+    "mask_interpolation",
+    "The mask of each body, drawn on every n-th slice and filled between, against the whole mask.",
+    """
+    body every method: a body, n, and how slices are filled
+    dice volume_deviation: Dice coefficient, and relative deviation of the volume
+    """,
+)
+
+
+def mask_interpolation(name: str, image: Image, mask: np.ndarray, every: Sequence[int]) -> pd.DataFrame:
+    """Compute the rows of mask_interpolation.csv: how far the mask of a body comes back from every n-th slice.
+
+    dice : 2 |a ∩ b| / (|a| + |b|), the lower of two ways to begin; volume_deviation : of the same, relative
+    method : the mask of the nearest drawn slice, or interpolated signed distances (``fill_between``)
+    Slices are drawn across z. An organ with fewer than two drawn ones has no row.
+    """
+    rows = []
+    for n in every:
+        for method in (NEAREST, BETWEEN):
+            tried = [_compare(method, image, mask, only_every(mask, n, first)) for first in (0, n // 2)]
+            found = [one for one in tried if one is not None]
+            if found:
+                rows.append((name, n, method, *min(found)))
+    return MASK_INTERPOLATION.frame(rows)
+
+
+def only_every(mask: np.ndarray, n: int, first: int) -> np.ndarray:
+    """Keep every n-th slice of a mask, (nz, ny, nx) bool, counted from one of its own."""
+    start = (int(np.flatnonzero(mask.any(axis=(1, 2)))[0]) + first) % n
+    drawn = np.zeros_like(mask)
+    drawn[start::n] = mask[start::n]
+    return drawn
+
+
+def dice(first: np.ndarray, second: np.ndarray) -> float:
+    """Return how far two masks agree: 1 if they are the same, 0 if they have no voxel in common."""
+    return float(2 * (first & second).sum() / (first.sum() + second.sum()))
+
+
+def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> tuple[float, float] | None:
+    slices = np.flatnonzero(drawn.any(axis=(1, 2)))
+    if len(slices) < 2:
+        return None
+    if method == BETWEEN:
+        filled = fill_between(drawn, image, "z", Path(image.source))
+    else:
+        half = (slices[1] - slices[0]) // 2
+        all_of = np.arange(len(mask))
+        near = slices[np.abs(all_of[:, None] - slices).argmin(axis=1)]
+        filled = np.where((np.abs(all_of - near) <= half)[:, None, None], drawn[near], False)
+    return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
+
+
+NEAR = 0.06
+"""Points so far from the exact surface, relative to the half axes, belong to another organ."""
+GRADIENT, CORNERS, TRIANGLES = "gradient", "triangles around", "triangle"
+
+SURFACE_NORMALS = Table(
+    "surface_normals",
+    "Angles of a surface's normals to those of the exact liver, and the distance of its points from it.",
+    """
+    blur_voxels normals_from: blur before the surface is taken [finest spacing], and source of the normals
+    points median_deg p95_deg: number of points, and angles to the exact normal [°]
+    rms_m: distance of the points from the exact surface [m]
+    """,
+)
+
+
+def surface_normals(image: Image) -> pd.DataFrame:
+    """Compute the rows of surface_normals.csv for the liver of the synthetic abdomen's scan ``image``.
+
+    Normals are the gradient of the grey values by central differences; the mean of the triangles around a point, by
+    their areas; or those of each triangle.
+    """
+    level, rows = (LIVER_HU + FAT_HU) / 2, []
+    for blur in (0.0, 1.0):
+        steps = blur * image.spacing_m.min() / image.spacing_m[::-1]
+        grey = gaussian_filter(image.hu.astype(np.float32), steps)
+        points, triangles, slopes = isosurface(grey, level, image.origin_m, image.spacing_m, normals=True)
+        for source, places, normals in _sources(points, triangles, slopes):
+            side, exact = liver_side(places)
+            near = np.abs(side - 1) < NEAR
+            cosines = np.abs(np.einsum("ij,ij->i", normals[near], exact[near]))
+            angles = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
+            far = np.linalg.norm(places[near] - _onto(places[near]), axis=1)
+            median, p95 = np.percentile(angles, [50, 95])
+            rows.append((blur, source, int(near.sum()), median, p95, float(np.sqrt((far**2).mean()))))
+    return SURFACE_NORMALS.frame(rows)
+
+
+def _sources(
+    points: np.ndarray, triangles: np.ndarray, slopes: np.ndarray
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Yield each kind of normals, (n, 3), with the places that they belong to, (n, 3) [m]; not of flat triangles."""
+    yield GRADIENT, points, slopes
+    areas = area_normals(points, triangles)
+    sizes = np.linalg.norm(areas, axis=1)
+    whole = sizes > 0
+    used, corners = np.unique(triangles[whole], return_inverse=True)
+    yield CORNERS, points[used], vertex_normals(points[used], corners.reshape(-1, 3))
+    yield TRIANGLES, points[triangles[whole]].mean(axis=1), areas[whole] / sizes[whole, None]
+
+
+def _onto(points: np.ndarray) -> np.ndarray:
+    """Move points near the exact liver along its normals onto it, by a few steps of Newton's method."""
+    found = points.copy()
+    for _ in range(4):
+        side, normals = liver_side(found)
+        ahead = liver_side(found + 1e-6 * normals)[0]
+        found -= ((side - 1) / (ahead - side) * 1e-6)[:, None] * normals
+    return found
+
+
+CT_RANGE = (30, 120)
+
+SEGMENTED_SCANS = Table(
+    "segmented_scans",
+    "The liver found by one range of grey values in a synthetic CT and MRI, against the true one.",
+    """
+    scan dice volume_deviation: a scan, Dice coefficient, and relative deviation of the volume
+    """,
+)
+
+
+def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tuple[Image, np.ndarray]]]:
+    """Compute the rows of segmented_scans.csv, and the MRI as it is and evened with what is found in each.
+
+    ct, liver : the synthetic abdomen and its liver, (nz, ny, nx) bool
+    scan : what the grey values are of; dice, volume_deviation : of the segmentation by one range of grey values. Where
+    nothing is found, dice is 0.
+    """
+    raw = mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
+    rows, shown = [], []
+    for scan, image in (("CT", ct), ("MRI", raw), ("MRI, evened", even_brightness(raw))):
+        found = _segmented(image, CT_RANGE if image.modality == "ct" else LIVER_SIGNALS)
+        volume = float(found.sum() / liver.sum() - 1)
+        rows.append((scan, dice(found, liver), volume))
+        if image.modality == "mri":
+            shown.append((image, found))
+    return SEGMENTED_SCANS.frame(rows), shown
+
+
+def _segmented(image: Image, limits: Sequence[float]) -> np.ndarray:
+    try:
+        return segment(image, {"threshold_hu": limits, "threshold": limits})
+    except InputError:
+        return np.zeros(image.hu.shape, dtype=bool)
+
+
+TISSUE_CLASSES = Table(
+    "tissue_classes",
+    "The tissues that voxels are taken for, by three methods, against what the synthetic abdomen is made of.",
+    """
+    method tissue: thresholds, probability of a fitted mixture or percentage; and a tissue
+    wrong: share of its voxels that are taken for another
+    rms_error: error of its share in a voxel, over all voxels
+    """,
+)
+
+
+def tissue_classes(image: Image) -> pd.DataFrame:
+    """Compute the rows of tissue_classes.csv for the synthetic abdomen's CT ``image``.
+
+    method : thresholds midway between usual grey values; the probability of a mixture that is fitted to the histogram;
+    or the percentages of two neighbouring tissues. A voxel is of the tissue that fills most of it.
+    """
+    truth = _shares(image)
+    mixture = fit_mixture(image.hu, [tissue.hu for tissue in TISSUES])
+    methods = {
+        "threshold": by_threshold,
+        "probability": lambda grey: probabilities(mixture, grey),
+        "percentage": by_percentage,
+    }
+    rows = []
+    for method, classify in methods.items():
+        found = classify(image.hu.astype(np.float32))
+        for k, tissue in enumerate(TISSUES):
+            within = truth.argmax(axis=0) == k
+            error = float(np.sqrt(((found - truth)[k] ** 2).mean()))
+            rows.append((method, tissue.name, float((found.argmax(axis=0) != k)[within].mean()), error))
+    return TISSUE_CLASSES.frame(rows)
+
+
+def _shares(image: Image) -> np.ndarray:
+    """Return the share of each tissue in each voxel, (k, nz, ny, nx); what no shape fills is a gap."""
+    shares = shape_shares(image.spacing_m.tolist())
+    truth = np.zeros((len(TISSUES), *image.hu.shape), dtype=np.float32)
+    for name, hu in hu_of_shapes().items():
+        truth[np.searchsorted(thresholds(), hu)] += shares[name]
+    truth[0] += 1 - truth.sum(axis=0)
+    return truth
+
 
 STEP = 0.5
 """Of the smallest side of a voxel, between samples along a ray."""
@@ -46,31 +274,31 @@ def measure(
     found: dict[str, pd.DataFrame] = {}
     for name in progress(["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]):
         if name == "mask_interpolation":
-            parts = [mask_interpolation.measure(body, *scan, every) for body, scan in masks.items()]
+            parts = [mask_interpolation(body, *scan, every) for body, scan in masks.items()]
             found[name] = pd.concat(parts, ignore_index=True)
         elif name == "surface_normals":
-            found[name] = surface_normals.measure(image)
+            found[name] = surface_normals(image)
         elif name == "tissue_classes":
-            found[name] = classified_voxels.measure(image)
+            found[name] = tissue_classes(image)
         elif name == "segmented_scans":
-            found[name], mris = segmented_scans.measure(image, truth["liver"])
+            found[name], mris = segmented_scans(image, truth["liver"])
         else:
             rays = parallel_rays(image, front(), pixels, STEP)
-            found[name] = compositing.measure(field_of(image), rays, compositing.likely(image))
+            found[name] = compositing(field_of(image), rays, likely(image))
     return found, Pictures(*_pictures(image, rays), mris, truth["liver"])
 
 
 def _pictures(image: Image, rays: Rays) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Cast the pictures that are drawn: classes by threshold and by probability, both orders of compositing."""
-    field, likely = field_of(image), compositing.likely(image)
-    sharp = transfer_of(compositing.GREY, by_threshold(compositing.GREY))
-    back = cast(field, likely, rays, back_to_front=True)
-    front_first, samples = cast(field, likely, rays, enough=ENOUGH)
+    field, transfer = field_of(image), likely(image)
+    sharp = transfer_of(GREY, by_threshold(GREY))
+    back = cast(field, transfer, rays, back_to_front=True)
+    front_first, samples = cast(field, transfer, rays, enough=ENOUGH)
     shape = rays.height, rays.width
     shown = {
         "classes by threshold": cast(field, sharp, rays)[0],
         "by probability, back to front": back[0],
         f"front to back, ends at {ENOUGH:g}": front_first,
     }
-    pictures = {caption: compositing.on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
+    pictures = {caption: on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
     return pictures, (samples / np.maximum(back[1], 1)).reshape(shape)

@@ -11,8 +11,22 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
+from palpate.table import Table
 
 _MORE = (1.0, 1.1, 1.2)  # factors of the surface nodes, tried in turn for thin organs
+
+NODE_MASS = Table(
+    "node_mass",
+    "The mass of each body from CT at several mesh sizes, and its deviation from the mass of the voxels.",
+    """
+    body elements nodes: a body, and the size of its mesh
+    total_mass_kg mean_density_kg_m3: sum of the nodes' masses [kg], and over the mesh's volume [kg/m³]
+    deviation_from_voxels raw_deviation: relative deviation from the voxels' sum, and without the correction at the rim
+    surface_nodes: nodes on the surface
+    voxel_mass_kg least_node_kg largest_node_kg: masses of the voxels, and of the lightest and the heaviest node [kg]
+    """,
+    always=False,
+)
 
 
 def measure(
@@ -21,8 +35,6 @@ def measure(
     """Compute the rows of node_mass.csv, one for each resolution, from coarse to fine.
 
     mask : the organ of the body ``name``, (nz, ny, nx) bool; surface_nodes : the resolutions, wrapped by ``progress``
-    mean_density_kg_m3 : total mass / the mesh's volume; deviation_from_voxels : relative deviation of the total mass
-    from the sum over the mask's voxels; raw_deviation : the same without the correction at the organ's rim.
     Every mesh encloses the volume of the voxels. Raises InputError if the organ cannot be meshed.
     """
     voxels = voxel_mass(image, mask)

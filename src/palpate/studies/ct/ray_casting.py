@@ -1,12 +1,130 @@
-"""Ray casting of a scan, composited front to back or back to front (paper 3, chapter 2)."""
+"""Ray casting of a scan (paper 3, chapter 2): tissues by threshold or probability, composited in both orders, timed."""
 
+from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numba
 import numpy as np
+import pandas as pd
 
+from palpate.benchmark.timing import time_calls
 from palpate.bodies.ct.image import Image
-from palpate.studies.ct.tissue_classes import Transfer
+from palpate.table import Table
+
+_ROUNDS, _BINS = 200, 1024
+_SETTLED = 1e-4
+"""Share of the range of grey values by which means still move when they count as found."""
+
+
+class Tissue(NamedTuple):
+    """A class: the grey value that it usually has [HU], its colour, and its opacity per millimetre."""
+
+    name: str
+    hu: float
+    colour: tuple[float, float, float]
+    per_mm: float
+
+
+TISSUES = (
+    Tissue("gap", -1000.0, (0.98, 0.85, 0.76), 0.0),
+    Tissue("fat", -100.0, (0.98, 0.85, 0.76), 0.004),
+    Tissue("soft tissue", 50.0, (0.66, 0.32, 0.26), 0.04),
+    Tissue("bone", 400.0, (0.96, 0.95, 0.92), 0.6),
+)
+"""Paper 3's: gaps transparent, skin and fat light and transparent, muscle darker, bone grey-white."""
+
+
+class Mixture(NamedTuple):
+    """A sum of normal distributions: ``means``, rising, ``deviations`` and ``shares``, (k,) each."""
+
+    means: np.ndarray
+    deviations: np.ndarray
+    shares: np.ndarray
+
+
+class Transfer(NamedTuple):
+    """Looks of grey values: ``values`` (n,), evenly spaced, ``colours`` (n, 3), opacity ``per_mm`` (n,)."""
+
+    values: np.ndarray
+    colours: np.ndarray
+    per_mm: np.ndarray
+
+
+def fit_mixture(grey: np.ndarray, starts: Sequence[float]) -> Mixture:
+    """Fit a mixture of normal distributions to grey values by expectation and maximisation, on their histogram.
+
+    Dempster, Laird, Rubin, J. R. Stat. Soc. B 39(1), 1977. Trap: voxels that two tissues share have any value between;
+    a distribution that is even over the range takes them, or they would widen the others.
+    """
+    counts, edges = np.histogram(grey, _BINS)
+    values, weights = (edges[1:] + edges[:-1]) / 2, counts / counts.sum()
+    width, span = edges[1] - edges[0], edges[-1] - edges[0]
+    means = np.array(starts, dtype=float)
+    deviations = np.full(len(means), float(np.diff(means).min() / 4))
+    shares, mixed = np.full(len(means), 1 / (len(means) + 1)), 1 / (len(means) + 1)
+    for _ in range(_ROUNDS):
+        away = (values - means[:, None]) / deviations[:, None]
+        densities = (shares / deviations)[:, None] * np.exp(-(away**2) / 2) / np.sqrt(2 * np.pi)
+        belongs = densities / (densities.sum(axis=0) + mixed / span) * weights
+        amounts = np.maximum(belongs.sum(axis=1), 1e-12)
+        moved = belongs @ values / amounts
+        squares = (belongs * (values - moved[:, None]) ** 2).sum(axis=1) / amounts
+        settled = np.abs(moved - means).max() <= _SETTLED * span
+        means, deviations = moved, np.maximum(np.sqrt(squares), width)
+        shares, mixed = amounts, max(1 - float(amounts.sum()), 0.0)
+        if settled:
+            break
+    order = np.argsort(means)
+    return Mixture(means[order], deviations[order], shares[order] / shares.sum())
+
+
+def probabilities(mixture: Mixture, values: np.ndarray) -> np.ndarray:
+    """Compute the probability of each class at grey values (…), by Bayes' rule: (k, …), which sum to 1.
+
+    Only the two classes on either side of a value count, and beyond all of them the last one. Trap: far from all of
+    them the widest one would win, so that a voxel that air and tissue share would be bone.
+    """
+    columns = (slice(None), *[None] * np.ndim(values))
+    means, deviations = mixture.means[columns], mixture.deviations[columns]
+    logs = np.log(np.maximum(mixture.shares, 1e-12))[columns] - ((values - means) / deviations) ** 2 / 2
+    logs = logs - np.log(deviations)
+    below = np.clip(np.searchsorted(mixture.means, values) - 1, 0, len(mixture.means) - 2)
+    number = np.arange(len(mixture.means))[columns]
+    beside = (number == below) & (values < mixture.means[-1]) | (number == below + 1) & (values > mixture.means[0])
+    logs = np.where(beside, logs, -np.inf)
+    odds = np.exp(logs - logs.max(axis=0))
+    return odds / odds.sum(axis=0)
+
+
+def thresholds() -> np.ndarray:
+    """Return the grey values [HU] midway between neighbouring tissues."""
+    usual = np.array([tissue.hu for tissue in TISSUES])
+    return (usual[1:] + usual[:-1]) / 2
+
+
+def by_threshold(values: np.ndarray) -> np.ndarray:
+    """Return 1 for the class of each grey value (…) and 0 for all others, (k, …)."""
+    number = np.searchsorted(thresholds(), values)
+    return np.stack([number == k for k in range(len(TISSUES))]).astype(float)
+
+
+def by_percentage(values: np.ndarray) -> np.ndarray:
+    """Return how much of each of two neighbouring tissues mixes to each grey value (…): (k, …), which sum to 1.
+
+    Drebin, Carpenter, Hanrahan, "Volume rendering", SIGGRAPH 1988, without noise: linear between the usual values.
+    """
+    usual = [tissue.hu for tissue in TISSUES]
+    return np.stack([np.interp(values, usual, one) for one in np.eye(len(usual))])
+
+
+def transfer_of(values: np.ndarray, shares: np.ndarray) -> Transfer:
+    """Mix the tissues' looks by their shares (k, n) at evenly spaced grey values (n,); colours weighted by opacity."""
+    opacities = np.array([tissue.per_mm for tissue in TISSUES])
+    weights = shares * np.maximum(opacities, 1e-9)[:, None]
+    colours = (weights / weights.sum(axis=0)).T @ np.array([tissue.colour for tissue in TISSUES])
+    return Transfer(values, colours, opacities @ shares)
+
 
 AMBIENT, DIFFUSE = 0.3, 0.65
 """Shares of light from all sides, and from where the viewer is."""
@@ -165,3 +283,57 @@ def _facing(voxels, z, y, x, away):
         along += slope * away[c]
         square += slope * slope
     return abs(along) / np.sqrt(square) if square > 0 else 1.0
+
+
+BACK, FRONT = "back to front", "front to back"
+ORDERS = ((BACK, 1.0), (FRONT, 1.0), (FRONT, 0.99))
+"""Order of compositing, and the opacity at which a ray ends; at 1 no ray does."""
+GREY = np.arange(-1100.0, 1501.0, 4.0)
+"""Grey values [HU] at which looks are tabulated."""
+REPEATS = 5
+"""Timed pictures; each takes some tenths of a second."""
+TRANSLUCENT, SOLID = "translucent", "solid"
+_SOLID = 10.0
+"""Times as many layers of a tissue lie in a millimetre where tissues look solid."""
+
+COMPOSITING = Table(
+    "compositing",
+    "Pictures composited in both orders: samples a ray takes, time, and difference from back to front.",
+    """
+    looks order enough: opacities, order of compositing, and the opacity at which a ray ends
+    samples median_s: samples a ray, and time of a picture [s]
+    difference: largest difference of a colour, 0 to 1, from back to front
+    """,
+)
+
+
+def compositing(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
+    """Compute the rows of compositing.csv, with the opacities of ``transfer`` and of tissues ten times as dense."""
+    rows = []
+    for looks, shown in ((TRANSLUCENT, transfer), (SOLID, solid(transfer))):
+        calls = [
+            partial(cast, field, shown, rays, back_to_front=order == BACK, enough=enough) for order, enough in ORDERS
+        ]
+        taken = [call() for call in calls]
+        exact = on_white(taken[0][0])
+        timed = time_calls(calls, REPEATS).seconds
+        for (order, enough), (found, samples), seconds in zip(ORDERS, taken, timed, strict=True):
+            apart = float(abs(on_white(found) - exact).max())
+            rows.append((looks, order, enough, float(samples.mean()), float(np.median(seconds)), apart))
+    return COMPOSITING.frame(rows)
+
+
+def solid(transfer: Transfer) -> Transfer:
+    """Return looks of tissues ten times as dense."""
+    return transfer._replace(per_mm=1 - (1 - transfer.per_mm) ** _SOLID)
+
+
+def on_white(found: np.ndarray) -> np.ndarray:
+    """Put colours times opacity, and opacity, (n, 4), on white: (n, 3), 0 to 1."""
+    return found[:, :3] + (1 - found[:, 3:])
+
+
+def likely(image: Image) -> Transfer:
+    """Return the looks of a CT's grey values by the probability of each tissue, fitted to its histogram."""
+    mixture = fit_mixture(image.hu, [tissue.hu for tissue in TISSUES])
+    return transfer_of(GREY, probabilities(mixture, GREY))

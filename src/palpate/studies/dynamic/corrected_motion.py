@@ -6,8 +6,8 @@ from time import perf_counter
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh
-from palpate.linalg.factor import Factor
-from palpate.models.enrichment.node_rotations import NodalRotations
+from palpate.linalg.multigrid import Factor
+from palpate.models.enrichment.detail_correction import NodalRotations
 from palpate.models.fem_statics import to_surface
 from palpate.scenes.build_system import compose
 from palpate.scenes.dynamic_check import LOADS

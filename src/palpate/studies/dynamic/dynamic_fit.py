@@ -10,9 +10,9 @@ from scipy.optimize import minimize
 
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
-from palpate.models.shape_statics import cubes
-from palpate.models.springs.calibration.closed_forms import volume_stiffness
-from palpate.models.springs.calibration.spring_model import spring_model
+from palpate.models.shape_matching import cubes
+from palpate.models.springs.fitness import volume_stiffness
+from palpate.models.springs.spring_motion import spring_model
 from palpate.scenes.motion import Motion
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.dynamic_trial import Trial

@@ -6,9 +6,9 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
+from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.refinement import finer
-from palpate.bodies.sheet import Sheet
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
@@ -151,7 +151,7 @@ def trial(name: str, entry: dict, body: Body, own: dict) -> Trial:
     """
     kind = "sheet" if isinstance(body.coarse, Sheet) else ""
     check_trial("dynamic.scenes", name, entry, kind, taught(own))
-    loads = {effect: entry[effect] for effect in TAKEN_OVER if effect in entry and acts(effect, entry)}
+    loads = {effect: entry[effect] for effect in TAKEN_OVER if effect in entry and acts(effect, entry, kind)}
     damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
     nested = _nested(body, own.get("level", max(entry.get("level", 0), 1)))
     shifts = [other["shift_m"] for other in entry.get("others", [])]

@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark.coverage import Draws
-from palpate.benchmark.equal_settings import EXACT
+from palpate.benchmark.comparison import EXACT
+from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
-from palpate.models.conformal import bound_factor, finite
 from palpate.studies.dynamic.tables import TABLES
 
 MEASURED = [

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
 from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion

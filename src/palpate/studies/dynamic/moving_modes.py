@@ -6,7 +6,7 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-from palpate.models.reduction.reduced_body import ReducedBody
+from palpate.models.reduced_body import ReducedBody
 from palpate.scenes.build_system import compose
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.dynamic_fit import Fitted

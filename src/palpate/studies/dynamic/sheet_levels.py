@@ -5,8 +5,9 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
+from palpate.bodies.box import sheet
+from palpate.bodies.mesh import Sheet
 from palpate.bodies.refinement import midpoints_between
-from palpate.bodies.sheet import Sheet, sheet
 
 
 def nest_sheet(body: Body, count: int) -> Body:

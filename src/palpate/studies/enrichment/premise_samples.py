@@ -3,20 +3,136 @@
 Responses are linear, so that one set of unit responses serves any number of splits.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from palpate.benchmark.database import Database
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material
+from palpate.effects.bending import hinges
+from palpate.effects.triangles import shape_gradients
 from palpate.errors import InputError
+from palpate.linalg.block_pattern import gather
+from palpate.linalg.multigrid import Factor
 from palpate.solvers.compliance import compute_compliance
-from palpate.studies.enrichment.hollow_responses import hollow_responses
+
+RESIDUAL = 1e-6
+"""Largest residual [N] under 1 N; of a surface that can move freely it is far larger, if there is an answer."""
+Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Nodes (e, k) of each part, gradients (e, k, 3), and stiffnesses (e,)."""
+
+
+def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, springs: bool) -> np.ndarray:
+    """Compute the displacements of the fine surface under unit forces, (contacts, 3, n_surface, 3) [m/N].
+
+    contacts : coarse nodes; the surface is that of the finest level, ``thickness_m`` [m] thick, of the body's material
+    springs : along the edges, E t A/l² stiff with the area A of the two triangles, in place of elastic triangles
+    Raises InputError if what is held leaves the surface free to move.
+    """
+    mesh, level = body.fine, len(body.levels) - 1
+    fold = hinge_parts(mesh.nodes, mesh.triangles, thickness_m, body.material)
+    stretch = spring_parts if springs else membrane_parts
+    matrix = stiffness([stretch(mesh.nodes, mesh.triangles, thickness_m, body.material), fold], len(mesh.nodes))
+    kept = np.setdiff1d(mesh.surface, body.anchors[level])
+    places = (3 * kept[:, None] + np.arange(3)).ravel()
+    solve = _solver(matrix[places][:, places], body.name)
+    found = np.zeros((len(contacts), 3, len(mesh.nodes), 3))
+    for row, node in enumerate(np.searchsorted(kept, contacts)):
+        for axis in range(3):
+            load = np.zeros((len(kept), 3))
+            load[node, axis] = 1.0
+            found[row, axis, kept] = solve(load)
+    return found[:, :, mesh.surface]
+
+
+def _solver(matrix: sparse.csr_array, name: str) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the function from loads (n, 3) [N] to displacements [m], which raises InputError if they have no bound."""
+    free = f"{name}: its surface alone is free to move; hold more of it (anchors)."
+    try:
+        factor = Factor(matrix)
+    except ValueError as error:
+        raise InputError(free) from error
+
+    def solve(load: np.ndarray) -> np.ndarray:
+        moved = factor.solve(load)
+        if not np.abs(matrix @ moved.ravel() - load.ravel()).max() < RESIDUAL:
+            raise InputError(free)
+        return moved
+
+    return solve
+
+
+def stiffness(parts: list[Parts], n_nodes: int) -> sparse.csr_array:
+    """Assemble Σ w g gᵀ [N/m] as a sparse matrix (3n, 3n)."""
+    blocks = []
+    for nodes, gradients, weights in parts:
+        count = nodes.shape[1]
+        rows, columns = np.repeat(nodes, count, axis=1).ravel(), np.tile(nodes, (1, count)).ravel()
+        products = np.einsum("e,eai,ebj->eabij", weights, gradients, gradients, optimize=True)
+        blocks.append((rows, columns, products.reshape(-1, 3, 3)))
+    return gather(blocks, n_nodes).tocsr()
+
+
+def membrane_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
+    """Return the three strains of each triangle in plane stress: change of area, stretch and shear (paper 3)."""
+    slopes, areas = shape_gradients(nodes, triangles)
+    first = nodes[triangles[:, 1]] - nodes[triangles[:, 0]]
+    first = first / np.linalg.norm(first, axis=1, keepdims=True)
+    normal = np.cross(first, nodes[triangles[:, 2]] - nodes[triangles[:, 0]])
+    second = np.cross(normal / np.linalg.norm(normal, axis=1, keepdims=True), first)
+    along, across = slopes[:, :, :1] * first[:, None], slopes[:, :, 1:] * second[:, None]
+    mixed = slopes[:, :, 1:] * first[:, None] + slopes[:, :, :1] * second[:, None]
+    mu, lam = material.shear_pa, material.lame_pa
+    plane = 2.0 * lam * mu / (lam + 2.0 * mu)
+    weights = thickness_m * areas
+    modes = [((along + across) / np.sqrt(2.0), 2.0 * (mu + plane)), ((along - across) / np.sqrt(2.0), 2.0 * mu)]
+    modes.append((mixed / np.sqrt(2.0), 2.0 * mu))
+    gradients, moduli = zip(*modes, strict=True)
+    return np.tile(triangles, (3, 1)), np.concatenate(gradients), np.concatenate([m * weights for m in moduli])
+
+
+def spring_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
+    """Return a spring along each edge, k = E t ΣA/l² (Van Gelder 1998, for triangles)."""
+    _, areas = shape_gradients(nodes, triangles)
+    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    pairs, edge = np.unique(ends, axis=0, return_inverse=True)
+    around = np.bincount(edge.ravel(), np.repeat(areas, 3))
+    apart = nodes[pairs[:, 1]] - nodes[pairs[:, 0]]
+    length = np.linalg.norm(apart, axis=1)
+    direction = apart / length[:, None]
+    weights = material.young_pa * thickness_m * around / length**2
+    return pairs, np.stack([-direction, direction], axis=1), weights
+
+
+def hinge_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
+    """Return the angle at each inner edge, of stiffness D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
+
+    Trap: hinges of triangles do not converge to a plate; a strip of mirrored cells bends 1.3 times as far as it should.
+    The gradient of the angle is that of Bridson, Marino and Fedkiw (2003); a rotation of both triangles costs nothing.
+    """
+    couples = hinges(triangles)
+    start, end, one, other = nodes[couples].transpose(1, 0, 2)
+    edge = end - start
+    squared = np.einsum("hi,hi->h", edge, edge)
+    length = np.sqrt(squared)
+    first, second = np.cross(start - one, end - one), np.cross(end - other, start - other)
+    areas = 0.5 * (np.linalg.norm(first, axis=1) + np.linalg.norm(second, axis=1))
+    first, second = (n / np.einsum("hi,hi->h", n, n)[:, None] for n in (first, second))
+    reaches = (one - end, other - end, one - start, other - start)
+    along = [np.einsum("hi,hi->h", reach, edge) / length for reach in reaches]
+    at_start = along[0][:, None] * first + along[1][:, None] * second
+    at_end = -along[2][:, None] * first - along[3][:, None] * second
+    gradients = np.stack([at_start, at_end, length[:, None] * first, length[:, None] * second], axis=1)
+    flexural = material.young_pa * thickness_m**3 / (12.0 * (1.0 - material.poisson**2))
+    return couples, gradients, flexural * squared / areas
+
 
 TOWARD = 0.5
 """Cosine between the direction of the presses and the inward normal of contacts from which on they are pressed."""
@@ -113,3 +229,20 @@ def _pressed(body: Body, premise: Mapping[str, Any], contacts: np.ndarray, along
         surface = body.coarse.surface
         coarse[:, :, surface] = fine[:, :, np.searchsorted(body.fine.surface, surface)]
     return tuple(np.einsum("cd,cdnk->cnk", along, each) for each in (fine, coarse))
+
+
+def sample_counts(place: str, premise: Mapping[str, Any], entry: Mapping[str, Any]) -> tuple[list[float], int, int]:
+    """Return magnitudes, train and test of a premise, or those of its body's ``entry``.
+
+    Raises InputError, naming ``place``, if neither has them, or if whole contacts cannot be held out.
+    """
+    given = {key: premise.get(key, entry.get(key)) for key in ("magnitudes", "train", "test")}
+    if missing := [key for key, value in given.items() if value is None]:
+        raise InputError(f"{place} lacks {missing[0]}, which its body does not have; give it here.")
+    for key in ("train", "test"):
+        if given[key] % len(given["magnitudes"]):
+            raise InputError(
+                f"{place}.{key} is {given[key]}; make it a multiple of the {len(given['magnitudes'])} magnitudes, so "
+                "that whole contacts can be held out."
+            )
+    return given["magnitudes"], given["train"], given["test"]

@@ -1,20 +1,24 @@
-"""Compare contact-ordered with unordered features in several premises, in several splits, with intervals."""
+"""Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import sample_errors
-from palpate.benchmark.bootstrap import RANGE, resampled
+from palpate.benchmark.accuracy import Method, sample_errors
+from palpate.benchmark.comparison import RANGE, resampled
 from palpate.benchmark.database import Database
-from palpate.benchmark.sample_table import SPLITS
-from palpate.benchmark.split import split
-from palpate.models.enrichment import blend, interpolation, linear_regressor
-from palpate.models.enrichment.blend_kinds import FEATURES, LITERAL
-from palpate.models.enrichment.fit_inputs import Fitting, Method
-from palpate.models.enrichment.training_samples import FitOptions
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.split import SPLITS, split
+from palpate.models import interpolation
+from palpate.models.enrichment import paper_enrichment
+from palpate.models.enrichment.features import FEATURES, Features, kinds
+from palpate.models.enrichment.fitting import Fitting, gather
+from palpate.models.enrichment.paper_enrichment import LITERAL, Known, gaussian, inverse
+from palpate.studies.enrichment.premise_samples import prepare, sample_counts
+from palpate.table import Table
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
 """Ways to weigh samples that are compared: the paper's text allows each."""
@@ -55,9 +59,9 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
         }
         for features in FEATURES:
             readings = READINGS if kind == "contacts" else (PAPERS,)
-            methods |= {(features, weights): blend.fit(fitting, features, weights) for weights in readings}
+            methods |= {(features, weights): paper_enrichment.fit(fitting, features, weights) for weights in readings}
             if kind == "contacts":
-                methods[features, LINEAR] = linear_regressor.fit(fitting, features)
+                methods[features, LINEAR] = paper_enrichment.fit_linear(fitting, features)
         yield _errors(db, methods, train, test, number, kind)
 
 
@@ -73,7 +77,7 @@ def growing_errors(
         kept = known[:count]
         some = train[np.isin(db.contact[train], kept)]
         fitting = Fitting.of(db, some, "paper", asked)
-        methods = {(features, PAPERS): blend.fit(fitting, features, PAPERS) for features in FEATURES}
+        methods = {(features, PAPERS): paper_enrichment.fit(fitting, features, PAPERS) for features in FEATURES}
         yield _errors(db, methods, some, test, number, "contacts")
 
 
@@ -84,6 +88,19 @@ def _errors(db: Database, methods: dict, train: np.ndarray, test: np.ndarray, nu
         table["contact"] = db.contact[table["sample"]]
         found.append(table.assign(features=features, weights=weights))
     return pd.concat(found).assign(split=number, held_out=kind, train=len(train))
+
+
+PREMISES = Table(
+    "premises",
+    "The test errors of each kind of feature and weights in each premise, mean of all splits, and their ratio to "
+    "those of unordered features.",
+    """
+    premise held_out train: a premise, what is held out, and the number of training samples
+    features weights splits: of the blend, and how many splits were averaged
+    rmse_of_peak error_low error_high: error, and an interval that holds 90 % of draws of contacts
+    ratio ratio_low ratio_high: error over that of unordered features with the same weights, and its interval
+    """,
+)
 
 
 def summarise(errors: pd.DataFrame) -> pd.DataFrame:
@@ -107,13 +124,7 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
             else:
                 row += [np.nan] * 3
             rows.append(row)
-    return pd.DataFrame(rows, columns=SUMMARY)
-
-
-SUMMARY = [
-    "held_out", "train", "features", "weights", "splits", "rmse_of_peak", "error_low", "error_high",
-    "ratio", "ratio_low", "ratio_high",
-]  # fmt: skip
+    return pd.DataFrame(rows, columns=PREMISES.columns[1:])
 
 
 LOCAL = 0.125
@@ -125,3 +136,183 @@ def moved_share(fine: np.ndarray) -> float:
     """Return the mean share of nodes that move by more than MOVED of the peak of their sample; fine : (k, n, 3) [m]."""
     moved = np.linalg.norm(fine, axis=2)
     return float((moved > MOVED * moved.max(axis=1, keepdims=True)).mean())
+
+
+ALIKE_RAD = np.radians(5.0)
+"""Angle between two presses up to which they have the same direction."""
+
+
+def choose_alike(db: Database) -> tuple[int, int]:
+    """Choose two samples with different contacts, in the middle of those there are: pressed in directions within 5°
+    and far apart; if no two are as near, those that are nearest.
+    """
+    points = db.coarse_nodes[db.contact]
+    along = db.force / np.linalg.norm(db.force, axis=1, keepdims=True)
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    angle = np.arccos(np.clip(along @ along.T, -1.0, 1.0))
+    # the ends and edges of a body are unlike its middle
+    outer = apart.mean(axis=1) > np.median(apart.mean(axis=1))
+    unlike = outer[:, None] | outer[None] | (apart == 0.0)
+    angle[unlike] = np.inf
+    alike = angle <= ALIKE_RAD
+    best = np.argmax(np.where(alike, apart, -1.0)) if alike.any() else np.argmin(angle)
+    first, second = np.unravel_index(best, apart.shape)
+    return int(first), int(second)
+
+
+FEATURE_VECTORS = Table(
+    "feature_vectors",
+    "The feature vectors of two presses in the same direction at two contacts of each premise.",
+    """
+    premise features press contact: a premise, a kind of feature, and a press at a contact
+    node axis: place of a coarse node in the vector, and axis of the world or of the contact's frame
+    share_of_peak: displacement / largest of the sample
+    """,
+)
+
+
+def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
+    """Tabulate each kind of feature of two samples that are pressed alike: features, press, contact, node, axis …
+
+    node : place of a coarse node in the vector; axis : 0, 1 or 2, of the world or of the contact's own frame
+    share_of_peak : displacement over the largest one of the sample
+    """
+    tables = []
+    for name, kind in kinds(db, neighbours).items():
+        for press, sample in enumerate(choose_alike(db), 1):
+            contact = int(db.contact[sample])
+            vector = kind.view(contact).feature(db.coarse_paper[sample]) / db.peaks[sample]
+            node, axis = np.divmod(np.arange(len(vector)), 3)
+            row = {"features": name, "press": press, "contact": contact, "node": node, "axis": axis}
+            tables.append(pd.DataFrame(row | {"share_of_peak": vector}))
+    return pd.concat(tables)
+
+
+DATABASE_MEMORY = Table(
+    "database_memory",
+    "The memory of all that a query may need.",
+    """
+    premise features train: a premise, a kind of feature, and the number of training samples
+    features_kb fine_kb matrix_kb orders_kb total_kb: features, fine displacements, A, orders, all [kB]
+    """,
+)
+
+
+def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:
+    """Tabulate for each kind of feature the memory [kB] of the feature vectors, of the fine displacements, of the
+    matrix A, and of the orders of nodes around every coarse surface node, which any query may need.
+    """
+    training = gather(db, train, "paper", options)
+    rows = []
+    for name, features in kinds(db, options.neighbours).items():
+        known = Known(features, training, options)
+        matrix = inverse(gaussian(known.squared, known.scale))
+        sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(features, db.coarse_surface)]
+        rows.append([name, len(train), *(size / 1024 for size in sizes), sum(sizes) / 1024])
+    return pd.DataFrame(rows, columns=DATABASE_MEMORY.columns[1:])
+
+
+def _orders(features: Features, contacts: np.ndarray) -> int:
+    """Return the bytes of all views, each array counted once."""
+    arrays = {
+        id(array): array.nbytes
+        for view in [features.view(int(contact)) for contact in contacts]
+        for array in view
+        if array is not None
+    }
+    return sum(arrays.values())
+
+
+class Settings(NamedTuple):
+    """Settings that all premises share.
+
+    splits : how many; training_shares : of the contacts, below 1, with which errors are measured again
+    peak_of_size : largest displacement of a press of magnitude 1, as a share of the body's longest side
+    """
+
+    splits: int
+    training_shares: list[float]
+    peak_of_size: float
+    options: FitOptions
+
+
+PREMISE_BODIES = Table(
+    "premise_bodies",
+    "How the body of each premise is made and held, and what share of its surface moves.",
+    """
+    premise body responses made_of held: its body, linear or not, solid or hollow, and how held
+    contacts moved_share: contacts that can be pressed, and share of nodes that move by more than a tenth of the peak
+    """,
+)
+
+
+TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
+
+
+def compare(
+    premises: Mapping[str, Mapping[str, Any]],
+    bodies: Mapping[str, Mapping[str, Any]],
+    databases: Mapping[str, Database],
+    settings: Settings,
+    progress: Callable = iter,
+) -> dict[str, pd.DataFrame]:
+    """Return the tables of premises by name.
+
+    bodies : entries of the settings by name, with magnitudes, train and test where paper 1 has samples of them
+    databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
+    progress : wraps the sequence of names, as ``tqdm`` does
+    """
+    found: dict[str, list[pd.DataFrame]] = {table.name: [] for table in TABLES}
+    for name in progress([*databases, *premises]):
+        if name in premises:
+            tables = _linear(name, premises[name], bodies[premises[name]["body"]], settings)
+        else:
+            tables = _nonlinear(name, databases[name], bodies[name], settings)
+        for table, rows in tables.items():
+            found[table].append(rows.assign(premise=name))
+    joined = {name: pd.concat(rows) for name, rows in found.items()}
+    return {name: table[["premise", *table.columns.drop("premise")]] for name, table in joined.items()}
+
+
+def _linear(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], settings: Settings) -> dict:
+    """Return the tables of a premise with linear responses; each split presses other contacts."""
+    magnitudes, *counts = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
+    prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in SAMPLED})
+    peak_m = settings.peak_of_size * prepared.body.fine.size
+    contacts, seed = sum(counts) // len(magnitudes), settings.options.seed
+    drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
+    every = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
+    held = "as the body" if not {"anchors", "bed"} & set(premise) else "otherwise"
+    about = [premise["body"], "linear", premise["made_of"], held, len(every.contact), moved_share(every.fine)]
+    return {
+        "premises": _summary(drawn, counts, settings),
+        "premise_bodies": pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
+        "feature_vectors": feature_rows(every, settings.options.neighbours),
+        "database_memory": memory_rows(drawn[0], np.arange(counts[0]), settings.options),
+    }
+
+
+def _nonlinear(name: str, db: Database, entry: Mapping[str, Any], settings: Settings) -> dict:
+    """Return the tables of the study's own samples; each split holds out others."""
+    counts = (entry["train"], entry["test"])
+    about = [name, "nonlinear", "solid", "as the body", len(np.unique(db.contact)), moved_share(db.fine)]
+    return {
+        "premises": _summary([db] * settings.splits, counts, settings),
+        "premise_bodies": pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
+        "feature_vectors": feature_rows(db, settings.options.neighbours),
+        "database_memory": memory_rows(db, np.arange(counts[0]), settings.options),
+    }
+
+
+def _summary(databases: Sequence[Database], counts: Sequence[int], settings: Settings) -> pd.DataFrame:
+    """Average the errors of one split of each database."""
+    train, test = counts
+    errors: list[pd.DataFrame] = []
+    for number, db in enumerate(databases):
+        errors += split_errors(db, (train, test), number, settings.options)
+        errors += growing_errors(db, (train, test), number, settings.options, settings.training_shares)
+    return summarise(pd.concat(errors))
+
+
+SAMPLED = ("magnitudes", "train", "test", "paper_surface")
+"""Keys of a body's entry that say how it is sampled, and not what it is."""

@@ -1,146 +1,225 @@
 """Report on paper 1: its tables and figures beside those of this run, and the comparisons that it leaves out."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.report import markup, style, tables
-from palpate.report.material import Report, Section
+from palpate.report import style, tables
+from palpate.report.material import Report
 from palpate.report.number_format import seconds
+from palpate.report.pareto import front
 from palpate.report.words import capital, spaced
-from palpate.studies.enrichment.report_numbers import numbers
-from palpate.studies.enrichment.tables import TABLES
-
-__all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
+from palpate.table import Table
 
 TITLE = "Paper 1: enriching a coarse simulation"
-PAPERS_WEIGHTS = "nonnegative_a"
+METHOD = "detail_correction"
+"""The method that is compared with those of the paper."""
+PAPERS_WEIGHTS = style.PAPERS.partition("_")[2]
+
+ENRICHMENT_ACCURACY = Table(
+    "enrichment_accuracy",
+    "The test errors of each method in every body, regime, protocol and split; blends at their best width σ.",
+    """
+    body regime protocol split method: a database, what coarse nodes come from and what is held out, and a method
+    sigma_m samples: width of its kernel [m], and number of test samples
+    rmse_m rmse_of_peak: mean error [m], and over the peaks
+    p95_of_peak max_of_peak: 95th percentile and largest error / peak
+    """,
+)
+
+MESH_SIZES = Table(
+    "mesh_sizes",
+    "The size of each body's meshes, level 0 being the coarse one, beside the counts that paper 1 publishes.",
+    """
+    body level: a body, and a level of its meshes
+    surface_nodes surface_triangles nodes tetrahedra: of this level
+    paper_nodes paper_triangles: of the paper's surface
+    """,
+)
+
+SPLITS = Table(
+    "splits",
+    "How many samples of each body and regime the methods learn from, and how many they are tested on.",
+    """
+    body regime split train test: a database, what is held out, and numbers of samples
+    """,
+)
+
+SAMPLE_PEAKS = Table(
+    "sample_peaks",
+    "The largest displacement of the surface in each sample.",
+    """
+    body regime sample peak_m: a sample, and its largest displacement [m]
+    """,
+)
+
+FEM_COST = Table(
+    "fem_cost",
+    "The work, the time and the last residual of each finite-element simulation on the fine mesh.",
+    """
+    body regime sample: a sample
+    newton_iterations linear_solves residual seconds: iterations, solves, last relative residual, and time [s]
+    """,
+)
 
 
-def _cases(report: Report) -> list[tuple[str, str, str]]:
-    """Return body and regime of every database, and both in words."""
-    accuracy = report.tables["enrichment_accuracy"]
-    found = dict.fromkeys(zip(accuracy["body"], accuracy["regime"], strict=True))
-    return [(body, regime, f"{capital(spaced(body))}, {spaced(regime)} loads") for body, regime in found]
+def numbers(report: Report) -> dict[str, Any]:
+    """Return what the template names; errors are RMSE / peak."""
+    found, paper = report.tables, report.published["enrichment"]
+    accuracy = found["enrichment_accuracy"]
+    regime = accuracy["regime"].iloc[0]
+    easy = tables.where(accuracy, protocol="paper", split="samples", regime=regime)
+    hard = tables.where(accuracy, protocol="live", split="contacts", regime=regime)
+    cases = dict.fromkeys(zip(accuracy["body"], accuracy["regime"], strict=True))
+    return {
+        "regime": regime,
+        "bodies": [_of_body(body, easy, hard, report) for body in tables.bodies(accuracy)],
+        "cases": [_case(accuracy, body, regime) for body, regime in cases],
+        "method": style.short(METHOD).replace("\n", " "),
+        "wins": _wins(accuracy, found["online_cost"]),
+        "meshes": _equal_meshes(found["mesh_sizes"]),
+        "splits": _splits(found["splits"], paper["splits"]),
+        "lengths": {
+            style.FEATURES[str(name)][0]: 3 * (node + 1)
+            for name, node in found["feature_vectors"].groupby("features", sort=False)["node"].max().items()
+        },
+        "premises": _premises(found["premises"], found["premise_bodies"]),
+        "fewer": _fewer(found["premises"]),
+        "orders": _orders(found["complexity"]),
+        "times": [
+            _times(found["enrichment_timing"], body, paper) for body in tables.bodies(found["enrichment_timing"])
+        ],
+        "fem": [
+            {"body": body, "regime": one, "median": part.median(), "most": part.max()}
+            for (body, one), part in found["fem_cost"].groupby(["body", "regime"], sort=False)["seconds"]
+        ],
+    }
 
 
-def _meshes(report: Report) -> str:
-    return report.note("mesh_sizes") + report.figure("mesh_levels") + report.folded("mesh_sizes")
+def _of_body(body: str, easy: pd.DataFrame, hard: pd.DataFrame, report: Report) -> dict[str, Any]:
+    """Return errors of the compared methods on one body: in the paper's protocol, and live at new contacts."""
+    cost, timing = report.tables["online_cost"], report.tables["enrichment_timing"]
+    kinds = {"own": METHOD, "linear": "interpolation", "ordered": style.PAPERS, "unordered": style.BASELINE}
+    errors = [tables.where(table, body=body).set_index("method")["rmse_of_peak"] for table in (easy, hard)]
+    here = tables.where(timing, body=body).set_index("method")["mean_s"]
+    return {
+        "name": body,
+        "easy": {kind: errors[0][method] for kind, method in kinds.items()},
+        "hard": {kind: errors[1][method] for kind, method in kinds.items() if kind != "unordered"},
+        "seconds": tables.where(cost, body=body, protocol="live", method=METHOD)["online_median_s"].iloc[0],
+        "faster": _speedups(here),
+        "faster_there": _speedups(report.published["enrichment"]["means"].get(body)),
+        **_sigma(tables.where(report.tables["sigma_sweep"], body=body, regime=easy["regime"].iloc[0]), report),
+    }
 
 
-def _samples(report: Report) -> str:
-    theirs = pd.DataFrame(report.published["enrichment"]["splits"]).T.rename(columns=lambda c: f"paper_{c}")
-    frame = report.tables["splits"].merge(theirs, left_on="body", right_index=True, how="left")
+def _speedups(mean: Mapping[str, float] | pd.Series | None) -> tuple[float, float] | None:
+    """Return how much faster contact-ordered is than unordered, and than fine FEM."""
+    if mean is None:
+        return None
+    return mean["unordered"] / mean["contact_ordered"], mean["fine_fem"] / mean["contact_ordered"]
+
+
+def _sigma(sweep: pd.DataFrame, report: Report) -> dict[str, Any]:
+    """Return the best σ of the paper's method on the test samples, and in mesh units where these are known."""
+    features, _, weights = style.PAPERS.partition("_")
+    curve = tables.where(sweep, protocol="paper", split="samples", features=features, weights=weights)
+    best = curve.loc[curve["rmse_of_peak"].idxmin()]
+    unit_m = report.published["enrichment"]["sigma"]["unit_m"].get(best["body"])
+    return {"sigma_mm": 1e3 * best["sigma_m"], "sigma_units": None if unit_m is None else best["sigma_m"] / unit_m}
+
+
+def _case(accuracy: pd.DataFrame, body: str, regime: str) -> dict[str, Any]:
+    """Return the table of errors in one database, by method, protocol and split."""
+    rows = tables.where(accuracy, body=body, regime=regime)
+    rows = rows.assign(case=rows["protocol"] + ", " + rows["split"] + " held out", error=100 * rows["rmse_of_peak"])
+    wide = rows.pivot(index="method", columns="case", values="error")
+    wide = wide.reindex(index=rows["method"].unique(), columns=rows["case"].unique())
+    cases = list(wide.columns)
+    wide.insert(0, "method", [style.look(m).label for m in wide.index])
+    title = f"{capital(spaced(body))}, {spaced(regime)} loads"
+    return {"key": f"{body}_{regime}", "title": title, "errors": wide, "best": cases}
+
+
+def _wins(accuracy: pd.DataFrame, cost: pd.DataFrame) -> tuple[int, int, int]:
+    """Count the comparisons in which METHOD is more accurate than every rival, or on the Pareto front, of how many."""
+    best, on_front, count = 0, 0, 0
+    joined = accuracy.merge(cost, on=["body", "protocol", "method"], how="left")
+    for _, rows in joined.groupby(["body", "regime", "protocol", "split"], sort=False):
+        rows = rows.reset_index(drop=True)
+        count += 1
+        rivals = ~rows["method"].str.startswith(METHOD)
+        best += rows["rmse_of_peak"][rows["method"] == METHOD].min() < rows["rmse_of_peak"][rivals].min()
+        on_front += METHOD in set(rows["method"][front(rows["online_median_s"], rows["rmse_of_peak"])])
+    return int(best), on_front, count
+
+
+def _equal_meshes(sizes: pd.DataFrame) -> tuple[int, int]:
+    """Count the surfaces that have the paper's numbers of nodes and triangles, and those that it has."""
+    rows = sizes.dropna(subset=["paper_nodes"])
+    equal = (rows["surface_nodes"] == rows["paper_nodes"]) & (rows["surface_triangles"] == rows["paper_triangles"])
+    return int(equal.sum()), len(rows)
+
+
+def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
+    """Tabulate the samples to train and to test, the paper's at the right."""
+    theirs = pd.DataFrame(published).T.rename(columns=lambda c: f"paper_{c}")
+    frame = splits.merge(theirs, left_on="body", right_index=True, how="left")
     frame.loc[frame["split"] != "samples", theirs.columns] = np.nan
-    frame = frame.rename(columns={"split": "held out"})
-    return report.note("splits") + markup.table(frame, "Samples to train and to test; the paper's at the right")
+    return frame.rename(columns={"split": "held out"})
 
 
-def _deformed(report: Report) -> str:
-    """Show the first body, and fold the others."""
-    shown = [report.picture(f"deformed_{body}_{regime}", title) for body, regime, title in _cases(report)]
-    return report.note("deformed") + shown[0] + _rest("Other bodies and loads", shown[1:])
+def _premises(premises: pd.DataFrame, about: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the errors of ordered and unordered features in each premise, the most local first."""
+    rows = tables.where(premises, held_out="contacts", weights=PAPERS_WEIGHTS)
+    rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
+    found = []
+    for row in about.sort_values("moved_share", kind="stable").itertuples():
+        errors = tables.where(rows, premise=row.premise).set_index("features")["rmse_of_peak"]
+        found.append(
+            {"name": spaced(str(row.premise)), "moved": row.moved_share} | dict(errors[["ordered", "unordered"]])
+        )
+    return found
 
 
-def _rest(summary: str, parts: list[str]) -> str:
-    return markup.fold(summary, "".join(parts)) if parts else ""
+def _fewer(premises: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate errors over those of unordered features that learn from as many samples."""
+    rows = tables.where(premises, held_out="contacts", weights=PAPERS_WEIGHTS)
+    rows = rows[rows["features"].isin(["ordered", "framed"])]
+    wide = rows.pivot(index=["premise", "train"], columns="features", values="ratio").reset_index()
+    names = {"train": "training samples", "ordered": "ordered / unordered", "framed": "framed / unordered"}
+    return wide.rename(columns=names)
 
 
-def _sigma(report: Report) -> str:
-    return report.figure("sigma_sweep") + report.folded("sigma_sweep")
-
-
-def _vectors(report: Report) -> str:
-    return report.figure("feature_vectors") + report.folded("feature_vectors")
-
-
-def _premises(report: Report) -> str:
-    """Show the comparison in every premise, and what the database takes."""
-    rows = report.tables["premises"]
-    rows = rows[(rows["held_out"] == "contacts") & rows["features"].isin(["ordered", "framed"])]
-    fewest = tables.where(rows, weights=PAPERS_WEIGHTS)
-    wide = fewest.pivot(index=["premise", "train"], columns="features", values="ratio").reset_index()
-    wide = wide.rename(
-        columns={"train": "training samples", "ordered": "ordered / unordered", "framed": "framed / unordered"}
-    )
-    title = "Fewer training samples: errors over those of unordered features that learn from as many"
-    folded = report.folded("premises", "premise_bodies", "database_memory")
-    return report.figure("premises") + markup.table(wide, title) + folded
-
-
-def _complexity(report: Report) -> str:
+def _orders(complexity: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate measured exponents beside the paper's order."""
     rows = []
-    for row in report.tables["complexity"].to_dict("records"):
+    for row in complexity.to_dict("records"):
         name, order = style.OPERATIONS.get(row["operation"], row["operation"]), row["paper_order"]
         fits = (
             f"{row[f'exponent_{x}']:.2f} [{row[f'exponent_{x}_low']:.2f}, {row[f'exponent_{x}_high']:.2f}]"
             for x in "rk"
         )
         rows.append([name, order.replace("^2", "²"), *fits])
-    frame = pd.DataFrame(rows, columns=["operation", "the paper", "exponent of r", "exponent of k"])
-    title = "Table 3 of the paper: measured exponents in features r and samples k, with 95 % intervals"
-    return markup.table(frame, title) + report.figure("complexity") + report.folded("complexity")
+    return pd.DataFrame(rows, columns=["operation", "the paper", "exponent of r", "exponent of k"])
 
 
-def _timing(report: Report) -> str:
-    timing, paper = report.tables["enrichment_timing"], report.published["enrichment"]
-    columns = [*(f"d{i}_s" for i in range(1, 6)), "mean_s"]
-    parts = []
-    for body in tables.bodies(timing):
-        rows: list[list[str]] = []
-        faint: list[int] = []
-        theirs = paper["timing"].get(body, {})
-        for row in tables.where(timing, body=body).to_dict("records"):
-            name = style.short(row["method"]).replace("\n", " ")
-            if row["method"] in theirs:
-                faint.append(len(rows))
-                times = theirs[row["method"]]
-                rows.append([name, "the paper", *map(seconds, [*times, np.mean(times)])])
-            rows.append([name, "this run", *(seconds(row[column]) for column in columns)])
-        frame = pd.DataFrame(rows, columns=["method", "source", *(f"load {i}" for i in range(1, 6)), "mean"])
-        number = paper["tables"].get(body)
-        title = f"{capital(spaced(body))}: time of an answer" + (f", table {number} of the paper" if number else "")
-        parts.append(markup.table(frame, title, faint))
-    times = markup.fold("Tables 4 and 5 of the paper: the times of five loads", "".join(parts))
-    return report.note("enrichment_timing") + report.figure("timing_bars") + times
-
-
-def _left_out(report: Report) -> str:
-    """Show every method's error, and where it lies, body by body; the first open, the others folded."""
-    parts = [
-        markup.fold(title, _errors(report, body, regime, title), opened=not i)
-        for i, (body, regime, title) in enumerate(_cases(report))
-    ]
-    return (
-        report.note("left_out") + report.note("error_over_body") + "".join(parts) + report.folded("enrichment_accuracy")
-    )
-
-
-def _errors(report: Report, body: str, regime: str, title: str) -> str:
-    """Show a view of the errors on one body, a picture of them, and their table."""
-    rows = tables.where(report.tables["enrichment_accuracy"], body=body, regime=regime)
-    rows = rows.assign(case=rows["protocol"] + ", " + rows["split"] + " held out", error=100 * rows["rmse_of_peak"])
-    wide = rows.pivot(index="method", columns="case", values="error")
-    wide = wide.reindex(index=rows["method"].unique(), columns=rows["case"].unique())
-    cases = list(wide.columns)
-    wide.insert(0, "method", [style.look(m).label for m in wide.index])
-    about = "RMSE [% of peak], mean over test samples; the least in bold, – if the method failed"
-    name = f"error_over_body_{body}_{regime}"
-    return (
-        report.turnable(name, f"Error over the body: {title}", report.note("error_to_turn"))
-        + report.picture(name, title)
-        + markup.table(wide, f"{title}: {about}", best=cases)
-    )
-
-
-def _cost(report: Report) -> str:
-    return (
-        report.figure("accuracy_vs_online_cost")
-        + report.folded("online_cost")
-        + report.figure("fem_cost")
-        + report.folded("fem_cost", "sample_peaks")
-    )
+def _times(timing: pd.DataFrame, body: str, paper: Mapping[str, Any]) -> dict[str, Any]:
+    """Tabulate the times of five loads, the paper's above those of this run."""
+    columns, theirs = [*(f"d{i}_s" for i in range(1, 6)), "mean_s"], paper["timing"].get(body, {})
+    rows: list[list[str]] = []
+    faint: list[int] = []
+    for row in tables.where(timing, body=body).to_dict("records"):
+        name = style.short(row["method"]).replace("\n", " ")
+        if row["method"] in theirs:
+            faint.append(len(rows))
+            times = theirs[row["method"]]
+            rows.append([name, "the paper", *map(seconds, [*times, np.mean(times)])])
+        rows.append([name, "this run", *(seconds(row[column]) for column in columns)])
+    frame = pd.DataFrame(rows, columns=["method", "source", *(f"load {i}" for i in range(1, 6)), "mean"])
+    return {"body": spaced(body), "rows": frame, "faint": faint, "number": paper["tables"].get(body)}
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:
@@ -149,23 +228,3 @@ def failures(report: Report) -> Iterator[tuple[str, str, str]]:
     for row in table[~np.isfinite(table["rmse_of_peak"])].itertuples():
         where = f"{spaced(row.body)}, {spaced(row.regime)} loads, {row.protocol} protocol, {row.split} held out"
         yield style.look(row.method).label, where, "no answer"
-
-
-def sections(report: Report) -> list[Section]:
-    """Return identifier, heading and content of each section, in order."""
-    return [(key, title, section(report)) for key, (title, section) in SECTIONS.items()]
-
-
-SECTIONS = {
-    "meshes": ("Meshes", _meshes),
-    "samples": ("Samples", _samples),
-    "deformed": ("Deformed bodies", _deformed),
-    "vectors": ("Feature vectors", _vectors),
-    "sigma": ("Kernel width", _sigma),
-    "premises": ("Within the paper's premise", _premises),
-    "complexity": ("Complexity", _complexity),
-    "timing": ("Times", _timing),
-    "left-out": ("What the paper leaves out", _left_out),
-    "cost": ("Accuracy and time", _cost),
-}
-"""Identifier, heading and content of each section, in order."""

@@ -1,7 +1,7 @@
 """Sweep σ as in the paper's figure 4: the error on the test samples for every σ, kind of feature and of weights.
 
 The paper picks its σ from this table, that is on the test samples. The methods' own σ comes from cross-validation on
-the training samples (`palpate.models.enrichment.blend`) and stands in enrichment_accuracy.csv, so both can be compared.
+the training samples and stands in enrichment_accuracy.csv, so both can be compared.
 """
 
 from collections.abc import Mapping
@@ -10,17 +10,22 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database
-from palpate.models.enrichment.blend import Known
-from palpate.models.enrichment.blend_kinds import WEIGHTS
-from palpate.models.enrichment.blend_weights import BlendWeights
-from palpate.models.enrichment.feature_vectors import describe, in_slots, kinds
-from palpate.models.enrichment.gaussian_kernel import squared_distances
-from palpate.models.enrichment.training_samples import FitOptions, blend_errors, gather
+from palpate.benchmark.model import FitOptions
+from palpate.models.enrichment.features import describe, in_slots, kinds
+from palpate.models.enrichment.fitting import blend_errors, gather
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, Known, squared_distances
+from palpate.table import Table
 
-COLUMNS = [
-    "body", "regime", "protocol", "split", "features", "weights",
-    "sigma_m", "sigma_relative", "rmse_m", "rmse_of_peak",
-]  # fmt: skip
+SIGMA_SWEEP = Table(
+    "sigma_sweep",
+    "The test error of each blend at every width σ of its Gaussian kernel.",
+    """
+    body regime protocol split: a database, and what the coarse nodes come from and what is held out
+    features weights: of the blend
+    sigma_m sigma_relative: width [m], and over the features' distance
+    rmse_m rmse_of_peak: mean error of the test samples [m], and over their peaks
+    """,
+)
 
 
 def sweep_rows(
@@ -57,4 +62,4 @@ def sweep_rows(
                         "rmse_of_peak": (rmse / db.peaks[test]).mean(),
                     }
                 )
-    return pd.DataFrame(rows)[COLUMNS]
+    return pd.DataFrame(rows)[SIGMA_SWEEP.columns]

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from palpate.report.claims import Claim, verdict
+from palpate.report.claims import Claim, claims, verdict
 
-TABLES = ("hard_cases",)
 JUDGED = {
     "goals_step": ("goal positions are stable for any step, in a body", "for any h"),
     "flat_rest": (
@@ -17,7 +16,8 @@ JUDGED = {
 """Claims and what is published of them, by the beginning of the names of cases."""
 
 
-def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+@claims("hard_cases")
+def shape_matching(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield a claim for each kind of case that the table has."""
     table = tables["hard_cases"]
     for begin, (claim, published) in JUDGED.items():

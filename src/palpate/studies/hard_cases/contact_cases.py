@@ -1,29 +1,106 @@
-"""Hard cases of contact: touches, falls and stacks in which bodies may penetrate each other."""
+"""Hard cases of contact: touches, falls, stacks and overlaps in which bodies may penetrate each other."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from palpate.bodies.box import box
+from palpate.bodies.box import box, sheet
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
-from palpate.bodies.sheet import sheet
-from palpate.collision.contact.pieces import pieces_of
+from palpate.collision.contact.obstacles import pieces_of
+from palpate.collision.triangles.brute_force import crossing
+from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.scenes.motion import Motion
-from palpate.studies.hard_cases.contact_measures import (
-    LANDS,
-    MEETS,
-    NEAR,
-    Surfaces,
-    answer,
-    distance_of_axis,
-    frames,
-    lands,
-    meets,
-)
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
 from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, SHEETS, SPRINGS, play
+
+NEAR = 0.002
+"""Distance at which bodies count as having met, in sizes of the smallest; they begin to repel at half of it."""
+MEETS = "least distance of the bodies / the size of one; 1 and more, the number of crossing triangles, if they cross"
+LANDS = "least height of the surface over the floor / the body's size; 1 and more if it is below"
+MOST_FRAMES = 100
+"""Frames of a motion that are looked at, evenly over time."""
+
+Surfaces = Sequence[tuple[np.ndarray, np.ndarray]]
+"""Pairs of surfaces that have to meet, each as triangles (m, 3)."""
+
+
+def frames(motion: Motion) -> np.ndarray:
+    """Return MOST_FRAMES of the positions (k, n, 3) [m] of a motion, the first and the last among them."""
+    count = len(motion.positions)
+    return motion.positions[np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))]
+
+
+def answer(found: np.ndarray, error: Callable[[np.ndarray], float]) -> Answer:
+    """Return the answer of a motion, of which a frozen one repeats the first frame; ``found`` (k, n, 3) [m]."""
+    return Answer(found, found[0], error)
+
+
+def meets(pairs: Surfaces, size: float) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m] by MEETS: each pair of surfaces has to be near in one of them, and cross in none."""
+
+    def error(a: np.ndarray) -> float:
+        count = sum(len(crossing([x, x], list(pair))) for x in a for pair in pairs)
+        if count:
+            return 1.0 + count
+        return max(min(least_distance(x, *pair, size) for x in a) for pair in pairs) / size
+
+    return error
+
+
+def least_distance(x: np.ndarray, one: np.ndarray, other: np.ndarray, reach: float) -> float:
+    """Compute the least distance of two surfaces at ``x`` (n, 3) [m], or ``reach`` [m] if their boxes are farther."""
+    a, b = x[one], x[other]
+    near_a, near_b = _near(a, b, reach), _near(b, a, reach)
+    if not near_a.any() or not near_b.any():
+        return reach
+    rows, columns = (grid.ravel() for grid in np.meshgrid(np.flatnonzero(near_a), np.flatnonzero(near_b)))
+    return min(reach, float(triangle_pairs_distance(a[rows], b[columns])[0].min()))
+
+
+def _near(a: np.ndarray, b: np.ndarray, reach: float) -> np.ndarray:
+    """Return which triangles ``a`` (m, 3, 3) have a box within a twentieth of ``reach`` of the box around ``b``."""
+    low, high = b.min(axis=(0, 1)) - 0.05 * reach, b.max(axis=(0, 1)) + 0.05 * reach
+    return ((a.max(axis=1) >= low) & (a.min(axis=1) <= high)).all(axis=1)
+
+
+def distance_of_axis(x: np.ndarray, triangles: np.ndarray, axis: np.ndarray) -> float:
+    """Compute the least distance [m] of a surface at ``x`` (n, 3) [m] from the axis (2, 3) [m] of a capsule."""
+    flat = np.broadcast_to(axis[[0, 1, 1]], (len(triangles), 3, 3))
+    return float(triangle_pairs_distance(x[triangles], flat)[0].min())
+
+
+def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m] by LANDS; surface : numbers of its nodes; height : of the floor [m]."""
+
+    def error(a: np.ndarray) -> float:
+        above = float(a[:, surface, 2].min() - height) / size
+        return above if above >= 0.0 else 1.0 - above
+
+    return error
+
+
+def clears(surface: np.ndarray, path: Callable[[int], np.ndarray], radius: float) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m]: least distance of nodes from a ball or capsule / its radius; 1 and more inside it.
+
+    path : the axis (2, 3) [m] in a frame
+    """
+
+    def error(a: np.ndarray) -> float:
+        clear = min(_from_axis(x[surface], path(number)).min() - radius for number, x in enumerate(a)) / radius
+        return float(clear if clear >= 0.0 else 1.0 - clear)
+
+    return error
+
+
+def _from_axis(points: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Compute the distances (n,) [m] of points (n, 3) from a segment (2, 3)."""
+    along = axis[1] - axis[0]
+    share = np.clip((points - axis[0]) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+    return np.linalg.norm(points - axis[0] - share[:, None] * along, axis=1)
+
 
 ERLEBEN = "Erleben 2018"
 SOLIDS = (*FEM, *SPRINGS, "shapes_linear")
@@ -35,7 +112,7 @@ SIZE_M = 0.1
 """Size of the bodies."""
 
 
-def cases() -> list[Case]:
+def contacts() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name, scene, expected, run, models=SOLIDS, measure=MEETS, declared=None, source="palpate", bound=NEAR):
@@ -216,3 +293,76 @@ def _pierce(model: str) -> Answer:
         return 1.0 - clear if clear < 0.0 else 1.0 + clear if behind else clear
 
     return answer(found, error)
+
+
+OFF_BALL = "least distance of the body from the ball / its radius; 1 and more inside it"
+OFF = 0.01
+"""Distance at which a body counts as touching the ball, in its radii."""
+STILL = {"gravity": {"acceleration_m_s2": [0.0, 0.0, 0.0]}}
+
+
+def overlaps() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    def case(name, scene, expected, run, models, measure=MEETS, declared=None):
+        words = (name, "contact", "palpate", scene, expected, measure, NEAR if measure == MEETS else OFF)
+        return Case.of(*words, run=run, models=models, declared=declared)
+
+    refused = {"shared_check": ("refused",)}
+    boxes = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.05]]
+    return [
+        case("deep_in_each_other", "two boxes start half inside each other", "refused: no direction of separation",
+             lambda model: _separated("fem_implicit", boxes, False), ("shared_check",), "none", refused),
+        case("instrument_inside", "a ball starts in the middle of a body", "refused",
+             lambda model: _swallowed("fem_implicit", push_out=False), ("shared_check",), "none", refused),
+        case("pushed_out_of_each_other", "two boxes start half inside each other, with push_out: true",
+             "they are moved apart until they just do not touch", lambda model: _separated(model, boxes, True), ALL),
+        case("pushed_out_of_three", "three boxes start inside each other, with push_out: true", "they are moved apart",
+             lambda model: _separated(model, [*boxes, [0.06, 0.01, 0.02]], True), ALL),
+        case("pushed_out_of_instrument", "a ball starts in the middle of a free body, with push_out: true",
+             "the body is moved off the ball", _swallowed, ALL, OFF_BALL),
+        case("dented_by_instrument", "a ball starts in the upper side of a held body, with push_out: true",
+             "the surface is pressed in", _dented, SOLIDS, OFF_BALL),
+    ]  # fmt: skip
+
+
+def _separated(model: str, shifts: list[list[float]], push_out: bool) -> Answer:
+    """Begin with blocks that overlap, without gravity; frozen is the start that the scene describes."""
+    particles = merge_particles([solid(block(), False)] * len(shifts), shifts, "hard_case")
+    found = frames(played(model, particles, 0.02, STILL, push_out=push_out))
+    pairs = pairs_of(particles, [(i, j) for i in range(len(shifts)) for j in range(i)])
+
+    def error(a: np.ndarray) -> float:
+        """Measure as ``meets``, where one pair has to be near."""
+        each = [meets([pair], SIZE_M)(a) for pair in pairs]
+        return max(each) if max(each) > 1.0 else min(each)
+
+    return Answer(found, particles.nodes, error)
+
+
+def _swallowed(model: str, push_out: bool = True) -> Answer:
+    """Begin with a ball inside a block, without gravity."""
+    ball = {"kind": "sphere", "center_m": [0.05, 0.05, 0.05], "radius_m": 0.02}
+    particles = solid(block(), False)
+    found = frames(played(model, particles, 0.02, STILL, instruments=[ball], push_out=push_out))
+    center = np.array([0.05, 0.05, 0.05])
+
+    def error(a: np.ndarray) -> float:
+        """Measure the distance of the block, which stays a block, from the ball."""
+        low, high = a[:, :, :].min(axis=1), a.max(axis=1)
+        beyond = np.linalg.norm(center - np.clip(center, low, high), axis=1).min() / 0.02 - 1.0
+        return float(beyond if beyond >= 0.0 else 1.0 - beyond)
+
+    return Answer(found, particles.nodes, error)
+
+
+def _dented(model: str) -> Answer:
+    """Begin with a ball that reaches 5 mm into the upper side of a block, which stands on a held side."""
+    mesh = box([0.1, 0.1, 0.1], [4, 4, 4])
+    particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), FIRM, "body")
+    center = np.array([0.05, 0.05, 0.115])
+    ball = {"kind": "sphere", "center_m": center.tolist(), "radius_m": 0.02}
+    found = frames(played(model, particles, 0.1, {"held": None}, instruments=[ball], push_out=True))
+    top = np.flatnonzero(mesh.nodes[:, 2] == 0.1)
+    axis = np.array([center, center])
+    return Answer(found, particles.nodes, clears(top, lambda frame: axis, 0.02))

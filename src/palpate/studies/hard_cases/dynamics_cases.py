@@ -1,6 +1,7 @@
-"""Hard cases of motion: steps, masses, twists and springs at which integrators may become unstable."""
+"""Hard cases of motion: steps, masses, twists and springs at which integrators may fail, and motion in modes."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,21 +10,22 @@ from scipy.spatial.distance import pdist
 
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.effects import shape_matching
 from palpate.effects.effect import Force
-from palpate.effects.shape_matching import goal_shapes
 from palpate.scenes.build_system import compose
 from palpate.scenes.run_scene import run
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
-from palpate.studies.hard_cases import modes_cases
-from palpate.studies.hard_cases.drift import STEPS, returns, travel_s
 from palpate.studies.hard_cases.fem_cases import keeps_momentum
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import (
     EXPLICIT,
     FEM,
     FIRM,
+    REDUCED,
+    RETURN_STEPS,
     SECOND,
     SHAPES,
     SOFT,
@@ -32,7 +34,10 @@ from palpate.studies.hard_cases.stage import (
     bar,
     edge_error,
     one_cluster,
+    play,
+    returns,
     scene,
+    travel_s,
     unbalanced,
     weight,
 )
@@ -44,7 +49,7 @@ RESIDUAL = "residual force / the weight at the end"
 AXES = {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0]}
 
 
-def cases() -> list[Case]:
+def motions() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name, scene, expected, measure, bound, run, models, declared=None, source="palpate"):
@@ -95,7 +100,7 @@ def cases() -> list[Case]:
         ),
         case("one_particle", "shape matching of a single moving particle", "uniform motion",
              "position error / distance travelled", 1e-12, _alone, SHAPES, source="Müller et al. 2005"),
-        *modes_cases.cases(),
+        *modes(),
     ]  # fmt: skip
 
 
@@ -147,7 +152,7 @@ def _heavy(model: str) -> Answer:
 def _heavy_half(model: str) -> Answer:
     particles, heavy = _lopsided()
     v, masses = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]), particles.masses
-    step_s, steps = STEPS[model not in SHAPES]
+    step_s, steps = RETURN_STEPS[model not in SHAPES]
     found, _ = Stepper(model, particles).go(particles.nodes, v, step_s, steps)
     way = travel_s(model, step_s, steps) * (masses @ v) / masses.sum()
 
@@ -231,8 +236,77 @@ def _alone(model: str) -> Answer:
     none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
     particles = Particles("dot", np.zeros((1, 3)), np.ones(1), np.array([], dtype=int), *none, SOFT)
     settings = one_cluster(model)["shape_matching"]
-    integrator = goal_position.make(System(particles, {"shape_matching": goal_shapes.make(particles, settings)}), {})
+    integrator = goal_position.make(System(particles, {"shape_matching": shape_matching.make(particles, settings)}), {})
     x, v = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
     for _ in range(100):
         x, v = integrator.step(x, v, 0.01)
     return Answer(x, np.zeros((1, 3)), lambda a: float(np.abs(a - [1.0, 2.0, 3.0]).max()))
+
+
+MODELS = tuple(REDUCED)
+NEWTONS = 0.01
+"""A push on the tip that moves it by a tenth of the bar's length."""
+MEASURE = "RMSE over frames and nodes / the largest displacement"
+STEP_S, DURATION_S, FRAMES = 0.01, 0.5, 25
+
+
+def modes() -> list[Case]:
+    """Return the declared cases of motion in modes."""
+
+    def case(name: str, scene: str, run: Any, expected: str = "the motion of the mesh", **rest: Any) -> Case:
+        words = (name, "dynamics", "palpate", scene, expected, MEASURE, 0.02)
+        return Case.of(*words, run=run, models=MODELS, **rest)
+
+    found = [
+        case(f"modes_load_times_{k}", f"a bar is pushed by {k} times what moves its tip by a tenth of its length, "
+             "and let go", partial(_pushed, bar(), k))
+        for k in (2, 3)
+    ]  # fmt: skip
+    flattened = dict.fromkeys(MODELS, ("not_converged",))
+    refused = dict.fromkeys(MODELS, ("refused",))
+    return [
+        *found,
+        case("modes_load_times_100", "the same by 100 times that, which flattens elements",
+             partial(_pushed, bar(), 100), "that modes cannot tell is reported", declared=flattened),
+        case("modes_inverted_start", "a bar that moves in modes starts inverted", _inverted, "refused",
+             declared=refused),
+        case("modes_slivers", "a bar with a layer of elements of 0.1° is pushed and let go",
+             partial(_pushed, _thin(), 1)),
+        case("modes_incompressible", "a bar of Poisson's ratio 0.49 is pushed and let go; both lock alike",
+             partial(_pushed, bar(material=Material(3000.0, 0.49, 1000.0)), 1)),
+    ]  # fmt: skip
+
+
+def _more(times: float) -> dict[str, Any]:
+    load = {"at_m": [0.2, 0.025, 0.05], "force_n": [0.0, 0.2 * times * NEWTONS, -times * NEWTONS], "radius_m": 0.02}
+    load |= {"start_s": 0.0, "press_s": 0.15, "hold_s": 0.1, "release_s": 0.05}
+    return {"held": None, "push": {"loads": [load]}}
+
+
+def _pushed(particles: Particles, times: float, model: str) -> Answer:
+    """Compare all frames with those of the mesh, at a fifth of the step."""
+    found, expected = (
+        play(name, particles, step_s, DURATION_S, _more(times), frames=FRAMES).positions[1:]
+        for name, step_s in ((model, STEP_S), (next(iter(SECOND)), STEP_S / 5.0))
+    )
+    peak = float(np.linalg.norm(expected - particles.nodes, axis=2).max())
+
+    def error(a: np.ndarray) -> float:
+        return float(np.sqrt(np.mean(np.sum((a - expected) ** 2, axis=2)))) / peak
+
+    return Answer(found, np.broadcast_to(particles.nodes, found.shape), error)
+
+
+def _inverted(model: str) -> Answer:
+    particles = bar()
+    found = play(model, particles, STEP_S, DURATION_S, _more(1.0), start="inverted").positions
+    return Answer(found, found, lambda a: 0.0)
+
+
+def _thin() -> Particles:
+    places = np.insert(np.linspace(0.0, 0.2, 9), 4, 0.075 + 0.025 * np.tan(np.radians(0.1)))
+    mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
+    nodes = mesh.nodes.copy()
+    nodes[:, 0] = np.interp(nodes[:, 0], np.arange(len(places)), places)
+    mesh = TetMesh(nodes, mesh.tetrahedra)
+    return solid_particles(mesh, np.flatnonzero(nodes[:, 0] == 0.0), SOFT, "bar")

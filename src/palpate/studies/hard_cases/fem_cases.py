@@ -1,4 +1,4 @@
-"""Hard cases of elasticity: materials, meshes and loads at which finite elements and their rivals may fail."""
+"""Hard cases of elasticity: materials, meshes and loads at which elements and their rivals may fail, and locking."""
 
 from functools import cache
 
@@ -8,22 +8,19 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_checks import check_boundary
-from palpate.bodies.mesh_quality import dihedral_angles
+from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.effect import Effect
+from palpate.effects.elements import PLAIN_POISSON
 from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.locking import PLAIN_POISSON
 from palpate.effects.mean_dilatation import MeanDilatation
+from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.effects.springs import Springs
 from palpate.solvers import backward_euler
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.fast_equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.system import System
-from palpate.studies.hard_cases import locking
-from palpate.studies.hard_cases.drift import returns, travel_s
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import (
     FEM,
@@ -36,18 +33,86 @@ from palpate.studies.hard_cases.stage import (
     end_face,
     momentum_error,
     one_cluster,
+    returns,
+    travel_s,
 )
+
+SIZES_M, YOUNG_PA, POISSON, INSTEAD = [0.2, 0.05, 0.05], 3000.0, 0.4999, 0.45
+CASES = {
+    "level_0": (0, POISSON, 1),
+    "level_1": (1, POISSON, 1),
+    "level_2": (2, POISSON, 1),
+    "level_2_softer": (2, INSTEAD, 1),
+    "quadratic_level_0": (0, POISSON, 2),
+    "quadratic_level_1": (1, POISSON, 2),
+}
+"""Level of the mesh, Poisson's ratio and order of the elements of each computation."""
+LOCKED = ("level_0", "level_1", "level_2", "level_2_softer")
+"""Those that are known to lock, the last one less."""
+
+
+def deflection(model: str) -> Answer:
+    """Compute the deflection of one of CASES for a bar under a small load at its end, against ``reference``."""
+    level, poisson, order = CASES[model]
+    mesh, finest = box(SIZES_M, [8, 2, 2]), level + order - 1
+    body = nest("bar", mesh, finest, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(YOUNG_PA, poisson, 1000.0))
+    shares = end_face(body.levels[finest])
+    found = Equilibrium(body, level, order).linear_solver(1e-8)(np.outer(shares, [0.0, 0.0, 1.0]))
+    expected = reference()
+
+    def error(moved: np.ndarray) -> float:
+        return abs(1.0 - float(shares @ moved[:, 2]) / expected)
+
+    return Answer(found, np.zeros_like(found), error)
+
+
+@cache
+def reference(refined: int = 1) -> float:
+    """Compute the mean deflection [m] of the loaded face under 1 N by scikit-fem, with the pressure as an unknown.
+
+    These elements (Taylor and Hood 1973), quadratic in the displacement and linear in the pressure, do not lock;
+    ``refined`` : how often each edge of the mesh is halved.
+    """
+    from skfem import (
+        Basis,
+        BilinearForm,
+        ElementTetP1,
+        ElementTetP2,
+        ElementVector,
+        FacetBasis,
+        LinearForm,
+        MeshTet,
+        bmat,
+        condense,
+        solve,
+    )
+    from skfem.helpers import ddot, div, sym_grad
+
+    tissue = Material(YOUNG_PA, POISSON, 1000.0)
+    body = nest("bar", box(SIZES_M, [8, 2, 2]), refined, np.array([0]), tissue).fine
+    mesh = MeshTet(np.ascontiguousarray(body.nodes.T), np.ascontiguousarray(body.tetrahedra.T))
+    basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=4)
+    pressure = basis.with_element(ElementTetP1())
+    stiffness = BilinearForm(lambda u, v, w: 2.0 * tissue.shear_pa * ddot(sym_grad(u), sym_grad(v))).assemble(basis)
+    coupling = BilinearForm(lambda u, q, w: -div(u) * q).assemble(basis, pressure)
+    bulk = BilinearForm(lambda p, q, w: -p * q / tissue.lame_pa).assemble(pressure)
+    face = FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda x: np.isclose(x[0], SIZES_M[0])))
+    load = LinearForm(lambda v, w: v[2] / (SIZES_M[1] * SIZES_M[2])).assemble(face)
+    held = basis.get_dofs(lambda x: np.isclose(x[0], 0.0)).all()
+    load = np.concatenate([load, np.zeros(pressure.N)])
+    return float(load @ solve(*condense(bmat([[stiffness, coupling.T], [coupling, bulk]], "csc"), load, D=held)))
+
 
 STATIC = {"fem_static": (0, 1), "fem_multigrid": (1, 1), "fem_quadratic": (0, 2), "fem_fast": (0, 2)}
 """Level of the mesh and order of the elements by model: one level, two levels with multigrid, quadratic elements, and
 those by L-BFGS."""
 MOVING = (*FEM, *SPRINGS, *SHAPES)
-LINEAR = ("fem_static", "fem_multigrid")
+LINEAR_ELEMENTS = ("fem_static", "fem_multigrid")
 RESIDUAL = "residual force at free nodes / the load"
 MOMENTUM = "change of momentum, or of the centre's motion, in 20 steps / sum of the nodes' momenta at the start"
 
 
-def cases() -> list[Case]:
+def elasticity() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name, scene, expected, measure, bound, run, models, declared=None, source="palpate"):
@@ -59,8 +124,8 @@ def cases() -> list[Case]:
              lambda model: _pressed(model, 0.4999, 0.01), STATIC),
         case("locking", "ν = 0.4999: linear tetrahedra on three levels, with ν = 0.45 instead, and quadratic ones",
              "the deflection that scikit-fem computes; plain linear tetrahedra are known to miss it",
-             "relative error of the deflection", 0.05, locking.deflection, locking.CASES,
-             dict.fromkeys(locking.LOCKED, ("wrong",))),
+             "relative error of the deflection", 0.05, deflection, CASES,
+             dict.fromkeys(LOCKED, ("wrong",))),
         case("stiffness_contrast", "one half of a bar is a million times as stiff as the other, and the bar is pulled",
              "the elongation of theory", "relative error of the elongation", 1e-6, _contrast, (*FEM, *SPRINGS)),
         case("slivers", "a layer of elements with dihedral angles of 0.1°", "the deflection without that layer",
@@ -68,8 +133,8 @@ def cases() -> list[Case]:
         case("half_turn", "a free body starts rotated by 180° and is thrown", "it flies on, rotated, without force",
              "largest distance from there after 20 steps / the way", 1e-8, _half_turn, MOVING),
         case("thousandfold_inverting_force", "1000 times the force at which the first element inverts",
-             "equilibrium, or no convergence is reported", RESIDUAL, 1e-6, _monstrous, LINEAR,
-             dict.fromkeys(LINEAR, ("stable", "not_converged"))),
+             "equilibrium, or no convergence is reported", RESIDUAL, 1e-6, _monstrous, LINEAR_ELEMENTS,
+             dict.fromkeys(LINEAR_ELEMENTS, ("stable", "not_converged"))),
         case("unanchored_static", "an equilibrium of a body without held nodes", "refused: none exists", RESIDUAL,
              0.0, lambda model: _pressed("fem_static", 0.3, 0.01, held=False), ("shared_check",),
              {"shared_check": ("refused",)}),
@@ -230,3 +295,48 @@ def _stretched(model: str) -> Answer:
         return float(np.linalg.norm(np.delete(elements.force(a), ends, axis=0)) / on_end)
 
     return Answer(found, start, error, zero=zero)
+
+
+SOLVERS = {"fem_quadratic": Equilibrium, "fem_fast": FastEquilibrium}
+STATIC_RESIDUAL = "residual force at free nodes / the load"
+PRESSED_N = 0.05
+"""Moves the bar by a tenth of its length."""
+
+
+def statics() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    def case(name, scene, times, mirrored=False):
+        words = (name, "fem", "palpate", scene, "equilibrium", STATIC_RESIDUAL, 1e-6)
+        return Case.of(*words, run=lambda model: _pressed_statically(model, times, mirrored), models=tuple(SOLVERS))
+
+    return [
+        case("twice_the_load", "a bar is pressed by a disc, twice as hard as moves it by a tenth of its length", 2.0),
+        case("thrice_the_load", "the same, three times as hard", 3.0),
+        case("inverted_start", "the same press, once, and the search starts from a bar that is mirrored", 1.0, True),
+    ]  # fmt: skip
+
+
+def _bar() -> Body:
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    return nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
+
+
+def _pressed_statically(model: str, times: float, mirrored: bool) -> Answer:
+    """Press the bar near its end; the residual is computed apart from the solver."""
+    body = _bar()
+    solver, rest = SOLVERS[model](body, 0, 2), body.fine.nodes
+    contact = int(np.argmax(body.coarse.nodes @ [1.0, 0.1, 1.0]))
+    load = nodal_load(body, 0, contact, np.array([0.0, 0.0, -times * PRESSED_N]), 0.03, order=2)
+    start = None
+    if mirrored:
+        start = rest * [1.0, -1.0, 1.0]
+        start[body.anchors[1]] = rest[body.anchors[1]]
+    elements = QuadraticElements(body.coarse, body.material)
+
+    def error(a: np.ndarray) -> float:
+        force = elements.force(a) + load
+        force[body.anchors[1]] = 0.0
+        return float(np.linalg.norm(force) / np.linalg.norm(load))
+
+    return Answer(solver.solve(load, 1e-8, start).x, rest, error)

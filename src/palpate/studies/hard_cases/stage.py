@@ -16,7 +16,7 @@ from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
-from palpate.studies.hard_cases.hard_case import finite
+from palpate.studies.hard_cases.hard_case import Answer, finite
 
 SOFT = Material(3000.0, 0.3, 1000.0)
 FIRM = Material(1e5, 0.3, 1000.0)
@@ -174,3 +174,40 @@ def end_face(mesh: Mesh) -> np.ndarray:
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     shares = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))
     return shares / shares.sum()
+
+
+TRAVEL_M = np.array([0.1, 0.0, 0.0])
+"""Distance over which a free body drifts."""
+RETURN_STEPS = (0.01, 2000), (0.05, 400)
+"""Step [s] and number of steps of shape matching and of the other models: 20 s."""
+
+
+def returns(
+    model: str, particles: Particles, x: np.ndarray, more: dict[str, Any] | None = None, measure: Callable | None = None
+) -> Answer:
+    """Simulate a free body from ``x`` (n, 3) [m] for 20 s, with a drift over TRAVEL_M.
+
+    The error is the larger one of ``measure`` at the end, by default that of the edges, and of the centre's place,
+    relative to the way that it had to go.
+    """
+    step_s, steps = RETURN_STEPS[model not in SHAPES]
+    travel = travel_s(model, step_s, steps)
+    found, _ = Stepper(model, particles, more).go(x, np.tile(TRAVEL_M / travel, (len(x), 1)), step_s, steps)
+    centre = _centre(particles, x) + TRAVEL_M
+    shape = measure or (lambda a: edge_error(particles, a))
+
+    def error(a: np.ndarray) -> float:
+        strayed = np.linalg.norm(_centre(particles, a) - centre) / np.linalg.norm(TRAVEL_M)
+        return max(shape(a), float(strayed))
+
+    return Answer(found, x, error, zero=particles.nodes)
+
+
+def travel_s(model: str, step_s: float, steps: int) -> float:
+    """Return the way [m] of a body that is thrown at 1 m/s, under the model's damping of velocities."""
+    decay = float(np.exp(-MODELS[model][1].get("velocity_damping", {}).get("rate_1_s", 0.0) * step_s))
+    return step_s * float(np.sum(decay ** np.arange(steps)))
+
+
+def _centre(particles: Particles, x: np.ndarray) -> np.ndarray:
+    return particles.masses @ x / particles.masses.sum()

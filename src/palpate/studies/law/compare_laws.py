@@ -1,33 +1,85 @@
-"""Press a body under each law, and set what the choice of the law changes beside the error of the mesh.
+"""Names in law.csv: what is changed in a body, and the meshes whose errors stand beside that.
+
+Bodies as they might have been described: under another law, with another Poisson's ratio, or of one material.
+
+Press a body under each law, and set what the choice of the law changes beside the error of the mesh.
 
 Both are found on the same nested levels of quadratic elements. What a law changes is its answer minus that of the body
 as it is described, on the finest level of both, where the errors of the mesh cancel. What the mesh costs is the answer
 on a coarser level minus the limit of all levels, for each law by itself.
+
+Choose presses that grow over depth, at a few contacts of a body.
+
+Find the depth from which on a change of the law matters more than the mesh.
 """
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.loads import force_of, nodal_forces
-from palpate.benchmark.nested_levels import truth_levels
+from palpate.benchmark.presses import choose_presses, force_of, nodal_forces
 from palpate.benchmark.truth import OWN as ERRORS
-from palpate.benchmark.truth import Truth, truth_of
+from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies.body import Body
-from palpate.effects.locking import locking_is_measured
+from palpate.bodies.material import Material, Tissue
+from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.law.variants import Variant, variants
+from palpate.studies.palpation.palpation import choose_places
 from palpate.table import Table
+
+OWN, LAW, POISSON, REGIONS = "nothing", "law", "poisson", "regions"
+"""What differs from the body as it is described."""
+MESHES = ("linear", "quadratic", "finest")
+"""Whose errors are measured: linear elements on the finest level, quadratic ones with the same nodes, and on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """A body, and what has been ``changed`` in it."""
+
+    changed: str
+    body: Body
+
+
+def variants(body: Body, laws: Sequence[str], poissons: Sequence[float]) -> list[Variant]:
+    """Return the body as it is described, then each with one thing changed.
+
+    laws, poissons : those to try; where they are the body's own already, nothing is changed and there is no variant
+    A body with regions is also tried without them, of its own material alone.
+    """
+    found = [Variant(OWN, body)]
+    found += [Variant(LAW, _changed(body, law=law)) for law in laws if law != body.material.law]
+    for poisson in poissons:
+        if any(each.poisson != poisson for each in _materials(body)):
+            found.append(Variant(POISSON, _changed(body, poisson=poisson)))
+    if body.regions is not None:
+        found.append(Variant(REGIONS, replace(body, regions=None)))
+    return found
+
+
+def _materials(body: Body) -> Sequence[Material]:
+    return [body.material] if body.regions is None else [body.material, *body.regions.materials]
+
+
+def _changed(body: Body, **change: Any) -> Body:
+    """Return ``body`` with a field of every material changed; Young's moduli and densities stay."""
+    regions = body.regions
+    if regions is not None:
+        regions = Tissue([replace(each, **change) for each in regions.materials], regions.region)
+    return replace(body, material=replace(body.material, **change), regions=regions)
+
 
 TOLERANCE = 1e-3
 """Relative residual on every level but the first; 1e-4 moves no change of a law by more than a fiftieth of it."""
 MEASURES = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 """The errors of TruthErrors that are tabulated."""
-LAW = Table(
+LAW_TABLE = Table(
     "law",
     "The same presses under each law: what it changes, beside the errors of three meshes against its own truth.",
     """
@@ -70,7 +122,7 @@ def compare_laws(
         linear = _linear(each.body, loads, tolerance)
         for i, (_, load) in enumerate(loads.iterrows()):
             rows.append(_labels(each, load) | _numbers(*found[-1], found[0][1], linear[i], i, load))
-    return LAW.frame(rows)
+    return LAW_TABLE.frame(rows)
 
 
 def _truth(body: Body, loads: pd.DataFrame, tolerance: float) -> Truth:
@@ -138,3 +190,60 @@ def _answered(truth: Truth, i: int) -> list[np.ndarray]:
 
 def _peak(displacement: np.ndarray) -> float:
     return float(np.linalg.norm(displacement, axis=1).max())
+
+
+def growing_presses(
+    body: Body, contacts: int, depths: Sequence[float], radius_m: float, progress: Callable = iter
+) -> pd.DataFrame:
+    """Choose a press along the inward normal for each of ``depths``, at each of ``contacts`` contacts.
+
+    A body with regions is also pressed above them, at the contact nearest to one; ``contacts`` may then be 0.
+    depths : largest displacements, as shares of the body's size; radius_m : of the disc that is pressed [m]
+    Returns the table of ``choose_presses``. Where the peak pressure that the trade-off allows ends the depth of a
+    contact, its deepest press is the one with that pressure. Warns of these, and raises, as ``choose_presses`` does.
+    """
+    most = max(depths)
+    above = [] if body.regions is None else choose_places(body, 1)[0][:1].tolist()
+    presses = [{"magnitude": depth / most, "tilt_degrees": 0} for depth in sorted(depths)]
+    table = choose_presses(body, contacts, presses, {"peak_of_size": most}, radius_m, 1, progress, above)
+    forces = ["contact", "force_x_n", "force_y_n", "force_z_n"]
+    return table[~table[forces].round(12).duplicated()].reset_index(drop=True)
+
+
+VARIANT = ["body", "changed", "law", "poisson"]
+DEPTH_COLUMNS = [*VARIANT, "contact", "mesh", "from_depth"]
+
+
+def from_depths(table: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate, from law.csv, the depth from which on each change matters more than each mesh.
+
+    Returns a row for each variant, contact and mesh, with COLUMNS: ``from_depth`` as a share of the body's size, 0
+    where the change is larger at every depth that was pressed, infinite where it is not even at the largest. The mesh's
+    error is that of the changed body against its own truth, and counts where that is believed; the mesh "own" is that
+    truth, and its own error.
+    """
+    rows = []
+    changed = table[(table["changed"] != OWN) & table["change_rmse_of_peak"].notna() & table["believed"].astype(bool)]
+    for (*variant, contact), curve in changed.groupby([*VARIANT, "contact"], sort=False):
+        for mesh in (*MESHES, "own"):
+            known = curve[curve[f"{mesh}_rmse_of_peak"].notna()].sort_values("depth_of_size")
+            if len(known):
+                ends = known["depth_of_size"], known["change_rmse_of_peak"] / known[f"{mesh}_rmse_of_peak"]
+                rows.append([*variant, contact, mesh, crossing(*(end.to_numpy() for end in ends))])
+    return pd.DataFrame(rows, columns=DEPTH_COLUMNS)
+
+
+def crossing(depth: np.ndarray, share: np.ndarray) -> float:
+    """Return the depth from which on ``share`` (k,) stays above 1, over increasing ``depth`` (k,).
+
+    Between two depths it is taken as a power of the depth. Returns 0 where it is above 1 at all depths, and infinity
+    where it is not at the last one.
+    """
+    below = np.flatnonzero(~(share > 1.0))
+    if not len(below):
+        return 0.0
+    i = int(below[-1])
+    if i == len(depth) - 1:
+        return float("inf")
+    x, y = np.log(depth[i : i + 2]), np.log(np.maximum(share[i : i + 2], np.finfo(float).tiny))
+    return float(np.exp(x[0] - y[0] * (x[1] - x[0]) / (y[1] - y[0])))

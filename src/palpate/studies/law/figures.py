@@ -7,7 +7,7 @@ from matplotlib.ticker import LogLocator
 
 from palpate.report import style, tables
 from palpate.report.model_looks import law_look
-from palpate.studies.law.names import OWN, POISSON, REGIONS
+from palpate.studies.law.compare_laws import OWN, POISSON, REGIONS
 
 POISSONS = ("#cc79a7", "#7a3b63", "#b8578f", "#e3b1cd")
 """Colours of the other Poisson's ratios, in the order of the table."""

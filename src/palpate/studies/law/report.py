@@ -11,9 +11,8 @@ from palpate.report.material import Report
 from palpate.report.model_looks import law_look
 from palpate.report.number_format import percent
 from palpate.report.words import listed, spaced
+from palpate.studies.law.compare_laws import LAW, OWN, POISSON, REGIONS, VARIANT, from_depths
 from palpate.studies.law.figures import label
-from palpate.studies.law.from_depths import VARIANT, from_depths
-from palpate.studies.law.names import LAW, OWN, POISSON, REGIONS
 
 TITLE = "The law of the tissue"
 MESHES = {

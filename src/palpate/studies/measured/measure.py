@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -9,20 +10,72 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.errors import InputError
-from palpate.studies.measured.candidates import Candidate, candidates
-from palpate.studies.measured.creep import creep_rows
-from palpate.studies.measured.damping import damping_rows
-from palpate.studies.measured.experiment import Experiment
-from palpate.studies.measured.measured_rows import ALL, Row
-from palpate.studies.measured.observed import Observed, observe_all
-from palpate.studies.measured.placed import check_places
-from palpate.studies.measured.predict import GIVEN, Predictor
-from palpate.studies.measured.release_rows import release_rows
-from palpate.studies.measured.surface_points import off_surface
-from palpate.studies.measured.tables import TABLES
+from palpate.studies.measured.experiment import Experiment, check_places
+from palpate.studies.measured.predict import ALL, GIVEN, Predictor, Row, creep_rows, damping_rows
+from palpate.studies.measured.records import Observed, observe_all
+from palpate.studies.measured.release import release_rows
+from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
+from palpate.table import Table
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A model of ``body`` with a setting: ``make`` builds its specimen.
+
+    asked_more : whether it also says what follows from creep, and from kinds of damping
+    """
+
+    model: str
+    setting: str
+    body: Body
+    make: Callable[[], Specimen]
+    asked_more: bool = False
+
+
+def candidates(body: Body, settings: Mapping[str, Mapping[str, Any]]) -> Iterator[Candidate]:
+    """Yield linear and quadratic elements on their levels, these with other ν and laws on the coarsest, and springs.
+
+    settings : ``measured.models`` of the config; levels that are null are all that the body has
+    """
+    for order, model in ((1, "fem_p1"), (2, "fem_p2")):
+        last = len(body.levels) - order
+        levels = settings[model]["levels"]
+        for number, level in enumerate(range(last + 1) if levels is None else levels):
+            made = partial(FemSpecimen, body, level, order)
+            yield Candidate(model, f"level={level}", body, made, asked_more=order == 2 and number == 0)
+    quadratic = settings["fem_p2"]
+    if len(body.levels) > 1:
+        for poisson in quadratic["poissons"]:
+            other = replace(body, material=replace(body.material, poisson=poisson))
+            yield Candidate("fem_p2", f"level=0 poisson={poisson:g}", other, partial(FemSpecimen, other, 0, 2))
+        for law in quadratic["laws"]:
+            other = replace(body, material=replace(body.material, law=law))
+            yield Candidate("fem_p2", f"level=0 law={law}", other, partial(FemSpecimen, other, 0, 2))
+    for level in settings["springs"]["levels"]:
+        yield Candidate("springs", f"level={level}", body, partial(SpringSpecimen, body, level))
+
 
 FITS, LARGE = 0.03, 0.5
 """Shares of the body's size above which there is a warning: of the misfit of the markers, and of how far they sink."""
+
+MEASURED = Table(
+    "measured",
+    "What was measured, how far repeats differ, and what each model predicts, with Young's modulus as given and "
+    "fitted to one case.",
+    """
+    body case: a body, and a case of its loads
+    model setting: a model, and its level, law, Poisson's ratio or way of motion
+    calibrated: the case that Young's modulus is fitted to; "no" where it is as given
+    quantity: sink_m and move_m of markers [m], frequency_hz [Hz], damping_ratio, creep_m [m], creep_s [s]
+    measured repeat: mean of the repeats, and the widest difference between two
+    predicted error: what the model says, and its error relative to what was measured
+    experiment marker: an experiment, and a marker or "all" for their mean
+    fitted: whether the value was fitted
+    young_pa poisson law nodes: Young's modulus [Pa], Poisson's ratio, law, and number of nodes of the model
+    misfit_m: distance (RMS) of the markers from their places at rest before the release [m]
+    message: why there is no prediction
+    """,
+)
 
 
 def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], progress: Callable = iter) -> pd.DataFrame:
@@ -47,7 +100,7 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     table["message"] = table["message"].fillna("")
     table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
     _warn(experiment, table, body.fine.size)
-    return table[TABLES["measured"].columns.split()]
+    return table[MEASURED.columns]
 
 
 def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:

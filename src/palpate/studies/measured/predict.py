@@ -1,17 +1,140 @@
-"""Predict every case of an experiment with one model: with E as given, and with E fitted to one case."""
+"""Predict every case of an experiment with one model, with E as given and fitted to one case, and compare."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from palpate.errors import NotConverged
-from palpate.studies.measured.calibrate import calibrate
+from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.studies.measured.experiment import Case, Experiment
-from palpate.studies.measured.measured_rows import ALL, Row, axis_down, compare_moves, compare_swing
-from palpate.studies.measured.natural_frequency import natural_frequency
-from palpate.studies.measured.observed import Observed
+from palpate.studies.measured.records import Observed, Oscillation
 from palpate.studies.measured.specimen import Bench, Specimen
+
+ALL = "all"
+"""The name of the mean over markers."""
+Row = dict[str, Any]
+
+
+def axis_down(down: np.ndarray) -> np.ndarray:
+    """Return the axis (3,) of the body that is nearest to ``down`` (3,): along it markers sink."""
+    axis = np.zeros(3)
+    axis[np.argmax(np.abs(down))] = np.sign(down[np.argmax(np.abs(down))])
+    return axis
+
+
+def compare_moves(experiment: Experiment, seen: Observed, moves: np.ndarray | None) -> Iterator[Row]:
+    """Yield how far markers sink, each and on average, and how far they move as vectors (RMS over markers).
+
+    moves : (m, 3) [m] as predicted, or None if there is no prediction. Of vectors the error is that of their
+    difference, and cannot be negative.
+    """
+    axis, names = axis_down(seen.down), [marker.name for marker in experiment.compared]
+    found = [repeat.moves for repeat in seen.repeats]
+    sinks = [each @ axis for each in found]
+    sunk = None if moves is None else moves @ axis
+    yield _row("sink_m", ALL, [float(s.mean()) for s in sinks], None if sunk is None else float(sunk.mean()))
+    for i, name in enumerate(names):
+        yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
+    measured = None if seen.moves is None else _rms(seen.moves)
+    repeat = max((_rms(a - b) for a, b in combinations(found, 2)), default=None)
+    wrong = None if measured is None or moves is None else _rms(moves - seen.moves) / measured
+    predicted = None if moves is None else _rms(moves)
+    yield {"quantity": "move_m", "marker": ALL, "measured": measured, "repeat": repeat} | {
+        "predicted": predicted, "error": wrong,
+    }  # fmt: skip
+
+
+def compare_swing(seen: Observed, swing: dict[str, float | None]) -> Iterator[Row]:
+    """Yield rows of the quantities of an Oscillation that ``swing`` predicts, by their names; None if it failed."""
+    swings: list[Oscillation] = [repeat.swing for repeat in seen.repeats if repeat.swing is not None]
+    for quantity, predicted in swing.items():
+        yield _row(quantity, ALL, [float(getattr(each, quantity)) for each in swings], predicted)
+
+
+def _row(quantity: str, marker: str, repeats: list[float], predicted: float | None) -> Row:
+    """Return the mean of ``repeats``, the widest difference between two, and the relative error of ``predicted``."""
+    measured = float(np.mean(repeats)) if repeats else None
+    repeat = float(np.ptp(repeats)) if len(repeats) > 1 else None
+    error = None if measured is None or predicted is None else predicted / measured - 1.0
+    return {"quantity": quantity, "marker": marker, "measured": measured, "repeat": repeat} | {
+        "predicted": predicted, "error": error,
+    }  # fmt: skip
+
+
+def _rms(vectors: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=-1))))
+
+
+MOST_SECANT_STEPS, WAY_TOLERANCE = 12, 1e-4
+"""Most equilibria, and the relative error of the way that ends the search."""
+
+
+def calibrate(sink: Callable[[float], float], wanted: float) -> float:
+    """Find the softness s with ``sink(s)`` = ``wanted`` [m]: how many times softer than assumed the body is.
+
+    sink : the way [m] of the markers under the case's loads, for a body s times softer; it increases with s
+    The secant method on way over softness, which bends little; NotConverged if the way is not met.
+    """
+    softness, history = [1.0], []
+    ways = [sink(1.0)]
+    for _ in range(MOST_SECANT_STEPS):
+        history.append(abs(ways[-1] / wanted - 1.0))
+        if history[-1] <= WAY_TOLERANCE:
+            return softness[-1]
+        if len(ways) == 1:
+            following = wanted / ways[-1]
+        else:
+            slope = (ways[-1] - ways[-2]) / (softness[-1] - softness[-2])
+            following = softness[-1] + (wanted - ways[-1]) / slope
+        # never more than four times softer or stiffer at once: a beam that curls up has no slope left
+        softness.append(min(max(following, softness[-1] / 4), 4 * softness[-1]))
+        ways.append(sink(softness[-1]))
+    raise NotConverged(f"no modulus lets the markers sink by {wanted:.3g} m; see loads, density and down", history)
+
+
+MOST_INVERSE_ITERATIONS, EIGENVALUE_TOLERANCE, SOLVED = 60, 1e-4, 0.03
+"""Most steps; relative error of ω² that ends them; relative residual of the linear solve in each."""
+
+
+def natural_frequency(
+    specimen: Specimen, x: np.ndarray, masses: sparse.csr_array, stiffer: float = 1.0
+) -> tuple[float, np.ndarray]:
+    """Return the frequency [Hz] of small oscillations around the equilibrium ``x`` (n, 3) [m], and their shape (n, 3).
+
+    The smallest eigenvalue ω² of ``stiffer`` K v = ω² M v by inverse iteration, with Rayleigh's quotient and inexact
+    solves, from the way that the release goes: it begins near the mode that the release excites, and keeps the
+    symmetry of that, though a beam as wide as high has another mode of the same frequency across. With the residual
+    r = ω² M v − K v, the relative error of ω² is about r·K⁻¹r / v·K v, which ends the steps.
+
+    Raises NotConverged if it does not become small, and if the stiffness is not positive definite.
+    """
+    multiply, precondition = specimen.linearise(x)
+    history: list[float] = []
+    shape = x - specimen.rest
+    shape[specimen.held] = 0.0
+    for _ in range(MOST_INVERSE_ITERATIONS):
+        shape = shape / np.sqrt(np.vdot(shape, masses @ shape))
+        pull = multiply(shape)
+        squared = float(np.vdot(shape, pull))
+        left = squared * (masses @ shape) - pull
+        left[specimen.held] = 0.0
+        change, _, positive = conjugate_gradients(multiply, precondition, left, SOLVED, 1000)
+        if not positive:
+            raise NotConverged(
+                "a body that has come to rest has a way to give in; its equilibrium is not stable", history
+            )
+        history.append(float(np.vdot(left, change)) / squared)
+        if history[-1] <= EIGENVALUE_TOLERANCE:
+            return float(np.sqrt(stiffer * squared)) / (2 * np.pi), shape
+        shape = shape + change
+    raise NotConverged(
+        f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps", history
+    )
+
 
 GIVEN = "no"
 """The word for a modulus that is fitted to no case."""
@@ -82,3 +205,62 @@ class Predictor:
         if case.swings:
             for row in compare_swing(self.observed[case.name], {"frequency_hz": hz}):
                 yield about | row
+
+
+def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
+    """Yield frequency and creep of all cases, from two moduli that are fitted to one case.
+
+    The relaxed modulus lets the markers settle where they did, the instantaneous one where they would be without what
+    the record still creeps. As the material keeps its volume, creep is one factor on the whole stiffness, that of a
+    generalised Maxwell body whose times are longer than a swing; what a case creeps is the difference of two
+    equilibria. Nothing is yielded without creep in the records, and if a modulus is not found.
+    """
+    swings = [repeat.swing for repeat in predictor.observed[fitted.name].repeats if repeat.swing is not None]
+    crept = float(np.mean([swing.creep_m for swing in swings])) if swings else 0.0
+    if not crept > 0.0:
+        return
+    try:
+        relaxed, sudden = predictor.softness(fitted), predictor.softness(fitted, less_m=crept)
+    except NotConverged:
+        return
+    for case in (case for case in predictor.experiment.cases if case.swings):
+        seen, found = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
+        about: Row = {"case": case.name, "calibrated": fitted.name, "softness": sudden, "message": ""}
+        try:
+            found = _swing(predictor, case, relaxed, sudden)
+        except NotConverged as failure:
+            about["message"] = str(failure)
+        for row in compare_swing(seen, found):
+            yield about | row | {"fitted": case is fitted and row["quantity"] == "creep_m"}
+
+
+def _swing(predictor: Predictor, case: Case, relaxed: float, sudden: float) -> dict[str, float | None]:
+    axis = axis_down(predictor.observed[case.name].down)
+    far = predictor.bench.moves(predictor.settle(case, relaxed))
+    x = predictor.settle(case, sudden)
+    crept = float(((far - predictor.bench.moves(x)) @ axis).mean())
+    return {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": crept}
+
+
+POWERS = {"mass": -1.0, "stiffness": 1.0}
+"""Rayleigh's two kinds of damping, and the power of the frequency that their damping ratio is proportional to."""
+
+
+def damping_rows(
+    experiment: Experiment, observed: Mapping[str, Observed], frequencies: Mapping[str, float | None], fitted: str
+) -> Iterator[tuple[str, Row]]:
+    """Yield each kind of damping with its rows, from predicted ``frequencies`` [Hz] of cases.
+
+    A mode of ω is damped by α/2ω with a damping matrix α M, and by β ω/2 with β K.
+    """
+    swings = [repeat.swing for repeat in observed[fitted].repeats if repeat.swing is not None]
+    own = frequencies.get(fitted)
+    if not swings or own is None:
+        return
+    ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
+    for kind, power in POWERS.items():
+        for case in (case for case in experiment.cases if case.swings):
+            hz = frequencies.get(case.name)
+            predicted = None if hz is None else ratio * (hz / own) ** power
+            for row in compare_swing(observed[case.name], {"damping_ratio": predicted}):
+                yield kind, {"case": case.name, "calibrated": fitted} | row | {"fitted": case.name == fitted}

@@ -1,12 +1,14 @@
-"""Records of markers: CSV files of times and places, as a motion capture writes them."""
+"""Evidence of an experiment: records of markers, their registration, and how they moved and swung."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import least_squares
 
 from palpate.errors import InputError
+from palpate.studies.measured.experiment import Case, Experiment
 
 GAPS = 0.1
 """Share of the times at which a marker may be hidden: its places there are interpolated."""
@@ -62,3 +64,218 @@ def _filled(times: np.ndarray, values: np.ndarray, place: str) -> np.ndarray:
     if not seen.mean() >= 1.0 - GAPS:
         raise InputError(f"{place} is empty in {1 - seen.mean():.0%} of the rows; leave out the marker, or fill it.")
     return values if seen.all() else np.interp(times, times[seen], values[seen])
+
+
+MISFIT = 0.2
+"""Misfit, as a share of the spread of the markers, above which they are taken for others."""
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A rigid motion x → rotation x + shift, (3, 3) and (3,) [m]; ``misfit_m``: RMS distance that is left [m]."""
+
+    rotation: np.ndarray
+    shift: np.ndarray
+    misfit_m: float
+
+    def apply(self, places: np.ndarray) -> np.ndarray:
+        """Move ``places`` (…, 3) [m] into the body's frame."""
+        return places @ self.rotation.T + self.shift
+
+
+def register(seen: np.ndarray, rest: np.ndarray, place: str) -> Registration:
+    """Fit the markers ``seen`` (m, 3) [m] to their places at ``rest`` (m, 3) [m] in the body's frame (Kabsch 1976).
+
+    Raises InputError, naming ``place``, for fewer than three markers or markers on one line, and if they do not fit:
+    other units, a left-handed frame, or markers that are confused.
+    """
+    seen_middle, rest_middle = seen.mean(axis=0), rest.mean(axis=0)
+    spread = np.linalg.svd(rest - rest_middle, compute_uv=False)
+    if len(rest) < 3 or not spread[1] > 1e-3 * spread[0]:
+        raise InputError(f"{place} needs three markers that are not on one line, to find the body's frame; add one.")
+    left, _, right = np.linalg.svd((rest - rest_middle).T @ (seen - seen_middle))
+    rotation = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    shift = rest_middle - rotation @ seen_middle
+    off = np.linalg.norm(seen @ rotation.T + shift - rest, axis=1)
+    misfit, size = float(np.sqrt(np.mean(off**2))), float(np.linalg.norm(rest - rest_middle, axis=1).mean())
+    if not misfit <= MISFIT * size:
+        raise InputError(
+            f"{place}: the markers before the release are {misfit:.3g} m (RMS) from their places at rest, which are "
+            f"{size:.3g} m apart; see whether both are in metres, in right-handed frames, and in the same order."
+        )
+    return Registration(rotation, shift, misfit)
+
+
+CREEP_S = 0.5
+"""Where the search for the creep's time constant begins, in seconds or, if less, a quarter of the record."""
+
+
+@dataclass(frozen=True)
+class Oscillation:
+    """y = rest + creep e^(−t/τ) + A e^(−ζωt) cos(ω √(1 − ζ²) t + φ).
+
+    frequency_hz : ω / 2π, of the same body without damping [Hz]; damping_ratio : ζ
+    amplitude_m : A at the first time [m]; creep_m : what it creeps from half a swing before, where it was let go, to
+    its rest [m], over the time constant τ = ``creep_s`` [s]
+    misfit : RMS that is left, as a share of the amplitude
+    """
+
+    frequency_hz: float
+    damping_ratio: float
+    amplitude_m: float
+    creep_m: float
+    creep_s: float
+    misfit: float
+
+
+def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
+    """Fit a damped oscillation to ``y`` (n,) [m] at ``times`` (n,) [s], by least squares.
+
+    What is linear is eliminated (Golub and Pereyra 1973); the frequency that begins the search is the best of many.
+    Raises InputError, naming ``place``, for too few times and where no oscillation is seen.
+    """
+    t, duration = times - times[0], float(times[-1] - times[0])
+    if len(t) < 12:
+        raise InputError(f"{place} has {len(t)} rows after the release, too few for a frequency; set swings: false.")
+    creep = min(CREEP_S, duration / 4)
+
+    def left(unknowns: np.ndarray) -> np.ndarray:
+        basis = _basis(t, unknowns, creeps)
+        return basis @ np.linalg.lstsq(basis, y, rcond=None)[0] - y
+
+    # from one swing in the record, up to a quarter of the sampling rate
+    most = 0.25 / float(np.median(np.diff(t)))
+    tries = [np.array([f, 0.03, creep]) for f in np.arange(1.0, most * duration, 0.25) / duration]
+    start = min(tries, key=lambda unknowns: float(np.sum(left(unknowns) ** 2)))
+    low, high = [0.5 * start[0], 0.0, creep / 4], [2.0 * start[0], 0.9, 4 * creep]
+    scale = [0.1 * start[0], 0.01, 0.3 * creep]
+    found = least_squares(left, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    basis = _basis(t, found.x, creeps)
+    amounts = np.linalg.lstsq(basis, y, rcond=None)[0]
+    amplitude = float(np.hypot(*amounts[1:3]))
+    misfit = float(np.sqrt(np.mean(found.fun**2))) / max(amplitude, 1e-300)
+    if not misfit < 0.5:
+        raise InputError(f"{place} shows no damped oscillation after the release; set swings: false for it.")
+    frequency, ratio, constant = map(float, found.x)
+    crept = -float(amounts[3] * np.exp(0.5 / (frequency * constant))) if creeps else 0.0
+    return Oscillation(frequency, ratio, amplitude, crept, constant, misfit)
+
+
+def _basis(t: np.ndarray, unknowns: np.ndarray, creeps: bool) -> np.ndarray:
+    """Return the columns (n, 3 or 4) whose sum y is: rest, both phases of the oscillation, and creep.
+
+    unknowns : frequency [Hz], damping ratio, time constant of the creep [s]
+    """
+    frequency, ratio, creep = unknowns
+    omega = 2 * np.pi * frequency
+    fading, angle = np.exp(-ratio * omega * t), omega * np.sqrt(1.0 - ratio**2) * t
+    columns = [np.ones_like(t), fading * np.cos(angle), fading * np.sin(angle)]
+    return np.column_stack([*columns, np.exp(-t / creep)] if creeps else columns)
+
+
+STILL = 0.2
+"""Share of the whole way by which markers may move before they are let go."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """One repeat in the body's frame.
+
+    along : (n,) [m] the mean way of the markers at ``times`` (n,) [s], in the direction in which they settle
+    moves : (m, 3) [m] from the held state to the settled one; frame : how the body's frame was found
+    """
+
+    times: np.ndarray
+    along: np.ndarray
+    moves: np.ndarray
+    frame: Registration
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One repeat, in the body's frame.
+
+    moves : (m, 3) [m] of the markers that are compared, from the held state to the settled one; down : (3,) the
+    direction of gravity; misfit_m : of the registration [m]; swing : None if it was not looked for
+    """
+
+    moves: np.ndarray
+    down: np.ndarray
+    misfit_m: float
+    swing: Oscillation | None
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """All repeats of a case; without files none, and ``down`` is that of the other cases."""
+
+    repeats: list[Seen]
+    down: np.ndarray
+
+    @property
+    def moves(self) -> np.ndarray | None:
+        """The mean moves (m, 3) [m]; None without repeats."""
+        return np.mean([seen.moves for seen in self.repeats], axis=0) if self.repeats else None
+
+    @property
+    def misfit_m(self) -> float | None:
+        """The largest misfit [m] of the repeats' frames; None without repeats."""
+        return max((seen.misfit_m for seen in self.repeats), default=None)
+
+
+def observe_all(experiment: Experiment) -> dict[str, Observed]:
+    """Read and evaluate the files of all cases, by name; InputError as ``follow`` and ``fit_oscillation``."""
+    seen = {case.name: [_see(file, experiment, case.swings) for file in case.files] for case in experiment.cases}
+    downs = [repeat.down for repeats in seen.values() for repeat in repeats]
+    common = _unit(np.mean(downs, axis=0)) if downs else _unit(experiment.down)
+    return {
+        name: Observed(repeats, _unit(np.mean([r.down for r in repeats], axis=0)) if repeats else common)
+        for name, repeats in seen.items()
+    }
+
+
+def follow(file: str, experiment: Experiment) -> Followed:
+    """Read a file, register it by all markers of its held state, and follow those that are compared.
+
+    Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
+    move before the release.
+    """
+    record = read_record(file, [marker.name for marker in experiment.markers])
+    begin, end = float(record.times[0]), float(record.times[-1])
+    if not end - begin > experiment.held_s + experiment.settled_s:
+        raise InputError(f"{file} lasts {end - begin:g} s, less than held_s and settled_s together; shorten them.")
+    held = record.mean(begin, begin + experiment.held_s)
+    frame = register(held, np.array([marker.at_m for marker in experiment.markers]), file)
+    compared = [i for i, marker in enumerate(experiment.markers) if not marker.fixed]
+    before = frame.apply(held[compared])
+    moves = frame.apply(record.mean(end - experiment.settled_s, end)[compared]) - before
+    way = moves.mean(axis=0)
+    along = (frame.apply(record.places[:, compared]) - before).mean(axis=1) @ _unit(way)
+    whole, restless = float(np.linalg.norm(way)), float(np.ptp(along[record.times <= begin + experiment.held_s + 1e-9]))
+    if not restless <= STILL * whole:
+        raise InputError(
+            f"{file}: markers move by {restless:.3g} m within held_s, of {whole:.3g} m in all; "
+            "shorten held_s to the time before the release."
+        )
+    return Followed(record.times, along, moves, frame)
+
+
+def check_down(found: Followed, case: Case, experiment: Experiment, file: str) -> None:
+    """Raise InputError if the markers rise against ``down`` in a case without a force that might lift them."""
+    way = float(found.moves.mean(axis=0) @ (found.frame.rotation @ _unit(experiment.down)))
+    if way < 0.0 and all(weight.force_n is None for weight in case.weights):
+        raise InputError(
+            f"{file}: the markers rise by {-way:.3g} m against down, {experiment.down.tolist()}, of "
+            f"measured.experiments.{experiment.name}; give the direction of gravity in the frame of the files."
+        )
+
+
+def _see(file: str, experiment: Experiment, swings: bool) -> Seen:
+    found = follow(file, experiment)
+    first = int(np.argmax(found.along))  # the far end of the first swing
+    swing = fit_oscillation(found.times[first:], found.along[first:], file) if swings else None
+    return Seen(found.moves, found.frame.rotation @ _unit(experiment.down), found.frame.misfit_m, swing)
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return np.asarray(vector, dtype=float) / np.linalg.norm(vector)

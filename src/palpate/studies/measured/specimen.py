@@ -1,27 +1,184 @@
-"""A model of the body that was measured: its rest, its masses, and its equilibrium under any load."""
+"""Models of the body that was measured: surfaces, loads, masses, markers, and the equilibrium under any load."""
 
 from collections.abc import Sequence
+from math import factorial
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import EDGES, Mesh
 from palpate.bodies.particles import particles_of
+from palpate.bodies.refinement import ten_nodes
+from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
+from palpate.effects.elements import locking_is_measured
 from palpate.effects.held import Held
-from palpate.effects.locking import locking_is_measured
 from palpate.effects.springs import make as make_springs
+from palpate.effects.surface_integrals import ball_points, surface_interpolation
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import product
-from palpate.linalg.factor import Factor
+from palpate.linalg.multigrid import Factor
+from palpate.linalg.polar import rotations
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, minimise
 from palpate.solvers.system import System
-from palpate.studies.measured.carried import Carried
 from palpate.studies.measured.experiment import Marker, Weight
-from palpate.studies.measured.loads import hung_masses, nodal_loads
-from palpate.studies.measured.masses import mass_matrix
+
+
+def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_array:
+    """Return the map (k, n) from positions of nodes, and for order 2 of edges, to the surface nearest to ``points``.
+
+    points : (k, 3) [m], at rest
+    """
+    corners = mesh.nodes[mesh.triangles]
+    middles = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    chosen, weights = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
+    for i, point in enumerate(points):
+        away = np.linalg.norm(middles - point, axis=1)
+        near = np.flatnonzero(away - reach <= (away + reach).min())
+        x = np.vstack([point, corners[near].reshape(-1, 3)])
+        stencils = np.column_stack([np.zeros(len(near), dtype=np.int64), 1 + np.arange(3 * len(near)).reshape(-1, 3)])
+        distance, found, _ = closest_points(np.full(len(near), POINT_TRIANGLE), stencils, x)
+        best = int(np.argmin(distance))
+        chosen[i], weights[i] = near[best], -found[best, 1:]
+    return surface_interpolation(mesh, chosen, weights, order)
+
+
+def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tuple[sparse.csr_array, np.ndarray]:
+    """Choose points of the surface in the ball of ``radius`` [m] around ``center``: their map (k, n) and weights (k,).
+
+    The weights [m²] integrate polynomials of degree 4 over that part of the surface; single ones may be negative.
+    """
+    corners = mesh.nodes[mesh.triangles]
+    middles = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1) + radius
+    touched = np.flatnonzero(np.linalg.norm(middles - center, axis=1) < reach)
+    barycentric, weights, _ = ball_points(corners[touched], center, radius, 4)
+    used = weights != 0.0
+    return surface_interpolation(mesh, np.repeat(touched, used.sum(axis=1)), barycentric[used], order), weights[used]
+
+
+def off_surface(mesh: Mesh, points: np.ndarray) -> np.ndarray:
+    """Compute how far ``points`` (k, 3) [m] are from the surface of ``mesh`` at rest, (k,) [m]."""
+    return np.linalg.norm(nearest_points(mesh, points, 1) @ mesh.nodes - points, axis=1)
+
+
+def mass_matrix(mesh: Mesh, density_kg_m3: np.ndarray, order: int) -> sparse.csr_array:
+    """Compute ∫ ρ Nᵢ Nⱼ, (n, n) [kg], of elements on ``mesh`` with densities (n_elements,) [kg/m³].
+
+    n counts the nodes, and for order 2 the edges after them, as ``ten_nodes`` numbers them.
+    """
+    elements = mesh.tetrahedra if order == 1 else ten_nodes(mesh)
+    count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
+    corners = mesh.nodes[mesh.tetrahedra]
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
+    values = (density_kg_m3 * volumes)[:, None, None] * _unit_masses(order)
+    rows = np.repeat(elements, elements.shape[1], axis=1).ravel()
+    columns = np.tile(elements, elements.shape[1]).ravel()
+    return sparse.coo_array((values.ravel(), (rows, columns)), shape=(count, count)).tocsr()
+
+
+def _unit_masses(order: int) -> np.ndarray:
+    """Compute the mean of Nᵢ Nⱼ over a tetrahedron; that of L₁ᵃ L₂ᵇ L₃ᶜ L₄ᵈ is 6 a! b! c! d! / (a + b + c + d + 3)!."""
+    if order == 1:
+        return (np.ones((4, 4)) + np.eye(4)) / 20.0
+    # each function is Σ f_jk L_j L_k, as 1 is the sum of the coordinates
+    forms = np.zeros((10, 4, 4))
+    for corner in range(4):
+        forms[corner, corner] -= 1.0
+        forms[corner, corner, corner] += 2.0
+    for edge, (a, b) in enumerate(EDGES, start=4):
+        forms[edge, a, b] = 4.0
+    means = np.empty((4, 4, 4, 4))
+    for place in np.ndindex(4, 4, 4, 4):
+        powers = np.bincount(place, minlength=4)
+        means[place] = 6.0 * np.prod([factorial(power) for power in powers]) / factorial(7)
+    return np.einsum("aij,bkl,ijkl->ab", forms, forms, means)
+
+
+POINTS = 240
+"""Points of a line over which a force is spread evenly; a multiple of the divisions of most meshes."""
+
+
+def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: int) -> np.ndarray:
+    """Spread the forces of ``weights`` over nodes, (n, 3) [N]; what hangs pulls along ``down`` (3,)."""
+    total = np.zeros((len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0), 3))
+    for weight in weights:
+        up, shares = _places(mesh, weight, order)
+        force = weight.weight_n * down if weight.force_n is None else weight.force_n
+        total += np.outer(up.T @ shares, force)
+    return total
+
+
+def hung_masses(mesh: Mesh, weights: Sequence[Weight], gravity_m_s2: float, order: int) -> sparse.csr_array:
+    """Return ∫ Nᵢ Nⱼ dm, (n, n) [kg], of the masses that hang on the surface and move along; those of forces are 0."""
+    count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
+    total = sparse.csr_array((count, count))
+    for weight in weights:
+        if weight.force_n is None:
+            up, shares = _places(mesh, weight, order)
+            total = total + up.T @ sparse.diags_array(weight.weight_n / gravity_m_s2 * shares) @ up
+    return total.tocsr()
+
+
+def _places(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, np.ndarray]:
+    """Return the map (k, n) to the points that carry a load, and the share (k,) of each."""
+    if weight.line_m is not None:
+        along = (np.arange(POINTS)[:, None] + 0.5) / POINTS
+        points = weight.line_m[0] + along * (weight.line_m[1] - weight.line_m[0])
+        return nearest_points(mesh, points, order), np.full(POINTS, 1.0 / POINTS)
+    assert weight.at_m is not None  # one of the two, as experiment_of says
+    center = nearest_points(mesh, weight.at_m[None], order)
+    if weight.radius_m == 0.0:
+        return center, np.ones(1)
+    rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+    up, areas = disc_points(mesh, (center @ rest)[0], weight.radius_m, order)
+    return up, areas / areas.sum()
+
+
+LEAST = 0.02
+"""Least radius of a marker's patch, as a share of the body's size: for markers that are on the surface itself."""
+
+
+class Carried:
+    """Markers at ``places`` (m, 3) [m] at rest, on linear or, of ``order`` 2, quadratic elements on ``mesh``.
+
+    Each is carried by the rigid motion that fits the deformed patch best: the surface as far around the point nearest
+    to the marker as the marker stands off. Trap: carried by the displacement of the nearest point alone, a marker that
+    stands 6 mm off a bending beam of 100 mm misses a third of its motion along the beam.
+    """
+
+    def __init__(self, mesh: Mesh, places: np.ndarray, order: int):
+        rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+        self._places = np.asarray(places, dtype=float)
+        self._patches = [self._patch(mesh, rest, place, order) for place in self._places]
+
+    @staticmethod
+    def _patch(mesh: Mesh, rest: np.ndarray, place: np.ndarray, order: int) -> tuple:
+        """Return the map to the patch's points, their shares (k,), places (k, 3) seen from their mean, and that."""
+        foot = (nearest_points(mesh, place[None], order) @ rest)[0]
+        radius = max(float(np.linalg.norm(place - foot)), LEAST * mesh.size)
+        up, weights = disc_points(mesh, foot, radius, order)
+        shares, points = weights / weights.sum(), up @ rest
+        middle = shares @ points
+        return up, shares, points - middle, middle
+
+    def of(self, x: np.ndarray) -> np.ndarray:
+        """Return the markers' places (m, 3) [m] where the nodes are at ``x`` (n, 3) [m]."""
+        found = np.empty_like(self._places)
+        for i, (up, shares, away, middle) in enumerate(self._patches):
+            points = _points(up, x)
+            now = shares @ points
+            turn = rotations(((points - now).T @ (shares[:, None] * away))[None])[0]
+            found[i] = now + turn @ (self._places[i] - middle)
+        return found
+
+
+def _points(up: sparse.csr_array, x: np.ndarray) -> np.ndarray:
+    return up @ x
+
 
 TOLERANCE = 1e-5
 """Relative residual of equilibria, far below the differences between repeats."""

@@ -4,9 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from palpate.report.claims import Claim, not_testable, verdict
-
-TABLES = ("organ_springs", "organ_history", "mass_motion")
+from palpate.report.claims import Claim, claims, not_testable, verdict
 
 HOLDS = 1.5
 """Springs hold at other contacts if their error is less than so many times that at the fitted ones."""
@@ -14,7 +12,8 @@ MATTERS = 0.01
 """Masses from a CT matter if uniform ones of the same total change motion by more than this share of the peak."""
 
 
-def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+@claims("organ_springs", "organ_history", "mass_motion")
+def chain(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims, each for every body."""
     for body, rows in tables["organ_springs"].groupby("body", sort=False):
         fitted, tested = (rows[rows["used_in_fit"].astype(bool) == used] for used in (True, False))

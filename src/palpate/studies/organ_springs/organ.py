@@ -1,23 +1,24 @@
-"""An organ that is pressed at some contacts, and how it moves: in finite elements, and as springs that are fitted."""
+"""An organ that is pressed at some contacts, and how it moves: as elements, as springs, and with other masses."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.refinement import finer
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.models.springs.calibration.closed_forms import volume_stiffness
-from palpate.models.springs.calibration.fem_motion import reference_motion
-from palpate.models.springs.calibration.fitness import Fitness, Range
-from palpate.models.springs.calibration.spring_model import KeyPoints, Press, SpringModel, spring_model
-from palpate.models.springs.calibration.spring_motion import Settings
-from palpate.models.springs.calibration.step_limit import step_limit
+from palpate.models.springs.fitness import Fitness, Range, step_limit, volume_stiffness
+from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, SpringModel, reference_motion, spring_model
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
 Motion = tuple[np.ndarray, np.ndarray]
 """Positions [m] and velocities [m/s] of all key points at the end of each frame, both (frames, p, 3)."""
@@ -161,3 +162,70 @@ def deviation(motion: np.ndarray, wanted: np.ndarray, rest: np.ndarray) -> float
     """Return the RMSE of a motion (f, p, 3) [m] over frames and points / the largest displacement of ``wanted``."""
     rmse = np.sqrt(((motion - wanted) ** 2).sum(axis=2).mean())
     return float(rmse / np.linalg.norm(wanted - rest, axis=2).max())
+
+
+MODES = 3
+"""Slowest modes whose frequencies are compared."""
+
+MASS_MOTION = Table(
+    "mass_motion",
+    "What the masses of an organ's nodes change in its slowest modes and in its motion under the fitted presses.",
+    """
+    body from_ct masses: a body, whether it has a CT, and own, uniform or mean masses
+    total_kg least_node_of_uniform most_node_of_uniform: total mass [kg], and single nodes over those of uniform density
+    frequency_hz change_of_frequency: of the slowest mode [Hz], and the largest relative change of three modes
+    change_of_motion: RMSE against the motion of own masses / peak
+    """,
+)
+
+
+def mass_motion(found: Organ) -> pd.DataFrame:
+    """Compute the rows of mass_motion.csv: coarse finite elements with each choice of masses, pressed and swinging.
+
+    Masses are the body's own, those of density_kg_m3 everywhere (uniform), and the own total spread evenly (mean).
+    """
+    own = found.particles(0)
+    uniform = found.particles(0) if found.body.densities is None else _uniform(found)
+    even = replace(own, masses=uniform.masses * (own.masses.sum() / uniform.masses.sum()))
+    frequencies, motions = frequencies_hz(own), _motions(found, own)
+    rows = []
+    for name, particles in {"own": own, "uniform": uniform, "mean": even}.items():
+        other = frequencies_hz(particles)
+        rows.append(
+            {
+                "body": found.body.name,
+                "from_ct": found.body.densities is not None,
+                "masses": name,
+                "total_kg": particles.masses.sum(),
+                "least_node_of_uniform": float((particles.masses / uniform.masses).min()),
+                "most_node_of_uniform": float((particles.masses / uniform.masses).max()),
+                "frequency_hz": other[0],
+                "change_of_frequency": float(np.abs(other / frequencies - 1.0).max()),
+                "change_of_motion": _change(found, _motions(found, particles), motions),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def frequencies_hz(particles: Particles) -> np.ndarray:
+    """Compute the lowest MODES frequencies [Hz] of K φ = ω² M φ at rest, held nodes left out."""
+    free = np.repeat(np.isin(np.arange(len(particles.nodes)), particles.held, invert=True), 3)
+    stiffness = LinearElements(particles, particles.tissue).stiffness(particles.nodes).tocsr()[free][:, free]
+    masses = sparse.diags_array(np.repeat(particles.masses, 3)[free]).tocsc()
+    start = np.random.default_rng(0).normal(size=masses.shape[0])  # fixed, so that results repeat
+    squares = eigsh(stiffness.tocsc(), MODES, masses, sigma=0.0, v0=start, return_eigenvectors=False)
+    return np.sqrt(np.sort(squares)) / (2.0 * np.pi)
+
+
+def _uniform(found: Organ) -> Particles:
+    return replace(found, body=replace(found.body, densities=None)).particles(0)
+
+
+def _motions(found: Organ, particles: Particles) -> list[Motion]:
+    settings, presses = found.in_steps(1), range(found.fitted)
+    return [reference_motion(particles, found.model, found.press(i, 0), settings, 1) for i in presses]
+
+
+def _change(found: Organ, motions: list[Motion], wanted: list[Motion]) -> float:
+    rest = found.keys.of(found.body.coarse.nodes)
+    return float(np.mean([deviation(x, y, rest) for (x, _), (y, _) in zip(motions, wanted, strict=True)]))

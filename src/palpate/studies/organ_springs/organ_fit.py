@@ -1,24 +1,42 @@
-"""Springs of an organ, fitted in every way to some presses and tested at other contacts."""
+"""Springs of an organ, fitted in every way to some presses and tested at other contacts, and their rivals."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import minimize
 
-from palpate.models.springs.calibration import closed_forms, genetic_algorithm
-from palpate.models.springs.calibration.cma_es import cma_es
-from palpate.models.springs.calibration.fitness import Fit, Fitness
-from palpate.models.springs.calibration.gradient_descent import descend
-from palpate.models.springs.calibration.spring_model import SpringModel
-from palpate.models.springs.calibration.spring_motion import Settings, simulate
-from palpate.studies.organ_springs.organ import Organ, Reference
+from palpate.effects import shape_matching
+from palpate.effects.held import Held
+from palpate.effects.velocity_damping import VelocityDamping
+from palpate.errors import NotConverged
+from palpate.models.shape_matching import cubes
+from palpate.models.springs import evolution
+from palpate.models.springs.descent import descend
+from palpate.models.springs.evolution import cma_es
+from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
+from palpate.models.springs.spring_motion import Load, Settings, SpringModel, reference_motion, simulate
+from palpate.solvers.goal_position import GoalPosition
+from palpate.solvers.system import System
+from palpate.studies.organ_springs.organ import Organ, Reference, deviation
+from palpate.table import Table
 
 METHODS = ("van_gelder", "lloyd", "uniform", "genetic", "cma_es", "gradient")
 """Ways to find moduli, in the order of tables."""
 SEEDED = ("genetic", "cma_es")
 """Those that draw random numbers, and are repeated."""
 Report = Callable[[int, float], None]
+
+ORGAN_HISTORY = Table(
+    "organ_history",
+    "The best fitness so far in each generation or iteration of each search for an organ's springs.",
+    """
+    evaluations seconds fitness: what it took [s], and the best so far [m]
+    model volume_force seed generation body: a run, and how far it is
+    """,
+)
 
 
 def measure(
@@ -63,12 +81,12 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
 
     start = np.full(nodes, float(material.young_pa))
     if method in ("van_gelder", "lloyd"):
-        return closed(getattr(closed_forms, method))
+        return closed({"van_gelder": van_gelder, "lloyd": lloyd}[method])
     if method == "uniform":
-        return found.model, closed_forms.uniform(fitness, nodes, found.limits)
+        return found.model, uniform(fitness, nodes, found.limits)
     if method == "genetic":
-        rules = genetic_algorithm.Rules(searches["population"], found.limits, seed)
-        return found.model, genetic_algorithm.evolve(fitness, nodes, rules, searches["generations"], report=report)
+        rules = evolution.Rules(searches["population"], found.limits, seed)
+        return found.model, evolution.evolve(fitness, nodes, rules, searches["generations"], report=report)
     if method == "cma_es":
         return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
     return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])
@@ -83,6 +101,21 @@ def judge(
         return simulate(model, young, found.press(number, 0), settings)[0]
 
     return judge_motions(found, move, references).assign(step_s=settings.step_s)
+
+
+ORGAN_SPRINGS = Table(
+    "organ_springs",
+    "The error of an organ's springs, however fitted, and of rivals at each contact, and what a second of motion "
+    "takes them.",
+    """
+    body contact used_in_fit: a body, and a contact that was fitted or not
+    rmse_m peak_m rmse_of_peak: error over frames and key points, largest displacement [m], and their ratio
+    reference_error: of the reference's shorter step / peak
+    ms_a_second step_s: time of computing a second of motion [ms], and the step [s]
+    offline_s evaluations: what the search took
+    model volume_force seed: a model and its run
+    """,
+)
 
 
 def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:
@@ -113,3 +146,75 @@ def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: l
             }
         )
     return pd.DataFrame(rows)
+
+
+def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:
+    """Compute the rows of organ_springs.csv of all rivals."""
+    rest = found.keys.of(found.body.coarse.nodes)
+    zero = judge_motions(found, lambda number: rest[None], references)
+    tables = [zero.assign(model="zero", step_s=found.settings["duration_s"], offline_s=0.0)]
+    for share in found.settings["fem_frames"]:
+        tables.append(_fem(found, share, references))
+    for steps in found.settings["shape_steps"]:
+        tables.append(_shapes(found, steps, references))
+    return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
+
+
+def _fem(found: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
+    """Measure coarse linear elements, one implicit step in ``every`` frames."""
+    particles, frames = found.particles(0), found.settings["frames"] // every
+    once = found.in_steps(1)
+    settings = replace(once, step_s=once.step_s * every, steps=frames)
+
+    def move(number: int) -> np.ndarray:
+        return reference_motion(particles, found.model, found.press(number, 0), settings, 1)[0]
+
+    move(0)  # so that compilation is not timed
+    table = judge_motions(found, move, references)
+    return table.assign(model="coarse_fem", step_s=settings.step_s, offline_s=0.0)
+
+
+def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFrame:
+    """Fit how strongly forces act, β, and the decay of velocities to the fitted presses, and measure them all."""
+    begin = perf_counter()
+    rest = found.keys.of(found.body.coarse.nodes)
+
+    def misfit(unknowns: np.ndarray) -> float:
+        move = _shape_motion(found, steps, unknowns)
+        try:
+            errors = [min(deviation(move(i), x, rest), 1.0) for i, (x, _, _) in enumerate(references[: found.fitted])]
+        except NotConverged:
+            return 1.0
+        return float(np.mean(errors))
+
+    starts = [np.array([scale, 0.5, 2.0]) for scale in np.arange(-6.0, 6.1, 1.5)]
+    start = min(starts, key=misfit)
+    corners = np.vstack([start, start + np.diag([0.7, 0.3, -1.0])])
+    options = {"maxfev": found.settings["shape_evaluations"], "initial_simplex": corners}
+    bounds = [(-14.0, 14.0), (0.0, 0.99), (-3.0, 7.0)]
+    best = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
+    taken = perf_counter() - begin
+    table = judge_motions(found, _shape_motion(found, steps, best), references)
+    return table.assign(model="shape_matching", step_s=found.in_steps(steps).step_s, offline_s=taken)
+
+
+def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[int], np.ndarray]:
+    """Return how shapes move, in ``steps`` in each frame, for the logarithm of forces' factor, β, and of the decay."""
+    factor, beta, rate = float(np.exp(unknowns[0])), float(unknowns[1]), float(np.exp(unknowns[2]))
+    particles = replace(found.particles(0), regions=None)  # shapes have one stiffness
+    clusters, settings = cubes(found.body.coarse), found.in_steps(steps)
+    shapes = shape_matching.make(particles, {"mode": "linear", "alpha": 1.0, "beta": beta, "clusters": clusters})
+    damping, held = VelocityDamping(particles.masses, rate), Held(particles.held)
+
+    def move(number: int) -> np.ndarray:
+        press = found.press(number, 0)
+        load = Load(replace(press, force_n=factor * press.force_n))
+        system = System(particles, {"shape_matching": shapes, "held": held, "push": load, "damping": damping})
+        integrator, motion = GoalPosition(system, shapes.alpha), [particles.nodes]
+        x, v = particles.nodes, np.zeros_like(particles.nodes)
+        for load.factor in press.factors(settings.step_s, settings.steps):
+            x, v = integrator.step(x, v, settings.step_s)
+            motion.append(x)
+        return settings.compared(np.array(motion))
+
+    return move

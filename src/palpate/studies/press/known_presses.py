@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.loads import force_of
-from palpate.benchmark.truth import OWN
-from palpate.benchmark.truth_file import load_truth
+from palpate.benchmark.presses import force_of
+from palpate.benchmark.truth import OWN, load_truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_out
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.files import require_file
-from palpate.press.page.compose import TITLES
-from palpate.press.portable.four_errors import FOUR_ERRORS
+from palpate.press.page.page import TITLES
+from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report import markup, tables
 from palpate.report.material import Report, Section
 from palpate.report.number_format import each, percent, seconds

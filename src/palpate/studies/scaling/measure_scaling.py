@@ -1,4 +1,4 @@
-"""Time and memory of each component over its size, far beyond sizes that run in real time."""
+"""Time and memory of each component over its size, far beyond sizes that run in real time, and fitted exponents."""
 
 import gc
 import time
@@ -10,19 +10,44 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.studies.scaling import scaling_components, scaling_enrichment
-from palpate.studies.scaling.scaling_growth import exponents
+from palpate.studies.scaling import components
+from palpate.table import Table
+
+LARGEST = 4
+"""Number of largest sizes over which an exponent is fitted: at smaller ones the cost of the call itself matters."""
+LEAST_MB = 10.0
+"""Least memory [MB] that is considered: less is hidden in the memory that the process already had."""
+
+
+def exponents(table: pd.DataFrame) -> pd.DataFrame:
+    """Fit the slopes of log seconds and log memory over log size.
+
+    The columns are component, stage, seconds_exponent and memory_exponent; NaN where there are fewer than two sizes.
+    """
+    rows = []
+    for (component, stage), group in table.groupby(["component", "stage"], sort=False):
+        largest = group.sort_values("size").tail(LARGEST)
+        held = largest[largest["memory_mb"] >= LEAST_MB]
+        rows.append((component, stage, _slope(largest, "seconds"), _slope(held, "memory_mb")))
+    return pd.DataFrame(rows, columns=["component", "stage", "seconds_exponent", "memory_exponent"])
+
+
+def _slope(group: pd.DataFrame, column: str) -> float:
+    if group["size"].nunique() < 2:
+        return np.nan
+    return float(np.polyfit(np.log(group["size"]), np.log(group[column]), 1)[0])
+
 
 LONG_S = 0.2
 """A longer call is timed once; a shorter one is repeated for this time, and the median counts."""
 
 COMPONENTS = {
-    "fem": scaling_components.fem,
-    "fine_nodes": scaling_enrichment.fine_nodes,
-    "samples": scaling_enrichment.samples,
-    "triangles": scaling_components.triangles,
-    "particles": scaling_components.particles,
-    "cores": scaling_components.cores,
+    "fem": components.fem,
+    "fine_nodes": components.fine_nodes,
+    "samples": components.samples,
+    "triangles": components.triangles,
+    "particles": components.particles,
+    "cores": components.cores,
 }
 """The components by their key in the config: each runs at a size with a Meter and returns the size and its unit."""
 
@@ -61,12 +86,23 @@ class Meter:
         return result
 
 
+SCALING = Table(
+    "scaling",
+    "The time and the memory of each component over the size of its problem, with fitted exponents.",
+    """
+    component unit size: what grows, and its size in this unit
+    stage seconds: a part of the work, and the time of one call [s]
+    memory_mb: largest growth of the process' resident memory [1e6 bytes]
+    threads: that worked
+    seconds_exponent memory_exponent: fitted powers of the size, over the largest sizes
+    """,
+)
+
+
 def measure(component: str, sizes: list[int], report: Callable[[int], None] = lambda size: None) -> pd.DataFrame:
     """Measure the rows of scaling.csv of one of COMPONENTS: one row for each size and stage.
 
-    seconds : of one call, see Meter; memory_mb : largest growth of the process' resident memory [1e6 bytes], which at
-    small sizes is hidden in the memory that the process already had. The exponents are those of the stage. ``report``
-    is called with each size that is done.
+    The memory of small sizes is hidden in what the process already had. ``report`` is called with each size.
     """
     run = COMPONENTS[component]
     clock = time.perf_counter if component == "cores" else time.thread_time

@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import nest
-from palpate.bodies.cylinder import cylinder
+from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
+from palpate.table import Table
 
 LENGTH_M, RADIUS_M, RING_M = 0.2, 0.03, 0.015
 PRESS_S, HOLD_S, RELEASE_S, DURATION_S = 0.1, 0.9, 0.05, 2.0
@@ -18,14 +19,20 @@ DAMPING_RATIO = 0.5
 DAMPED_LIKE = 10.0
 """Stiffness [N/m] of the body springs whose dampers are also tested alone, to separate springs from damping."""
 
+BODY_SPRINGS = Table(
+    "body_springs",
+    "The displacement of the nodes around a poke over time, with and without virtual body springs.",
+    """
+    case body_springs_n_m: without, with their dampers only, or with body springs of this stiffness a node [N/m]
+    time_s phase: time [s], and press, hold, release or after
+    distance_m: mean distance of a ring's nodes from the poked one at rest [m]
+    mean_displacement_m max_displacement_m nodes moved: of a ring [m], its nodes, and those above a tenth of the peak
+    """,
+)
+
 
 def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
-    """Measure the rows of body_springs.csv: one for each case, time and ring of nodes around a poke of ``force_n`` [N].
-
-    case : none, dampers_only or body_springs; body_springs_n_m : stiffness per node, 0 in the first two cases
-    phase : press, hold, release or after; distance_m : mean rest distance of the ring's nodes from the poked node
-    moved : number of the ring's nodes that move more than a tenth of the largest displacement at that time
-    """
+    """Measure the rows of body_springs.csv, one for each case, time and ring of nodes around a poke."""
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
     damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}
@@ -83,5 +90,4 @@ def _table(case: str, stiffness: float, found: tuple[np.ndarray, np.ndarray, np.
             of = u[ring == r]
             counts = len(of), int(np.sum(of > MOVED * u.max()))
             rows.append((case, stiffness, t, named, distance[ring == r].mean(), of.mean(), of.max(), *counts))
-    names = "case body_springs_n_m time_s phase distance_m mean_displacement_m max_displacement_m nodes moved"
-    return pd.DataFrame(rows, columns=names.split())
+    return BODY_SPRINGS.frame(rows)

@@ -19,6 +19,7 @@ from palpate.effects.springs import Springs
 from palpate.scenes.run_scene import Integrator
 from palpate.solvers import backward_euler, goal_position, symplectic_euler
 from palpate.solvers.system import System
+from palpate.table import Table
 
 MASS_KG, STIFFNESS_N_M, REST_M, SIZE_M = 0.04, 25.0, 1.0, 1e-5
 FREQUENCY = math.sqrt(STIFFNESS_N_M / MASS_KG)
@@ -29,14 +30,22 @@ LENGTH = 400
 NODES = np.array([[-REST_M, 0.0, 0.0], [0.0, 0.0, 0.0]])
 """Held end of the spring, and the mass; its rest is the origin, where displacements lose no digits."""
 
+STABILITY = Table(
+    "integrator_stability",
+    "The predicted and the measured growth of an oscillator under each time integrator, over the length of the step.",
+    """
+    scheme alpha h_over_sqrt_m_k: an integrator, α of its goals, and the step / sqrt(m/k)
+    spectral_radius growth_measured: growth a step, of the scheme's matrix and in a simulation
+    limit_stated blow_up_measured: step / sqrt(m/k) at the limit of stability, inf where there is none
+    """,
+)
+
 
 def measure(alphas: list[float]) -> pd.DataFrame:
     """Measure the rows of integrator_stability.csv: each scheme over h/sqrt(m/k), its growth per step and its limits.
 
     alphas : stiffnesses of the goal-position schemes
-    spectral_radius : of the scheme's matrix; growth_measured : growth per step in a simulation
-    limit_stated, blow_up_measured : h/sqrt(m/k) at the limit of stability, inf where there is none; the measured one
-    by bisection between the smallest and the largest step of the table
+    The measured limit is found by bisection between the smallest and the largest step of the table.
     """
     rows = []
     for case in cases(alphas):
@@ -45,8 +54,7 @@ def measure(alphas: list[float]) -> pd.DataFrame:
         for step in STEPS:
             growth = math.exp(np.polyfit(np.arange(LENGTH), _sizes(case, integrator, step), 1)[0])
             rows.append((case.scheme, case.alpha, step, case.radius(step), growth, stated, found))
-    names = "scheme alpha h_over_sqrt_m_k spectral_radius growth_measured limit_stated blow_up_measured"
-    return pd.DataFrame(rows, columns=names.split())
+    return STABILITY.frame(rows)
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,20 @@ from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
+from palpate.table import Table
 
 INSTANTS = 4001
 """Number of times at which the load is sampled; between them it counts as linear."""
+
+MAXWELL_CREEP = Table(
+    "maxwell_creep",
+    "The displacement of springs with Maxwell dampers over time, and its closed solution.",
+    """
+    scene time_s load: a scene, a time [s], and the load / its largest
+    creep_m closed_m springs_m: of the node that moves farthest, by closed solution, and without dampers [m]
+    """,
+    always=False,
+)
 
 
 def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Cost of a step of shape matching (paper 3's figure 3.12)."""
+"""Cost of a step of shape matching (paper 3's figure 3.12), and how it grows with particles."""
 
 import time
 import timeit
@@ -12,10 +12,11 @@ import pandas as pd
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
-from palpate.effects.shape_matching import goal_shapes
-from palpate.effects.shape_matching.polynomial_fit import TERMS
+from palpate.effects import shape_matching
+from palpate.effects.shape_matching import TERMS
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
+from palpate.table import Table
 
 SPACING_M, STEP_S = 0.02, 0.01
 
@@ -26,6 +27,16 @@ EDGES = {8: 0.6, 18: 0.5}
 """Sides of the cubes / the box's longest side, by the number of clusters; 18 for 100 particles only."""
 
 OBJECTS = (1, 10, 30, 100, 300, 1000)
+
+TIMING = Table(
+    "shape_matching_timing",
+    "The time of one step of shape matching, by particles, clusters, objects and kind of deformation.",
+    """
+    particles clusters mode objects: of an object, its mode, and how many there are
+    all_particles memberships: of all objects together
+    ms_per_step threads: time of a step [ms], and threads that worked
+    """,
+)
 
 
 def measure(repeats: int) -> pd.DataFrame:
@@ -52,7 +63,7 @@ def measure(repeats: int) -> pd.DataFrame:
 def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> float:
     """Measure the speed-up of ``rotations`` over batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
     matrices = np.random.default_rng(seed).normal(size=(count, 3, 3))
-    calls = partial(goal_shapes.rotations, matrices), partial(np.linalg.svd, matrices)
+    calls = partial(shape_matching.rotations, matrices), partial(np.linalg.svd, matrices)
     fast, lapack = np.median([[_seconds(call) for call in calls] for _ in range(repeats)], axis=0)
     return float(lapack / fast)
 
@@ -78,7 +89,7 @@ def _objects(particles: int, objects: int) -> Particles:
 
 def stepper(
     particles: int, objects: int, clusters: int, mode: str
-) -> tuple[Callable[[], None], goal_shapes.ShapeMatching]:
+) -> tuple[Callable[[], None], shape_matching.ShapeMatching]:
     """Return a function without arguments that takes one step of perturbed ``objects``, and their shape matching."""
     bodies = _objects(particles, objects)
     described: dict[str, Any] = {"kind": "one"}
@@ -86,7 +97,7 @@ def stepper(
         edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
         described = {"kind": "cubes", "edge_m": edge, "overlap": 0.25}
     settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": described}
-    matched = goal_shapes.make(bodies, settings)
+    matched = shape_matching.make(bodies, settings)
     integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
     perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
     x, v = bodies.nodes + perturbation, np.zeros_like(perturbation)
@@ -104,3 +115,31 @@ def _seconds(call: Callable[[], object]) -> float:
     timer = timeit.Timer(call, timer=time.thread_time)
     number = max(1, int(5e-3 / timer.timeit(number=1)))
     return timer.timeit(number=number) / number
+
+
+HEADLINE: dict[str, Any] = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
+"""The case that the thesis ran at 50 steps a second."""
+
+FEWEST = 3000
+"""Least number of particles for the fit of exponents: below it the cost of calling compiled functions matters."""
+
+
+def exponents(table: pd.DataFrame) -> pd.DataFrame:
+    """Fit the slope of log ms_per_step over log all_particles for objects of 100 particles.
+
+    The columns are mode, clusters and exponent.
+    """
+    kept = table[(table["particles"] == 100) & (table["all_particles"] >= FEWEST)]
+    rows = []
+    for (mode, clusters), group in kept.groupby(["mode", "clusters"], sort=False):
+        slope = np.polyfit(np.log(group["all_particles"]), np.log(group["ms_per_step"]), 1)[0]
+        rows.append({"mode": mode, "clusters": clusters, "exponent": slope})
+    return pd.DataFrame(rows)
+
+
+def headline(table: pd.DataFrame) -> float:
+    """Look up the milliseconds of a step of 100 objects of 100 particles in 8 quadratic clusters each."""
+    rows = table
+    for column, value in HEADLINE.items():
+        rows = rows[rows[column] == value]
+    return float(rows["ms_per_step"].iloc[0])

@@ -10,13 +10,16 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.errors import InputError
 from palpate.files import write_whole
-from palpate.models.springs.calibration.closed_forms import volume_stiffness
-from palpate.models.springs.calibration.fem_motion import reference_motion
-from palpate.models.springs.calibration.fitness import Fitness, Range
-from palpate.models.springs.calibration.paper_cube import FACES, middle, paper_cube
-from palpate.models.springs.calibration.spring_model import Press, SpringModel, key_points, spring_model
-from palpate.models.springs.calibration.spring_motion import Settings
-from palpate.models.springs.calibration.step_limit import check_step
+from palpate.models.springs.fitness import Fitness, Range, check_step, volume_stiffness
+from palpate.models.springs.paper_cube import FACES, middle, paper_cube
+from palpate.models.springs.spring_motion import (
+    Press,
+    Settings,
+    SpringModel,
+    key_points,
+    reference_motion,
+    spring_model,
+)
 
 Motion = tuple[np.ndarray, np.ndarray]
 """Positions [m] and velocities [m/s] of the key points after each step, both (steps, p, 3)."""

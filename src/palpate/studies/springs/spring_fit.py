@@ -1,4 +1,4 @@
-"""Methods for spring parameters on paper 2's cube: fitted to one press and evaluated on all three."""
+"""Methods for spring parameters on paper 2's cube, fitted to one press and evaluated on all, and the least error."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -9,13 +9,14 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs.calibration import closed_forms, genetic_algorithm
-from palpate.models.springs.calibration.fitness import Fit, Fitness
-from palpate.models.springs.calibration.spring_model import SpringModel
-from palpate.models.springs.calibration.spring_motion import simulate
+from palpate.models.springs import evolution
+from palpate.models.springs.descent import descend_with_volume
+from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
+from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.studies.springs.spring_experiment import Experiment, Motion
+from palpate.table import Table
 
-CLOSED = {"van_gelder": closed_forms.van_gelder, "lloyd": closed_forms.lloyd}
+CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 SEEDED = ["genetic", "cma_es"]
 METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
 """All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
@@ -64,23 +65,33 @@ def find(
         value = float(scored(young[None])[0])
         return Fitted(model, Fit(young, value, np.array([[0, seconds, value]])))
     if method == "genetic":
-        rules = genetic_algorithm.Rules(budget.population, limits, seed)
-        return Fitted(model, genetic_algorithm.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
+        rules = evolution.Rules(budget.population, limits, seed)
+        return Fitted(model, evolution.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
     if method == "cma_es":
-        from palpate.models.springs.calibration.cma_es import cma_es
+        from palpate.models.springs.evolution import cma_es
 
         return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
     if method == "uniform":
-        fit = closed_forms.uniform(fitness, nodes, limits)
+        fit = uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
-        from palpate.models.springs.calibration.regularized_fit import descend_smoothly
+        from palpate.models.springs.descent import descend_smoothly
 
         return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
-    from palpate.models.springs.calibration.gradient_descent import descend
+    from palpate.models.springs.descent import descend
 
     chosen = fitnesses if method == "gradient_all" else [fitness]
     return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations))
+
+
+SPRING_HISTORY = Table(
+    "spring_history",
+    "The best fitness so far in each generation or iteration of each search.",
+    """
+    method volume_force seed generation: a run, and how far it is
+    evaluations seconds fitness: what it took [s], and the best so far [m]
+    """,
+)
 
 
 def history(fit: Fit) -> pd.DataFrame:
@@ -88,6 +99,18 @@ def history(fit: Fit) -> pd.DataFrame:
     table = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
     table.insert(0, "generation", np.arange(len(table)))
     return table.astype({"evaluations": int})
+
+
+SPRING_FIT = Table(
+    "spring_fit",
+    "The error of the spring network on each press after each method of finding its parameters.",
+    """
+    method volume_force seed press used_in_fit: a run, and a press that was fitted or not
+    rmse_m rmse_of_peak: error of the key points over all steps [m], and over the largest displacement
+    max_x_m max_y_m max_z_m: largest error along each axis [m]
+    fitness generations evaluations seconds: of the search: its end [m], and what it took
+    """,
+)
 
 
 def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
@@ -107,6 +130,19 @@ def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used
         rows.append((press, press in used, rmse, rmse / peak, *np.abs(error).max(axis=(0, 1)), value))
     names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
     return pd.DataFrame(rows, columns=names.split())
+
+
+SPRING_ERRORS = Table(
+    "spring_errors",
+    "The signed error of the point that moves most after every time step of each press, and the largest of all key "
+    "points.",
+    """
+    method volume_force seed step: a run, and a step
+    error_x_m error_y_m error_z_m: springs minus finite elements, of the key point that moves most [m]
+    most_m zero_m: largest error of a key point along an axis, and that of no motion [m]
+    press used_in_fit: a press that was fitted or not
+    """,
+)
 
 
 def errors(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
@@ -167,7 +203,57 @@ def tables(
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
     """Run the functions that a search calls once, so that compilation is not timed."""
-    from palpate.models.springs.calibration.gradient_descent import value_and_gradient
+    from palpate.models.springs.descent import value_and_gradient
 
     fitness(young[None])
     value_and_gradient(fitness, young, fitness.settings.volume_n_m)
+
+
+INCOMPRESSIBLE = 0.49
+"""Poisson ratio of the stiffest volume force that a fit may choose."""
+
+SPRING_FLOOR = Table(
+    "spring_floor",
+    "The least error that springs reach on each press, by the Poisson ratio of the material that they imitate.",
+    """
+    poisson volume_force volume_n_m press: Poisson's ratio, whether with volume force, its stiffness [N/m], a press
+    rmse_m rmse_of_peak: error of the key points [m], and over the largest displacement
+    """,
+)
+
+
+def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: float, evaluations: int) -> pd.DataFrame:
+    """Measure the rows of spring_floor.csv for one Poisson ratio: each press, without and with a volume force.
+
+    stiffest_n_m : upper bound [N/m] of the volume force's stiffness, which is fitted together with the moduli
+    The springs are fitted to all presses, so that the error is the least possible one and not that of a fit to one
+    press.
+    """
+    budget = Budget(population=0, generations=0, cma_es_evaluations=0, gradient_evaluations=evaluations)
+    alone = find("gradient_all", found, [found.fitness(press, references) for press in references], budget, seed=0)
+    fit, stiffness = _with_volume(found, references, alone.fit.young, stiffest_n_m, evaluations)
+    cases = ((found, alone, False), (found.with_volume(stiffness), Fitted(found.model, fit), True))
+    tables = [
+        judge(trial, fitted, references, list(references)).assign(
+            volume_force=force, volume_n_m=trial.settings.volume_n_m, poisson=found.particles.material.poisson
+        )
+        for trial, fitted, force in cases
+    ]
+    names = " ".join(SPRING_FLOOR.columns) + " max_x_m max_y_m max_z_m fitness"
+    return pd.concat(tables)[names.split()]
+
+
+def _with_volume(
+    found: Experiment, references: dict[str, Motion], alone: np.ndarray, stiffest_n_m: float, evaluations: int
+) -> tuple[Fit, float]:
+    """Fit from the material's volume force, and from none with the best moduli ``alone``; keep the better fit.
+
+    So a volume force cannot seem to increase the error only because a descent ended too early.
+    """
+    starts = ((found.start(), min(found.volume_n_m(), stiffest_n_m)), (alone, 0.0))
+    ends = []
+    for young, stiffness in starts:
+        trial = found.with_volume(stiffness)
+        fitnesses = [trial.fitness(press, references) for press in references]
+        ends.append(descend_with_volume(fitnesses, young, found.limits, evaluations, stiffest_n_m))
+    return max(ends, key=lambda end: end[0].fitness)

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.findings import SETTING_COLUMNS
+from palpate.benchmark.measure import SETTING_COLUMNS
 from palpate.models.model_registry import SAVED_AGAINST
 
 _BEFORE = SETTING_COLUMNS.index("threads")

@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.bootstrap import BOUNDS, RANGE, resampled
-from palpate.benchmark.equal_settings import EQUAL, KINDS, by_error, by_time
+from palpate.benchmark.comparison import BOUNDS, EQUAL, KINDS, RANGE, by_error, by_time, resampled
+from palpate.benchmark.conformal import bound_factor, finite
 from palpate.errors import InputError
-from palpate.models.conformal import bound_factor, finite
 from palpate.studies.tradeoff import advice_reasons as reasons
 from palpate.studies.tradeoff.advice_choice import choice, passed_over, versus
 from palpate.studies.tradeoff.advice_reasons import MARGIN, Known

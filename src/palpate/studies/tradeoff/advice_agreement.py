@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.benchmark.equal_settings import KINDS
+from palpate.benchmark.comparison import KINDS
 from palpate.studies.tradeoff.advice import NONE
 
 AGREEMENT_COLUMNS = [

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.equal_settings import CLOSE, EQUAL, KINDS, by_error, by_time
+from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS, by_error, by_time
 from palpate.errors import InputError
 from palpate.studies.tradeoff.advice import NONE
 from palpate.studies.tradeoff.advice_choice import choice

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from palpate.benchmark.equal_settings import CLOSE, EXACT, pick
+from palpate.benchmark.comparison import CLOSE, EXACT, pick
 from palpate.studies.tradeoff import advice_reasons as reasons
 
 

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from palpate.benchmark.equal_settings import KINDS
+from palpate.benchmark.comparison import KINDS
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent, seconds
 from palpate.studies.tradeoff.advice import NONE

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.equal_settings import CLOSE, EQUAL
+from palpate.benchmark.comparison import CLOSE, EQUAL
 from palpate.benchmark.error_bounds import CONSTANT
 from palpate.studies.tradeoff import advice_reasons as reasons
 from palpate.studies.tradeoff.advice import Advice

@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.bootstrap import BOUNDS, RANGE, TRUTH
-from palpate.benchmark.equal_settings import CLOSE, EQUAL, EXACT
+from palpate.benchmark.comparison import BOUNDS, CLOSE, EQUAL, EXACT, RANGE, TRUTH
 
 MARGIN = 0.2
 """Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""

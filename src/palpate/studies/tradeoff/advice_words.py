@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.equal_settings import CLOSE, EQUAL, KINDS
+from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
 from palpate.report.model_looks import label
 from palpate.report.names import plain
 from palpate.report.number_format import percent, seconds

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.benchmark.bootstrap import read_errors
-from palpate.benchmark.general_loads import KINDS
+from palpate.benchmark.comparison import read_errors
 from palpate.errors import InputError
 from palpate.report import tables
 from palpate.studies.tradeoff import advice as pressed
@@ -14,6 +13,7 @@ from palpate.studies.tradeoff import advice_words, any_load_words, motion_words
 from palpate.studies.tradeoff.advice_agreement import same_in
 from palpate.studies.tradeoff.advice_list import advice_list
 from palpate.studies.tradeoff.advice_motion import advise_motion
+from palpate.studies.tradeoff.general_loads import KINDS
 
 
 def advise(results: Path, scene: str | None, limits: dict[str, list[float]], error: str) -> str:

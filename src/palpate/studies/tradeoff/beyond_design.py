@@ -1,21 +1,19 @@
 """Press harder than models were made for, aslant and outward: is an answer right, doubted by its model, or wrong?"""
 
-import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.findings import LABELS, labels_of
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
-from palpate.benchmark.model import Case, Model, Solver, setting_text
-from palpate.bodies.quadratic import prolongation
+from palpate.benchmark.load import Answer, Load
+from palpate.benchmark.measure import LABELS, labels_of, prepared_settings
+from palpate.benchmark.model import Case, Model, Solver, answered
+from palpate.bodies.refinement import quadratic_prolongation
 from palpate.errors import NotConverged
-from palpate.models.contact_modes.contact_workshop import Workshop
+from palpate.models.contact_modes.workshop import Workshop
 
 TIMES = {"as designed": 1.0, "1.5 times": 1.5, "2 times": 2.0, "3 times": 3.0}
 TANGENTIAL, PULLING = "tangential", "pulling"
@@ -45,11 +43,11 @@ class Pressed(NamedTuple):
     patch: np.ndarray
     truth: np.ndarray | None
 
-    def right(self, answer: Answer | np.ndarray) -> tuple[bool, float, float]:
+    def right(self, answer: Answer) -> tuple[bool, float, float]:
         """Return whether an answer is right, its RMSE, and its error at the worst node of the disc, over the peak."""
         if self.truth is None:
             return False, np.nan, np.nan
-        error = truth_errors(displacement_of(answer), self.truth, self.patch)
+        error = truth_errors(answer.displacement, self.truth, self.patch)
         found = error.rmse_of_peak, error.patch_max_of_peak
         return found[0] <= RIGHT and found[1] <= RIGHT_AT_PATCH, *found
 
@@ -82,11 +80,12 @@ def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Seq
     been right, and ``wrong`` are answered wrongly without a word; ``unsound`` ones have no answer that would be right.
     """
     rows = []
-    for setting in [s for s in model.settings(case) if re.search(pattern, setting_text(s))]:
-        solver = model.prepare(replace(case, used={}), setting)
-        told = labels_of(case, name, setting_text(setting))
+    for one in prepared_settings(case, model, pattern):
+        if isinstance(one.solver, NotConverged):
+            raise one.solver
+        told = labels_of(case, name, one.text)
         for kind in dict.fromkeys(press.kind for press in asked):
-            judged = [_judged(solver, press) for press in asked if press.kind == kind]
+            judged = [_judged(one.solver, press) for press in asked if press.kind == kind]
             counts = {what: sum(verdict == what for verdict, *_ in judged) for what in ("right", "needless", "wrong")}
             doubted = sum(verdict in ("doubted", "needless") for verdict, *_ in judged)
             unsound = sum(press.truth is None for press in asked if press.kind == kind)
@@ -99,14 +98,14 @@ def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Seq
 def _judged(solver: Solver, press: Pressed) -> tuple[str, float, float]:
     """Return what an answer is, and its errors if it was given."""
     try:
-        if precede := getattr(solver, "precede", None):
-            precede(press.load)
-        right, rmse, patch = press.right(solver.respond(press.load))
-        return "right" if right else "wrong", rmse, patch
-    except Doubted as doubt:
-        return "needless" if press.right(doubt.answer)[0] else "doubted", np.nan, np.nan
+        solver.precede(press.load)
+        answer, doubt = answered(solver, press.load, len(press.patch))
     except NotConverged:
         return "doubted", np.nan, np.nan
+    right, rmse, patch = press.right(answer)
+    if doubt:
+        return "needless" if right else "doubted", np.nan, np.nan
+    return "right" if right else "wrong", rmse, patch
 
 
 def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
@@ -125,7 +124,7 @@ class _Operator:
     def __init__(self, case: Case):
         self._shop = Workshop(case.body, case.radius_m, 0)
         self._body, self._last = case.body, len(case.body.levels) - 1
-        self._up = prolongation(*case.body.levels[-2:])
+        self._up = quadratic_prolongation(*case.body.levels[-2:])
 
     def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""

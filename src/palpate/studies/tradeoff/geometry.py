@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.nested_levels import FIRST, ascend, truth_levels
-from palpate.benchmark.truth import Truth
+from palpate.benchmark.truth import FIRST, Truth, ascend, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import finer
 from palpate.bodies.smooth_surface import SmoothSurface

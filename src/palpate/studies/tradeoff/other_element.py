@@ -6,13 +6,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.loads import force_of
-from palpate.benchmark.nested_levels import truth_levels
-from palpate.benchmark.truth import NEXT, Truth
+from palpate.benchmark.presses import force_of
+from palpate.benchmark.truth import NEXT, Truth, limit, ratio, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
-from palpate.models.richardson import limit, ratio
 from palpate.solvers.equilibrium import Equilibrium
 
 COLUMNS = ["sample", *TruthErrors._fields, "ratio", "finest_rmse_of_peak"]

@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from palpate.benchmark.general_loads import KINDS
 from palpate.report import markup, tables
 from palpate.report.material import Report
 from palpate.report.model_looks import label
@@ -10,6 +9,7 @@ from palpate.report.number_format import percent
 from palpate.report.words import listed
 from palpate.studies.tradeoff.advice_any_load import advise_any_load
 from palpate.studies.tradeoff.any_load_words import brief
+from palpate.studies.tradeoff.general_loads import KINDS
 
 LIMITS = (0.05, 0.01)
 """Largest errors [of the peak] that the table asks for."""

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pandas as pd
 
-from palpate.benchmark.equal_settings import CLOSE, EQUAL, KINDS
+from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST
 from palpate.report import tables
 from palpate.report.material import Report

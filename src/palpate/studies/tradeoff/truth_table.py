@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.equal_settings import KINDS
+from palpate.benchmark.comparison import KINDS
 from palpate.benchmark.truth import OWN, SQUEEZED, Truth
 
 COLUMNS = [

@@ -3,7 +3,7 @@
 import pytest
 from fixtures.trade_off import limit_points as made_up
 
-from palpate.benchmark.press_search import PRESSURE
+from palpate.benchmark.presses import PRESSURE
 from palpate.studies.tradeoff.figures import limit_points
 
 

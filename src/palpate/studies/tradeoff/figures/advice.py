@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from palpate.benchmark.equal_settings import EQUAL, KINDS
+from palpate.benchmark.comparison import EQUAL, KINDS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.studies.tradeoff.advice import NONE

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from palpate.benchmark.equal_settings import KINDS
+from palpate.benchmark.comparison import KINDS
 from palpate.report import style, tables
 from palpate.report.model_looks import look
 from palpate.report.number_format import percent

@@ -4,9 +4,9 @@ import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-from palpate.benchmark.general_loads import DEPTH, KINDS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
+from palpate.studies.tradeoff.general_loads import DEPTH, KINDS
 
 TABLES = ("any_load",)
 FORCE = "depth: the force"

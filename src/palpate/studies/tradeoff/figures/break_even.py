@@ -5,7 +5,7 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
-from palpate.benchmark.equal_settings import BY_ERROR, pick
+from palpate.benchmark.comparison import BY_ERROR, pick
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.number_format import percent

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.models.conformal import LEVEL
+from palpate.benchmark.conformal import LEVEL
 from palpate.report import style, tables
 
 TABLES = ("error_bounds",)

@@ -5,7 +5,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.benchmark.press_search import PRESSURE
+from palpate.benchmark.presses import PRESSURE
 from palpate.report import style, tables
 from palpate.studies.tradeoff.limit_points import jumps
 

@@ -5,7 +5,7 @@ from textwrap import fill
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.equal_settings import EXACT
+from palpate.benchmark.comparison import EXACT
 from palpate.report import style
 from palpate.report.model_looks import look
 from palpate.report.number_format import percent

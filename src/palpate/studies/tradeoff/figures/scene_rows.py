@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.bootstrap import TRUTH, ZERO
-from palpate.benchmark.equal_settings import EXACT, KINDS, alone, lasting
+from palpate.benchmark.comparison import EXACT, KINDS, TRUTH, ZERO, alone, lasting
 from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003

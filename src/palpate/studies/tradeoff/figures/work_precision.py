@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.benchmark.equal_settings import KINDS
+from palpate.benchmark.comparison import KINDS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.number_format import percent, seconds

@@ -1,0 +1,143 @@
+"""Compare settings: how sure a mean error is, and which settings count as equal, so that another run chooses alike."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from palpate.errors import InputError
+from palpate.files import read_table
+
+CLOSE = 1.5
+"""Times within this factor are tied: medians that repeat within 20 % each can change their ratio by 1.2²."""
+EQUAL = 1.05
+"""Errors within this factor are tied: they repeat bit for bit, but such a difference decides nothing."""
+EXACT = 1e-5
+"""Errors below this share of the peak are tied with it: nobody could measure them."""
+ALIKE = 1.1
+"""Memory within this factor is tied."""
+
+KINDS = {"rms": "rmse_of_peak", "patch": "patch_rms_of_peak"}
+"""The kinds of error that advice goes by, and their columns: over the whole surface, or where it is pressed."""
+
+
+def by_error(column: str) -> dict[str, float]:
+    """Return what decides, in turn, between settings of which the least error is wanted; ``column`` has the errors."""
+    return {column: EQUAL, "online_median_s": CLOSE, "memory_mb": ALIKE}
+
+
+def by_time(column: str) -> dict[str, float]:
+    """Return what decides, in turn, between settings of which the fastest is wanted; ``column`` has the errors."""
+    return {"online_median_s": CLOSE, column: EQUAL, "memory_mb": ALIKE}
+
+
+BY_ERROR, BY_TIME = by_error("rmse_of_peak"), by_time("rmse_of_peak")
+
+
+def pick(rows: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) -> pd.Series:
+    """Return the row that is left when each column in turn keeps what is within a factor of its least value.
+
+    floor : errors below it are tied with it: that of the truth itself
+    Where several are left, the first of the table.
+    """
+    for column, factor in by.items():
+        values = rows[column].clip(lower=floor if column.endswith("of_peak") else 0)
+        rows = rows[values <= factor * values.min()]
+    return rows.iloc[0]
+
+
+def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.ndarray:
+    """Mark which points (n,) of a Pareto front are on it in another run too, as truth values (n,).
+
+    A point is left out if another is clearly less wrong in no longer a time, ties counted, or clearly faster and no
+    more wrong, ties counted; one that is not finite is never on it. Errors below ``floor`` are tied with it.
+    Trap: a point may be left out for one that is left out for a third; the exact front is ``figures.pareto.front``.
+    """
+    seconds, error = np.asarray(seconds, float), np.asarray(error, float)
+    t, e = np.where(np.isfinite(seconds + error), [seconds, np.maximum(error, floor)], np.inf)
+    less_wrong = (t[None] <= CLOSE * t[:, None]) & (EQUAL * e[None] < e[:, None])
+    faster = (CLOSE * t[None] < t[:, None]) & (e[None] <= EQUAL * e[:, None])
+    return np.isfinite(t) & ~(less_wrong | faster).any(axis=1)
+
+
+def alone(rows: pd.DataFrame, floor: float = EXACT) -> pd.DataFrame:
+    """Drop the rows that are tied in error and time with one before them; errors below ``floor`` are."""
+    error, seconds = rows["rmse_of_peak"].clip(lower=floor).to_numpy(), rows["online_median_s"].to_numpy()
+    kept: list[int] = []
+    for i in range(len(rows)):
+        far = [max(error[i], error[j]) > EQUAL * min(error[i], error[j]) for j in kept]
+        slow = [max(seconds[i], seconds[j]) > CLOSE * min(seconds[i], seconds[j]) for j in kept]
+        if all(f or s for f, s in zip(far, slow, strict=True)):
+            kept.append(i)
+    return rows.iloc[kept]
+
+
+DRAWS = 2000
+RANGE = (0.05, 0.95)
+"""The quantiles of the draws between which a mean error is said to lie."""
+SEED = 1
+"""Of the draws; the same for the table of advice and the command, so that both say the same."""
+
+TRUTH, OWN_ERROR = "truth", "own error"
+"""Model and setting in whose row the truth's own error stands."""
+ZERO = "zero"
+"""The model that answers that nothing moves."""
+BOUNDS = (TRUTH, ZERO)
+"""Models of the tables that nobody can choose."""
+
+COLUMNS = ["model", "setting", "split", "side", "sample", "contact", *KINDS.values()]
+
+
+def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
+    """Read the errors of every model on every sample of one scene, from where the workflow keeps them.
+
+    data : ``results/data``; settings : the scene's rows of accuracy_vs_time.csv
+    """
+    place = Path(data, *settings.iloc[0][["body", "regime"]])
+    return errors_from(sorted((place / "tradeoff").rglob("*_samples.csv")), settings)
+
+
+def errors_from(families: Iterable[str | Path], settings: pd.DataFrame) -> pd.DataFrame:
+    """Join the errors of all models of ``settings``, in the splits it has: the columns COLUMNS.
+
+    families : files of sample errors, one a family of models
+    Raises InputError naming a file that is missing or lacks a column, or a model that no file has.
+    """
+    models = [model for model in settings["model"].unique() if model not in BOUNDS]
+    tables = [read_table(path, COLUMNS)[COLUMNS] for path in families]
+    found = pd.concat(tables or [pd.DataFrame(columns=COLUMNS)], ignore_index=True)
+    if missing := sorted(set(models) - set(found["model"])):
+        scene = settings["scene"].iloc[0]
+        raise InputError(f"{scene}: the sample errors of {missing[0]} are missing: make them with the workflow (make)")
+    return found[found["model"].isin(models) & found["split"].isin(settings["split"])]
+
+
+def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Return the mean of ``column`` for each setting in each of DRAWS draws: rows (model, setting).
+
+    errors : of one side of one scene, with the columns model, setting, split, sample, contact and ``column``
+    Each draw takes as many splits as there are, with repetition, and of each as many of its contacts. All settings see
+    the same draws, so they can be compared draw by draw. A setting without an answer to every sample has no row.
+    Trap: forces at one contact are errors of one kind, and drawing single samples would feign certainty.
+    """
+    table = errors.pivot_table(column, ["model", "setting"], ["split", "contact"], aggfunc=["sum", "count"])
+    sums, counts = table["sum"], table["count"]
+    asked = errors.groupby(["split", "contact"])["sample"].nunique()
+    whole = (counts == asked.reindex(counts.columns)).all(axis=1)
+    sums, counts = sums[whole], counts[whole]
+    drawn = _drawn(sums.columns.get_level_values("split").to_numpy())
+    means = (sums.to_numpy() @ drawn.T) / (counts.to_numpy() @ drawn.T)
+    return pd.DataFrame(means, index=sums.index)
+
+
+def _drawn(split: np.ndarray) -> np.ndarray:
+    """Draw how often each contact is taken, (DRAWS, n); split : (n,) the split that each contact is tested in."""
+    random = np.random.default_rng(SEED)
+    names = np.unique(split)
+    taken = random.multinomial(len(names), np.full(len(names), 1 / len(names)), size=DRAWS)
+    drawn = np.zeros((DRAWS, len(split)))
+    for times, name in zip(taken.T, names, strict=True):
+        own = np.flatnonzero(split == name)
+        drawn[:, own] = random.multinomial(times * len(own), np.full(len(own), 1 / len(own)))
+    return drawn

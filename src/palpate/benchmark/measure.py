@@ -1,0 +1,348 @@
+"""Prepare a model, ask it, time it and judge its answers: the one place where models are measured."""
+
+import re
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from time import perf_counter
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.accuracy import TruthErrors
+from palpate.benchmark.comparison import OWN_ERROR, TRUTH, ZERO
+from palpate.benchmark.judge import SIDES, Judge
+from palpate.benchmark.load import Answer, Doubted, Load, Refused
+from palpate.benchmark.model import Case, Model, Setting, Solver, checked, setting_text
+from palpate.benchmark.timing import said, time_calls
+from palpate.errors import InputError, NotConverged
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
+ERRORS = list(TruthErrors._fields)
+SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak"]
+"""The errors whose median and 95th percentile over the test samples are tabulated beside their means."""
+CHOSEN_BY = ["rmse_of_peak", "patch_rms_of_peak"]
+"""The errors that settings are chosen by, on validation samples."""
+LABELS = ["scene", "body", "regime", "model", "setting"]
+KIND = ["sees", "prepared", "law"]
+OPERATOR = "operator_rmse_of_peak"
+ESTIMATED = "estimated_of_peak"
+"""The error that a model estimates of its own answer; empty of models that do not."""
+COARSER = {"rms": "coarser_rmse_of_peak", "patch": "coarser_patch_rms_of_peak"}
+"""The distance of an answer from that of quadratic elements one level coarser than the finest, by kind of error."""
+SAMPLE_COLUMNS = [
+    *LABELS, "split", "side", "sample", "contact", *ERRORS, OPERATOR, ESTIMATED, *COARSER.values(), "seconds",
+    "failure",
+]  # fmt: skip
+SETTING_COLUMNS = [
+    *LABELS, *KIND, "protocol", "split", "samples", "failures", *ERRORS, OPERATOR,
+    *(f"{name}_{part}" for name in SPREAD for part in ("median", "p95")),
+    *(f"validation_{name}" for name in CHOSEN_BY),
+    "online_median_s", "online_p95_s", "offline_s", "memory_mb", "threads", "failure",
+]  # fmt: skip
+
+
+class Asked(NamedTuple):
+    """The answers of a solver to each sample.
+
+    errors : of its answers; None where it failed, and ``failures`` has its message, else ""
+    operator : distance from the fine operator, as a share of the peak; NaN where that means nothing
+    seconds : of every timed call of each sample; of one that failed, none
+    estimated : the RMSE over peak that the solver estimates of its answer; None or NaN where it does not
+    coarser : distances from the answer of coarser elements, as ``Judge.from_coarser``; None where nobody compared
+    """
+
+    errors: list[TruthErrors | None]
+    operator: list[float]
+    failures: list[str]
+    seconds: list[list[float]]
+    estimated: list[float] | None = None
+    coarser: list[tuple[float, float]] | None = None
+
+    @staticmethod
+    def failed(failure: NotConverged, count: int) -> "Asked":
+        """Return that none of ``count`` samples was answered."""
+        return Asked([None] * count, [np.nan] * count, [said(failure)] * count, [[]] * count)
+
+
+class Finding(NamedTuple):
+    """The result of one setting; ``labels`` are the columns LABELS, ``kind`` those of KIND.
+
+    more : the answers to ``judge.more``, which are rows of samples and no part of means
+    """
+
+    labels: dict[str, str]
+    asked: Asked
+    offline_s: float
+    memory_mb: float
+    kind: Mapping[str, str | bool]
+    more: Asked | None = None
+
+
+def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
+    """Return the columns LABELS."""
+    scene = f"{case.body.name}_{case.regime}"
+    return {"scene": scene, "body": case.body.name, "regime": case.regime, "model": model, "setting": setting}
+
+
+def found_rows(findings: list[Finding], judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tabulate a row a sample and a row a setting; cells of errors and seconds are empty where nothing was answered."""
+    samples: list[dict] = []
+    for finding in findings:
+        samples += _sample_rows(finding.labels, finding.asked, judge)
+        if finding.more and judge.more:
+            samples += _sample_rows(finding.labels, finding.more, judge.more)
+    settings = [_setting_row(finding, judge) for finding in findings]
+    return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
+
+
+def _sample_rows(labels: dict[str, str], asked: Asked, judge: Judge) -> list[dict]:
+    rows = []
+    for i, found in enumerate(asked.errors):
+        row = {**labels, "split": judge.split, "side": judge.side[i], "sample": judge.numbers[i]}
+        row |= {"contact": judge.samples.contact[i], "failure": asked.failures[i]}
+        if found is not None:
+            seconds = np.median(asked.seconds[i]) if asked.seconds[i] else np.nan
+            row |= found._asdict() | {OPERATOR: asked.operator[i], "seconds": seconds}
+            row |= {ESTIMATED: asked.estimated[i] if asked.estimated else np.nan}
+            if asked.coarser:
+                row |= dict(zip(COARSER.values(), asked.coarser[i], strict=True))
+        rows.append(row)
+    return rows
+
+
+def _setting_row(finding: Finding, judge: Judge) -> dict:
+    """Take means over the test samples that were answered, but the largest max_of_peak of any.
+
+    Errors on validation samples are empty unless all of them were answered.
+    """
+    asked = finding.asked
+    answers = pd.DataFrame([f if f is not None else [np.nan] * len(ERRORS) for f in asked.errors], columns=ERRORS)
+    answers[OPERATOR] = asked.operator
+    chooses, tests = (judge.side == side for side in SIDES)
+    failures = np.array(asked.failures, dtype=object)
+    row: dict[str, Any] = {**finding.labels, **finding.kind, "protocol": "live", "split": judge.split, "threads": 1}
+    row |= {"samples": int(tests.sum()), "failures": int((failures[tests] != "").sum())}
+    row |= {"failure": next(filter(None, asked.failures), "")}
+    row |= {"offline_s": finding.offline_s, "memory_mb": finding.memory_mb}
+    row |= {f"validation_{name}": answers.loc[chooses, name].mean(skipna=False) for name in CHOSEN_BY}
+    if seconds := [s for calls in asked.seconds for s in calls]:
+        row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
+    found = answers[tests]
+    row |= found.mean().to_dict() | {"max_of_peak": found["max_of_peak"].max()}
+    for name in SPREAD:
+        row |= {f"{name}_median": found[name].median(), f"{name}_p95": found[name].quantile(0.95)}
+    return row
+
+
+def measure(
+    case: Case,
+    name: str,
+    model: Model,
+    judge: Judge,
+    repeats: int,
+    budget_s: float,
+    progress: Callable = iter,
+    more_of: str | None = None,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Measure all settings of ``model`` on the samples of ``judge``: rows of both tables.
+
+    ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
+    more_of : a regular expression; a setting in whose name it is found is asked for ``judge.more`` too, unless it has
+        learnt from training samples. This is not timed and no part of means: bounds of its errors know more contacts.
+    On one BLAS thread. A setting that cannot be prepared has failed on every sample. InputError for one given twice.
+    """
+    from threadpoolctl import threadpool_limits
+
+    findings, texts = [], [setting_text(setting) for setting in model.settings(case)]
+    if twice := [text for text in texts if texts.count(text) > 1]:
+        raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
+    kind, given = {"sees": model.sees, "law": model.law_of(case)}, (model.place, model.reduces != "")
+    with threadpool_limits(limits=1):
+        for one in prepared_settings(case, model, progress=progress):
+            more, memory = None, 0.0
+            if isinstance(one.solver, NotConverged):
+                asked, offline = Asked.failed(one.solver, len(judge.numbers)), one.offline_s
+            else:
+                asked, memory = ask(one.solver, judge, repeats, budget_s, *given), float(one.solver.memory_mb)
+                offline = one.offline_s  # with the contacts that were prepared when they were asked for
+                if judge.more and "training" not in one.used and more_of is not None and re.search(more_of, one.text):
+                    more = ask(one.solver, judge.more, 0, 0.0, *given)
+            about = kind | {"prepared": model.needs_contacts(one.setting)}
+            findings.append(Finding(labels_of(case, name, one.text), asked, offline, memory, about, more))
+    return found_rows(findings, judge)
+
+
+class Prepared(NamedTuple):
+    """A model prepared with a setting, or why it cannot be; ``text`` is the setting as tables have it.
+
+    seconds : what preparing has taken; used : what was used beside, with its cost [s], which grows with queries
+    """
+
+    setting: Setting
+    text: str
+    solver: Solver | NotConverged
+    seconds: float
+    used: dict[str, float]
+
+    @property
+    def offline_s(self) -> float:
+        """The offline time [s] so far."""
+        return self.seconds + sum(self.used.values())
+
+
+def prepared_settings(case: Case, model: Model, pattern: str = "", progress: Callable = iter) -> Iterator[Prepared]:
+    """Prepare, one after another, the settings of ``model`` in whose text the regular expression ``pattern`` is found.
+
+    Each is charged the offline stage that all share. Trap: ``used`` is that of the setting until the next is prepared.
+    """
+    charged = replace(case, used={})
+    chosen = [setting for setting in model.settings(case) if re.search(pattern, setting_text(setting))]
+    if not chosen:
+        return
+    begin = perf_counter()
+    stage = _or_failure(model.offline, charged)
+    shared_s, shared = perf_counter() - begin, dict(charged.used)
+    for setting in progress(chosen):
+        charged.used.clear()
+        charged.used.update(shared)
+        begin = perf_counter()
+        solver = stage if isinstance(stage, NotConverged) else _or_failure(stage.online, setting)
+        yield Prepared(setting, setting_text(setting), solver, shared_s + perf_counter() - begin, charged.used)
+
+
+def _or_failure(prepare: Callable[[Given], Made], given: Given) -> Made | NotConverged:
+    try:
+        return prepare(given)
+    except NotConverged as failure:
+        return failure
+
+
+def ask(
+    solver: Solver, judge: Judge, repeats: int, budget_s: float, place: str = "a model", reduces: bool = False
+) -> Asked:
+    """Ask for every sample of ``judge`` once, and again in turn while there is time, as ``time_calls`` says.
+
+    Answers are checked off the clock; ``place`` is what the InputError for one of a wrong shape names.
+    reduces : whether the solver reduces the fine operator, and its distance from that is measured too
+    """
+    count = len(judge.numbers)
+    found: list[TruthErrors | None] = [None] * count
+    operator, estimated = [np.nan] * count, [np.nan] * count
+    coarser = [(np.nan, np.nan)] * count
+
+    def receive(i: int, answer: np.ndarray | Answer) -> None:
+        moved = checked(answer, judge.truth.shape[1], place)
+        if found[i] is None:
+            found[i] = judge.errors(i, moved)
+            operator[i] = judge.operator_error(i, moved) if reduces else np.nan
+            coarser[i] = judge.from_coarser(i, moved)
+            if isinstance(answer, Answer) and answer.error is not None:
+                estimated[i] = answer.error
+
+    def load_of(i: int) -> Load:
+        return Load.at(judge.samples.contact[i], judge.samples.force[i].copy())
+
+    timed = time_calls(Queries(solver, count, load_of), repeats, budget_s, receive)
+    for i, failure in enumerate(timed.failures):
+        if failure:
+            found[i], operator[i] = None, np.nan
+    return Asked(found, operator, timed.failures, timed.seconds, estimated, coarser)
+
+
+class Queries(Sequence):
+    """One query for each of ``count`` loads; what comes before it is done when it is looked up, off the clock.
+
+    ready : by the nodes that are pressed at once, seconds a press that preparing them took, which is added to; or None
+        if no preparation is measured apart, and a load that cannot be pressed stops the run
+    refused : loads that the model does not answer; doubted : those whose answer it does not believe
+    prepared : what ``ready`` says of each load's nodes, once
+    """
+
+    def __init__(
+        self,
+        solver: Solver,
+        count: int,
+        load_of: Callable[[int], Load],
+        ready: dict[tuple[int, ...], float] | None = None,
+    ):
+        self._solver, self._count, self._load_of, self._ready = solver, count, load_of, ready
+        self._counted: set[tuple[int, ...]] = set()
+        self.refused: set[int] = set()
+        self.doubted: set[int] = set()
+        self.prepared: list[float] = []
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, i: Any) -> Any:  # a slice has no meaning here
+        load = self._load_of(i)
+        try:
+            if self._ready is not None:
+                self._prepare(load, self._ready)
+            self._solver.precede(load)
+        except (NotConverged, InputError) as failure:
+            return partial(self._fail, i, failure)
+        return partial(self._solver.respond, load) if self._ready is None else partial(self._respond, i, load)
+
+    def _prepare(self, load: Load, ready: dict[tuple[int, ...], float]) -> None:
+        nodes = tuple(press.node for press in load.presses)
+        if nodes in self._counted:
+            return
+        if nodes not in ready:
+            seconds = self._solver.prepare_nodes(nodes)
+            if seconds is None:
+                return
+            ready[nodes] = seconds / len(nodes)
+        self._counted.add(nodes)
+        self.prepared.append(ready[nodes])
+
+    def _respond(self, i: int, load: Load) -> np.ndarray | Answer:
+        try:
+            return self._solver.respond(load)
+        except Doubted:
+            self.doubted.add(i)
+            raise
+        except (Refused, InputError) as failure:
+            return self._fail(i, failure)
+
+    def _fail(self, i: int, failure: NotConverged | InputError) -> np.ndarray:
+        """Raise the failure; where preparation is measured, a contact that is not prepared counts as refused."""
+        if isinstance(failure, Refused | InputError):
+            self.refused.add(i)
+        if isinstance(failure, InputError) and self._ready is not None:
+            raise Refused(str(failure))
+        raise failure
+
+
+def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
+    """Warn if one's own model has answered no sample with any setting; ``settings`` as ``measure`` returns them."""
+    if (settings["failures"] == settings["samples"]).all():
+        warnings.warn(f"tradeoff.own_models.{name} answered no sample: {settings['failure'].iloc[0]}", stacklevel=2)
+
+
+UNPREPARED: dict[str, str | bool] = {"sees": "load", "prepared": False}
+
+
+def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
+
+    The time of the truth is that of its solutions on all levels; the answer zero has none.
+    """
+    count = len(judge.numbers)
+    own: list[TruthErrors | None] = [TruthErrors(*map(float, each)) for each in judge.own]
+    nothing: list[TruthErrors | None] = [judge.errors(i, np.zeros_like(truth)) for i, truth in enumerate(judge.truth)]
+    taken = [[float(seconds)] for seconds in judge.own_seconds]
+    rest = [np.nan] * count, [""] * count
+    never: list[list[float]] = [[]] * count
+    findings = [
+        Finding(labels_of(case, model, setting), Asked(errors, *rest, seconds), 0.0, 0.0, UNPREPARED | {"law": law})
+        for model, setting, errors, seconds, law in (
+            (TRUTH, OWN_ERROR, own, taken, case.body.material.law),
+            (ZERO, "default", nothing, never, ""),
+        )
+    ]
+    return found_rows(findings, judge)

@@ -1,0 +1,40 @@
+"""Settings of presses: how hard bodies are pressed, which of them, and by which fingers."""
+
+from palpate.setting_types import Block, Positive, Share, key, optional
+
+FINGER = "finger_{:.0f}_um"
+"""The name of the regime of a finger, by its radius in micrometres."""
+
+
+class Regime(Block):
+    peak_of_size: Positive = optional(
+        "Largest displacement that the forces are found for, as a share of the body's longest side; left out, "
+        "pressure_of_young alone says how hard",
+        le=0.5,
+    )
+    pressure_of_young: Share = key(
+        "Highest pressure under a press, 2 F/(π R²), as a share of Young's modulus; beyond 0.15 to 0.3, by the place, "
+        "tissue that obeys the corotational law collapses under a finger, and no mesh agrees with another",
+        0.25,
+    )
+    radius_m: Positive = key("Radius [m] of the disc that is pressed; a fingertip has 0.012")
+    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
+
+
+def pressed_bodies(config: dict) -> list[str]:
+    """Return the names of the bodies that the trade-off presses: those that it names, or all that are refined."""
+    if "tradeoff" not in config:
+        return []
+    named = config["tradeoff"]["bodies"]
+    return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
+
+
+def finger_regimes(config: dict) -> dict[str, dict]:
+    """Return a regime for each radius of ``tradeoff.finger_radii_m``, by name: as deep as the first of the regimes.
+
+    The radius of the first regime needs no other one, unless bodies have their own there.
+    """
+    first = next(iter(config["regimes"].values()))
+    known = None if first["radius_of_body_m"] else first["radius_m"]
+    radii = [radius for radius in config["tradeoff"]["finger_radii_m"] if radius != known]
+    return {FINGER.format(1e6 * radius): first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}

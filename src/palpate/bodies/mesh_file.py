@@ -1,0 +1,202 @@
+"""What a mesh file holds: its unit, its shape (tetrahedra or a surface), and whether it is remeshed."""
+
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import check_coordinates, check_indices
+from palpate.bodies.mesh_readers import RawMesh, read, tagged
+from palpate.bodies.surfaces.triangles import drop_unused, weld
+from palpate.errors import InputError
+
+# an organ's longest side [m]: from a gland to a stomach or a pair of lungs
+ORGAN_M = (0.02, 0.6)
+# in this order, since files in millimetres are the most frequent: 20 to 60 units could also be centimetres
+UNITS = {"millimetre": 1e-3, "centimetre": 1e-2, "metre": 1.0, "micrometre": 1e-6}
+# units that are never guessed, and may be meant
+RARE_UNITS = {"inch": 0.0254}
+# sizes [m] that a given scale may make without a warning, and at all
+USUAL_M, POSSIBLE_M = (0.01, 1.0), (0.002, 5.0)
+
+
+def guess_scale(size: float) -> tuple[str, float] | None:
+    """Guess the unit in which a longest side of ``size`` units is an organ's: name and length [m]; None if none is."""
+    return next(iter(_organ_sized(size, UNITS).items()), None)
+
+
+def other_units(size: float, taken_m: float) -> dict[str, float]:
+    """Return the units but that of ``taken_m`` [m] in which a longest side of ``size`` is an organ's: lengths [m]."""
+    return {name: scale for name, scale in _organ_sized(size, UNITS | RARE_UNITS).items() if scale != taken_m}
+
+
+def _organ_sized(size: float, units: dict[str, float]) -> dict[str, float]:
+    low, high = ORGAN_M
+    return {name: scale for name, scale in units.items() if low <= size * scale <= high}
+
+
+def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> float:
+    """Check the given length of the file's unit [m], or guess it from the points, (n, 3), and warn of the guess.
+
+    Raises InputError if no guess is plausible, or if the given scale makes a body that no organ can be.
+    """
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    guess = guess_scale(size)
+    if scale_m is None:
+        return _guessed(source, size, guess)
+    if not 0 < scale_m < np.inf:
+        raise InputError(f"{source}: scale_m is {scale_m}; give the length of the file's unit in metres.")
+    likely = f"if its unit is the {guess[0]}, give scale_m: {guess[1]:g}" if guess else "check scale_m"
+    if not POSSIBLE_M[0] <= size * scale_m <= POSSIBLE_M[1]:
+        raise InputError(f"{source}: scale_m {scale_m:g} makes a body {in_words(size * scale_m)} long; {likely}.")
+    if not USUAL_M[0] <= size * scale_m <= USUAL_M[1]:
+        warnings.warn(
+            f"{source}: scale_m {scale_m:g} makes a body {in_words(size * scale_m)} long, which no organ is; {likely}.",
+            stacklevel=3,
+        )
+    return scale_m
+
+
+def in_words(length_m: float) -> str:
+    """Write a length with the unit that suits it, such as "82 mm"."""
+    for unit, factor in (("m", 1.0), ("cm", 100.0), ("mm", 1e3)):
+        if length_m * factor >= 1 and not (unit == "cm" and length_m < 0.1):
+            break
+    return f"{length_m * factor:.3g} {unit}"
+
+
+def _guessed(source: str, size: float, guess: tuple[str, float] | None) -> float:
+    if guess is None:
+        example = f"{0.2 / size:.3g} makes it 20 cm long" if size > 0 else "such as 0.001 for millimetres"
+        raise InputError(
+            f"{source}: its longest side is {size:.4g} units, which is an organ's size neither in millimetres nor in "
+            f"centimetres or metres; give scale_m, the length of the file's unit in metres ({example})."
+        )
+    name, scale = guess
+    warnings.warn(
+        f"{source}: scale_m is not given; its unit is taken for the {name}, which makes the body "
+        f"{in_words(size * scale)} long; give scale_m: {scale:g} if that is right, or the unit's length in metres.",
+        stacklevel=3,
+    )
+    return scale
+
+
+# a surface with more nodes is remeshed unless the entry says otherwise
+KEPT_NODES = 400
+
+
+def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Load what the body is made of: points (n, 3) [file's unit], triangles (m, 3), and tetrahedra (k, 4) or None.
+
+    Of tetrahedra, the triangles are those of the boundary; the triangles of a surface are welded. Raises InputError if
+    there is neither, or if there are other elements.
+    Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
+    """
+    raw = _read(path)
+    others = sorted(set(raw.solids) - {"tetra"})
+    if others:
+        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
+    if "tetra" in raw.solids:
+        check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(raw.points))
+        nodes, tetrahedra = drop_unused(raw.points, raw.solids["tetra"])
+        return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
+    return *weld(raw.points, _triangles(path, raw)), None
+
+
+def load_tagged(path: Path, tag: int | str) -> np.ndarray:
+    """Load the numbers (k,) of the tetrahedra of a file that have a tag, in the order of ``load_shape``.
+
+    tag : a number or a name; InputError if no tetrahedron has it
+    """
+    return tagged(path, _read(path).tags, tag)
+
+
+def remeshed_by_default(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> bool:
+    """Test whether a file's surface has so many nodes that it is remeshed unless the entry says otherwise."""
+    return tetrahedra is None and len(points) > KEPT_NODES
+
+
+def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Load points (n, 3) [m] and triangles (m, 3) of a surface file, welded; the surface may be open.
+
+    Raises InputError if the file cannot be read or no triangle is left.
+    """
+    raw = _read(Path(path))
+    points, triangles = weld(scale_m * raw.points, _triangles(Path(path), raw))
+    if not len(triangles):
+        raise InputError(
+            f"{path}: none of its triangles has three distinct corners with scale_m {scale_m:g}; "
+            "give the length of the file's unit in metres, or export it again."
+        )
+    return points, triangles
+
+
+def _read(path: Path) -> RawMesh:
+    raw = read(path)
+    check_coordinates(str(path), raw.points)
+    return raw
+
+
+def _triangles(path: Path, raw: RawMesh) -> np.ndarray:
+    """Collect all triangles of a surface file, quadrilaterals cut in two."""
+    others = sorted(set(raw.sheets) - {"triangle", "quad"})
+    if others:
+        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to triangles.")
+    if not raw.sheets:
+        raise InputError(f"{path}: it has neither tetrahedra nor triangles; give a volume or a closed surface mesh.")
+    triangles = raw.sheets.get("triangle", np.empty((0, 3), dtype=np.int64))
+    quads = raw.sheets.get("quad", np.empty((0, 4), dtype=np.int64))
+    triangles = np.vstack([triangles, quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    check_indices(str(path), "triangles", triangles, len(raw.points))
+    return triangles
+
+
+@dataclass(frozen=True)
+class MeshFacts:
+    """Content of a mesh file and what is assumed of it.
+
+    kind : ``surface`` or ``tetrahedra``
+    nodes, triangles, tetrahedra : counts; of a surface, the tetrahedra are 0; of tetrahedra, the triangles are those
+        of the boundary and the nodes include the inner ones
+    size : longest side of the bounding box [file's unit]
+    scale_m : guessed length of the file's unit [m]; None if no unit makes it an organ's size
+    remeshed : whether its surface is remeshed unless ``surface_nodes`` says otherwise
+    notes : sentences for a person
+    """
+
+    kind: str
+    nodes: int
+    triangles: int
+    tetrahedra: int
+    size: float
+    scale_m: float | None
+    remeshed: bool
+    notes: list[str] = field(default_factory=list)
+
+
+def inspect(path: str | Path) -> MeshFacts:
+    """Collect the facts of a mesh file; raise InputError if it cannot be read or holds no body."""
+    path = Path(path)
+    points, triangles, tetrahedra = load_shape(path)
+    size = float(np.ptp(points, axis=0).max())
+    guess = guess_scale(size)
+    remeshed = remeshed_by_default(points, triangles, tetrahedra)
+    notes = [
+        f"its longest side is {size:.4g} units, {in_words(size * guess[1])} if its unit is the {guess[0]}"
+        if guess
+        else f"its longest side of {size:.4g} units is an organ's size neither in mm nor in cm or m"
+    ]
+    if remeshed:
+        notes.append(f"its surface of {len(points)} nodes is remeshed")
+    return MeshFacts(
+        "surface" if tetrahedra is None else "tetrahedra",
+        len(points),
+        len(triangles),
+        0 if tetrahedra is None else len(tetrahedra),
+        size,
+        guess[1] if guess else None,
+        remeshed,
+        notes,
+    )

@@ -1,0 +1,278 @@
+"""Settings of bodies: where a mesh comes from, what it is made of, and what holds it."""
+
+from os.path import isdir, isfile, normpath
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from palpate.bodies.material import LAWS
+from palpate.errors import InputError, describe_unknown
+from palpate.files import check_file
+from palpate.own_file import LAW_FUNCTIONS, check_source
+from palpate.setting_types import (
+    Axis,
+    Block,
+    Count,
+    Index,
+    Name,
+    NotNegative,
+    Number,
+    Pair,
+    Poisson,
+    Positive,
+    Some,
+    Switch,
+    Text,
+    Three,
+    Vector,
+    Whole,
+    key,
+    optional,
+)  # fmt: skip
+
+Label = Count | Text
+Labels = Label | Some[Label]
+Law = Annotated[str, Field(pattern=rf"^({'|'.join(LAWS)}|.+\.py)$")]
+Refinements = Annotated[Whole, Field(ge=0, le=3)]
+Magnitudes = Some[Positive]
+
+
+class Sphere(Block):
+    center_m: Vector = key("Centre [m]")
+    radius_m: Positive = key("Radius [m]")
+
+
+class Region(Block):
+    tag: Whole | Text = optional(
+        "Of a body of kind file: number or name of the physical group of a gmsh file (without groups, the number of "
+        "its volume), or the number in the cell data of another file"
+    )
+    sphere: Sphere = optional("The inside of a sphere")
+    label: Labels = optional("Of a ct: number or name of a mask's label, or several; 2 is the synthetic lesion")
+    young_pa: Positive = key("Young's modulus [Pa]")
+    poisson: Poisson = optional("Poisson's ratio; by default the body's")
+    density_kg_m3: Positive = optional("Density [kg/m³]; by default the body's")
+
+
+class Plane(Block):
+    axis: Axis = key("Direction of the plane's normal")
+    side: Literal["min", "max"] = key("Which end of the axis")
+    depth_m: NotNegative = key("Depth [m]")
+
+
+class Anchors(Block):
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
+    nodes: list[Index] = optional("Numbers of coarse nodes, counted from 0; not of a remeshed surface", min_length=1)
+    plane: Plane = optional("The nodes within a depth of the body's extreme plane")
+    sphere: Sphere = optional("The nodes inside a sphere")
+    several: list["Anchors"] = optional("Several such rules; a node is held that any of them holds", min_length=2)
+
+
+class Bed(Block):
+    sphere: Sphere = key("Where the springs are; they fade smoothly to zero at its surface")
+    facing: Vector = optional("A direction; only what has an outward normal within 60° of it lies on the bed")
+    stiffness_n_m3: Positive = key("Traction per displacement at the centre [N/m³], in each direction")
+
+
+class _Body(Block):
+    young_pa: Positive = key("Young's modulus [Pa]")
+    poisson: Poisson = key("Poisson's ratio")
+    density_kg_m3: Positive = key("Density [kg/m³]")
+    anchors: Anchors = optional(
+        "Which coarse nodes are held, by exactly one rule; without it and without a bed, of a body from a file or a "
+        "CT, those of the lowest tenth of its longest side"
+    )
+
+
+class _Solid(_Body):
+    refinements: Refinements = key("How often each tetrahedron is split into eight, down to the fine mesh")
+    law: Law = optional(
+        "Law between deformation and energy: corotational (small strain in a turned frame, the default), "
+        "stable_neo_hookean, neo_hookean (no element becomes flat), st_venant_kirchhoff (softens under compression), "
+        "or the path of a Python file of one's own"
+    )
+    regions: dict[Name, Region] = optional(
+        "Regions with a material of their own, such as a tumour, by name, each by exactly one of tag, sphere and "
+        "label. A coarse tetrahedron belongs to the first that has half of its volume, and so do all that it is split "
+        "into; what is in none has the body's own constants",
+        min_length=1,
+    )
+    bed: Bed = optional("An elastic bed: springs under the surface in a sphere, beside anchors or instead of them")
+    magnitudes: Magnitudes = optional("Paper 1's forces at each contact, over the force that reaches the regime's peak")
+    train: Whole = optional("Paper 1's samples that are trained on", ge=2)
+    test: Count = optional("Paper 1's samples that are held out")
+
+
+class _Compared(_Solid):
+    paper_surface: list[Pair[Count] | None] = optional(
+        "For each level, the paper's surface [nodes, triangles], or null"
+    )
+
+
+class _Shape(_Solid):
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["anchors"]}, {"required": ["bed"]}]})
+
+
+class _Round(_Shape):
+    length_m: Positive = key("Longest side [m]")
+    smooth: Switch = optional(
+        "Whether every refinement moves its new surface nodes onto the smooth shape; otherwise, the default, every "
+        "level has the flat facets of the coarse one"
+    )
+
+
+class Cylinder(_Round, _Compared):
+    kind: Literal["cylinder"] = key("A round bar along z")
+    radius_m: Positive = key("Radius [m]")
+
+
+class Liver(_Round, _Compared):
+    kind: Literal["liver"] = key("A liver with a thick right and a thin left lobe")
+
+
+class Kidney(_Round):
+    kind: Literal["kidney"] = key("A bean with a hollow in its middle side")
+
+
+class Stomach(_Round):
+    kind: Literal["stomach"] = key("A filled stomach, bent like a J")
+
+
+class File(_Compared):
+    kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file")
+    path: str = key("The mesh (.msh .vtk .vtu .mesh, or a surface .stl .obj .ply .off), relative to this configuration")
+    scale_m: Positive = optional("Length [m] of one unit of the file; if left out, guessed from the size, and reported")
+    surface_nodes: Whole = optional(
+        "Nodes that the coarse surface is remeshed to; a surface with fewer is kept. Without it tetrahedra and "
+        "surfaces of at most 400 nodes are kept, and others are remeshed to 140 to 360, as their shape needs",
+        ge=12,
+    )
+    snap: Switch = key(
+        "Whether refinement moves its new surface nodes to the file's surface, if that is remeshed; otherwise every "
+        "level has the file's volume and flat facets",
+        True,
+    )
+    spacing_m: Positive = optional("Edge length [m] aimed at inside a surface that is kept and filled with tetrahedra")
+
+
+class Box(_Shape):
+    kind: Literal["box"] = key("A box from the origin along x y and z")
+    sizes_m: Three[Positive] = key("Sides [m] along x, y and z")
+    divisions: Three[Count] = key("Coarse cells along x, y and z, of six tetrahedra each; even numbers: symmetric")
+
+
+class Sheet(_Body):
+    kind: Literal["sheet"] = key("A flat sheet of triangles from the origin along x and y")
+    sizes_m: Pair[Positive] = key("Sides [m] along x and y")
+    divisions: Pair[Count] = key("Cells along x and y, of two triangles each; even numbers make the mesh symmetric")
+    thickness_m: Positive = key("Thickness [m] of the material")
+    anchors: Anchors = key("Which coarse nodes are held, by exactly one rule")
+
+
+class Ct(_Compared):
+    kind: Literal["ct"] = key("An organ in a CT or an MRI")
+    modality: Literal["ct", "mri"] = key("What the image is; grey values of an MRI have no unit, and no density", "ct")
+    image: Text | None = key("DICOM folder, .nii, .nii.gz, .nrrd or .mhd; null for the synthetic abdomen", None)
+    mask: Text | None = key("A file that marks the organ on the image's grid; null to segment by threshold_hu", None)
+    drawn_slices: Axis | None = key(
+        "Axis across which only some slices of the mask are drawn; null for a whole mask", None
+    )
+    label: Labels | None = key(
+        "Number or name of the body's label in the mask, or several; null for the only one", None
+    )
+    threshold_hu: Pair[Number] = key(
+        "Lowest and highest CT number [HU] of the organ, without a mask; of a CT", [30, 120]
+    )
+    threshold: Pair[Number] = optional("Lowest and highest grey value of the organ, without a mask; of an MRI")
+    even_brightness: Switch = key("Whether slow changes of an MRI's brightness are evened out first (N4)", False)
+    crop_m: Pair[Vector] = optional("Two opposite corners [m] of the box that is looked at, in the image's frame")
+    surface_nodes: Whole = key("Nodes of the coarse surface", 140, ge=12)
+    snap: Switch = key("Whether refinement moves its new surface nodes to the CT's surface", False)
+    masses: Literal["ct", "uniform"] = key(
+        "What the nodes weigh: ct takes the densities of the voxels, uniform takes density_kg_m3, as an MRI always "
+        "does, whose voxels have none",
+        "ct",
+    )
+
+
+Body = Annotated[
+    Cylinder | Liver | File | Box | Sheet | Ct | Kidney | Stomach,
+    Field(
+        discriminator="kind", description="Where the mesh comes from; file and ct are read, the others are generated"
+    ),
+]
+
+
+def paths_of_body(body: dict, folder: Path) -> dict[str, str]:
+    """Return the files or folders that the entry of a body is made from, by key, as they can be opened from here.
+
+    folder : of the settings, from where the entry names them
+    """
+    keys = [key for key in ("path", "image", "mask", "law") if body.get(key) is not None]
+    return {key: normpath(folder / body[key]) for key in keys if key != "law" or body[key].endswith(".py")}
+
+
+def check_laws(place: str, laws: list[str], folder: Path) -> None:
+    """Raise InputError for a law that is neither one of palpate's own nor a file of one, relative to ``folder``."""
+    for law in laws:
+        if not law.endswith(".py") and (wrong := describe_unknown([law], list(LAWS))):
+            raise InputError(f"{place} names {wrong}")
+        if law not in LAWS:
+            check_file(place, law, (folder / law).is_file())
+            check_source(place, folder / law, LAW_FUNCTIONS, "see docs/add-a-law.md")
+
+
+def check_body(place: str, body: dict, folder: Path) -> None:
+    """Raise InputError for what single settings of a body do not show, and for files that are not there."""
+    keys = ("magnitudes", "train", "test")
+    missing = [key for key in keys if key not in body]
+    if 0 < len(missing) < len(keys):
+        raise InputError(
+            f"{place} lacks {missing[0]}; give magnitudes, train and test together, "
+            "or none of them for a body that only scenes use."
+        )
+    if not missing:
+        _check_counts(place, body)
+    levels = body.get("refinements", 0) + 1
+    if len(body.get("paper_surface", range(levels))) != levels:
+        raise InputError(
+            f"{place}.paper_surface has {len(body['paper_surface'])} entries; "
+            f"give one for each of the {levels} levels, or null."
+        )
+    for name, path in paths_of_body(body, folder).items():
+        # only an image may be a folder, of DICOM slices
+        check_file(f"{place}.{name}", body[name], isfile(path) or (name == "image" and isdir(path)))
+        if name == "law":
+            check_source(f"{place}.law", Path(path), LAW_FUNCTIONS, "see docs/add-a-law.md")
+    for name, rule in body.get("regions", {}).items():
+        if sum(kind in rule for kind in ("tag", "sphere", "label")) != 1:
+            raise InputError(f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them.")
+    if body["kind"] == "ct":
+        _check_ct(place, body)
+
+
+def _check_ct(place: str, body: dict) -> None:
+    if body["mask"] is not None and body["image"] is None:
+        raise InputError(f"{place}.mask is given and image is not; give the image that the mask was drawn on.")
+    if body["label"] is not None and body["mask"] is None:
+        raise InputError(f"{place}.label is given and mask is not; give the mask that has this label.")
+    low, high = body["threshold_hu"]
+    if low >= high:
+        raise InputError(f"{place}.threshold_hu is [{low:g}, {high:g}]; give the lower number first.")
+
+
+def _check_counts(place: str, body: dict) -> None:
+    """Raise InputError unless whole contacts can be held out, and there is a fine mesh."""
+    magnitudes = len(body["magnitudes"])
+    for name in ("train", "test"):
+        if body[name] % magnitudes:
+            raise InputError(
+                f"{place}.{name} is {body[name]}; make it a multiple of the {magnitudes} magnitudes, "
+                "so that whole contacts can be held out."
+            )
+    if body["refinements"] < 1:
+        raise InputError(
+            f"{place}.refinements is 0; give at least 1, because samples compare a coarse mesh with a fine one, "
+            "or leave out magnitudes, train and test."
+        )

@@ -1,0 +1,186 @@
+"""What holds a body: held nodes (anchors), chosen by rules, and an elastic bed under a part of the surface."""
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from palpate.bodies.mesh import Mesh, Sheet
+from palpate.errors import InputError
+
+FACING = 0.5
+"""Cosine of the largest angle, 60°, between ``facing`` and the normal of a triangle with springs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bed:
+    """Springs under the surface in a sphere, that resist displacement in each direction.
+
+    center_m : (3,) [m]; radius_m : [m]
+    stiffness_n_m3 : traction per displacement at the centre [N/m³], which fades to zero at the sphere
+    facing : (3,) unit vector; only triangles whose outward normal is within 60° of it have springs, None for all
+    """
+
+    center_m: np.ndarray
+    radius_m: float
+    stiffness_n_m3: float
+    facing: np.ndarray | None = None
+
+    def moved(self, shift: np.ndarray) -> "Bed":
+        """Return the bed of a body that is moved by ``shift`` (3,) [m]."""
+        return replace(self, center_m=self.center_m + shift)
+
+    def faces(self, nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+        """Mark those of ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] that face as the bed asks, (m,) bool."""
+        if self.facing is None:
+            return np.ones(len(triangles), dtype=bool)
+        a, b, c = (nodes[triangles[:, i]] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        return normals @ self.facing >= FACING * np.linalg.norm(normals, axis=1)
+
+
+def read_bed(body: str, rule: dict, mesh: Mesh) -> Bed:
+    """Read ``{sphere: {center_m, radius_m}, stiffness_n_m3}`` and perhaps ``facing: [x, y, z]``.
+
+    InputError unless it is positive, faces somewhere and meets the body.
+    """
+    sphere, stiffness = rule["sphere"], float(rule["stiffness_n_m3"])
+    facing = None if "facing" not in rule else np.array(rule["facing"], dtype=float)
+    if facing is not None:
+        if not np.any(facing):
+            raise InputError(f"body {body}: bed.facing is [0, 0, 0]; give the direction that the bed's side faces.")
+        facing = facing / np.linalg.norm(facing)
+    bed = Bed(np.array(sphere["center_m"], dtype=float), float(sphere["radius_m"]), stiffness, facing)
+    for key, value in (("radius_m", bed.radius_m), ("stiffness_n_m3", stiffness)):
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"body {body}: bed has {key} {value:g}; give a positive number.")
+    inside = inner_nodes(mesh, bed)
+    if len(inside) < 3:
+        raise InputError(
+            f"body {body}: bed.sphere holds {len(inside)} nodes of the coarse surface; move or enlarge it so that at "
+            "least 3 lie in it, or change facing."
+        )
+    if len(inside) == len(mesh.surface):
+        raise InputError(
+            f"body {body}: bed.sphere holds the whole surface, so nothing can be pressed; make it smaller."
+        )
+    return bed
+
+
+def inner_nodes(mesh: Mesh, bed: Bed) -> np.ndarray:
+    """Return the surface nodes in the sphere of ``bed``, and of the triangles that face as it asks, increasing."""
+    nodes = np.unique(mesh.triangles[bed.faces(mesh.nodes, mesh.triangles)])
+    distance = np.linalg.norm(mesh.nodes[nodes] - bed.center_m, axis=1)
+    return nodes[distance < bed.radius_m]
+
+
+# fraction of the longest side that is held where no rule is given
+HELD = 0.1
+
+Rule = Callable[[str, Any, Mesh], np.ndarray]
+
+
+def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = None) -> np.ndarray:
+    """Choose the coarse nodes that a rule holds, in increasing order; without a rule, as on a bed, none.
+
+    rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
+        ``{sphere: {center_m: [x, y, z], radius_m}}``, or ``{several: [rules]}``, which holds what any of them holds
+
+    Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
+    usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
+    """
+    if rule is None:
+        _check_pieces(body, np.empty(0, dtype=np.int64), mesh, bed)
+        return np.empty(0, dtype=np.int64)
+    held = _held(body, rule, mesh)
+    kind = next(iter(rule))
+    free = np.setdiff1d(mesh.surface, held)
+    if not len(free):
+        raise InputError(
+            f"body {body}: anchors.{kind} holds every node of the surface, so nothing can be pressed; hold fewer: "
+            f"the body is {' × '.join(f'{side:.3g}' for side in np.ptp(mesh.nodes, axis=0))} m."
+        )
+    if not isinstance(mesh, Sheet):
+        _check_pieces(body, held, mesh, bed)
+    return held
+
+
+def default_anchors(body: str, mesh: Mesh) -> dict:
+    """Choose to hold the low end of the longest axis, a tenth of its length, and warn of that."""
+    extent = np.ptp(mesh.nodes, axis=0)
+    axis = int(np.argmax(extent))
+    depth = float(f"{HELD * extent[axis]:.3g}")
+    # the end may be narrow: deeper, until it holds the body
+    while np.sum(mesh.nodes[:, axis] - mesh.nodes[:, axis].min() <= depth) < 4:
+        depth *= 1.5
+    warnings.warn(
+        f"anchors is not given; the nodes within {depth:.3g} m of its lowest {'xyz'[axis]}, one end of its longest "
+        "side, are held; give anchors where the organ is attached.",
+        stacklevel=3,
+    )
+    return {"plane": {"axis": "xyz"[axis], "side": "min", "depth_m": depth}}
+
+
+def _held(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
+    """Return the nodes that one rule holds, increasing."""
+    rules: dict[str, Rule] = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere, "several": _by_any}
+    if len(rule) != 1 or not set(rule) <= set(rules):
+        raise InputError(
+            f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane, sphere and several."
+        )
+    ((kind, value),) = rule.items()
+    held = np.unique(rules[kind](body, value, mesh))
+    if not len(held):
+        raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
+    return held
+
+
+def _by_any(body: str, several: list[dict], mesh: Mesh) -> np.ndarray:
+    return np.concatenate([_held(body, rule, mesh) for rule in several] or [np.empty(0, dtype=np.int64)])
+
+
+def _by_number(body: str, numbers: list, mesh: Mesh) -> np.ndarray:
+    missing = [n for n in numbers if not (isinstance(n, int) and 0 <= n < len(mesh.nodes))]
+    if missing:
+        raise InputError(
+            f"body {body}: anchors.nodes names {missing[0]}, which does not exist; "
+            f"its coarse nodes are counted from 0, and go up to {len(mesh.nodes) - 1}."
+        )
+    return np.array(numbers, dtype=np.int64)
+
+
+def _near_plane(body: str, plane: dict, mesh: Mesh) -> np.ndarray:
+    along = mesh.nodes[:, "xyz".index(plane["axis"])]
+    distance = along - along.min() if plane["side"] == "min" else along.max() - along
+    return np.flatnonzero(distance <= plane["depth_m"])
+
+
+def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
+    distance = np.linalg.norm(mesh.nodes - np.asarray(sphere["center_m"], dtype=float), axis=1)
+    return np.flatnonzero(distance <= sphere["radius_m"])
+
+
+def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> None:
+    """Raise InputError unless each piece is held at three points that are not on a line, so that it cannot turn."""
+    n = len(mesh.nodes)
+    if bed is not None:
+        held = np.union1d(held, inner_nodes(mesh, bed))
+    graph = sparse.coo_array((np.ones(len(mesh.edges)), mesh.edges.T), shape=(n, n))
+    count, piece = connected_components(graph, directed=False)
+    for number in range(count):
+        points = mesh.nodes[held[piece[held] == number]]
+        part = f"the piece of node {np.argmax(piece == number)}, one of {count}," if count > 1 else "the body"
+        if not len(points):
+            raise InputError(
+                f"body {body}: anchors hold no node of {part.rstrip(',')}; hold some there or remove the piece."
+            )
+        singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if len(points) < 3 or singular_values[1] <= 1e-6 * mesh.size:
+            raise InputError(
+                f"body {body}: anchors let {part} turn about the held nodes; hold three or more that are not on a line."
+            )

@@ -1,0 +1,101 @@
+"""Basic operations on triangulated surfaces: normals, volume, welding of points, exchange with VTK."""
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+# points closer than this fraction of the size are merged: an STL file repeats each corner, in single precision
+WELD = 1e-6
+
+
+def weld(points: np.ndarray, triangles: np.ndarray, fraction: float = WELD) -> tuple[np.ndarray, np.ndarray]:
+    """Merge points closer than a fraction of the size; drop the triangles that this degenerates, and unused points."""
+    tolerance = fraction * np.ptp(points, axis=0).max()
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+    group = connected_components(graph, directed=False)[1]
+    first = np.unique(group, return_index=True)[1]
+    triangles = first[group][triangles]
+    a, b, c = triangles.T
+    return drop_unused(points, triangles[(a != b) & (b != c) & (c != a)])
+
+
+def drop_unused(points: np.ndarray, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Drop the points that no element uses, and number the others anew in their order."""
+    used = np.unique(elements)
+    return np.ascontiguousarray(points[used]), np.searchsorted(used, elements)
+
+
+def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.ndarray:
+    """Move all points along their normals by one common distance such that the surface has the given volume.
+
+    A coarse polyhedron with its corners on a mostly convex surface is too small by some per cent.
+    """
+    for _ in range(20):
+        normals = vertex_normals(points, triangles)
+        missing = volume_m3 - volume(points, triangles)
+        if abs(missing) <= 1e-12 * volume_m3:
+            break
+        # the rate at which the volume grows with the distance
+        rate = (
+            np.einsum("tj,tj->", area_normals(points, triangles), sum(normals[triangles[:, i]] for i in range(3))) / 6
+        )
+        points = points + missing / rate * normals
+    return points
+
+
+def volume(points: np.ndarray, triangles: np.ndarray) -> float:
+    """Compute the volume [m³] inside a closed surface wound outward; 0 of an empty one."""
+    return float(signed_volumes(points, triangles).sum() / 6)
+
+
+def signed_volumes(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Compute six times the signed volume between each triangle and the mean of the points, (m,)."""
+    middle = points.sum(axis=0) / max(len(points), 1)
+    a, b, c = (points[triangles[:, i]] - middle for i in range(3))
+    return np.einsum("ij,ij->i", np.cross(a, b), c)
+
+
+def polydata(points: np.ndarray, triangles: np.ndarray) -> Any:
+    """Copy points (n, 3) and triangles (m, 3) into a vtkPolyData, in double precision."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    surface, cells, places = vtkPolyData(), vtkCellArray(), vtkPoints()
+    places.SetDataTypeToDouble()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=True))
+    offsets = np.arange(0, 3 * len(triangles) + 1, 3)
+    corners = np.ascontiguousarray(triangles, dtype=np.int64).ravel()
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(corners, deep=True))
+    surface.SetPoints(places)
+    surface.SetPolys(cells)
+    return surface
+
+
+def arrays(surface: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Copy points (n, 3) and triangles (m, 3) out of a vtkPolyData without other polygons."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    if not surface.GetNumberOfPoints():
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+    if not surface.GetNumberOfPolys():
+        return points, np.empty((0, 3), dtype=np.int64)
+    return points, vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
+
+
+def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Compute unit normals, weighted by area, (n, 3)."""
+    areas = area_normals(points, triangles)
+    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in areas.T], axis=1)
+    return sums / np.linalg.norm(sums, axis=1, keepdims=True)
+
+
+def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)

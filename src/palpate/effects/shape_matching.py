@@ -1,0 +1,381 @@
+"""Shape matching: each cluster of particles moves towards the best fit of its rest shape.
+
+Clusters overlap. Paper 3, chapter 3, inverts Σ m q̃ q̃ᵀ. Here the terms q̃ are made orthonormal once, at rest: φ with
+Σ μ φ = 0 and Σ μ φ φᵀ = I, where μ are the particles' shares of their cluster's mass. Then H = Σ μ x φᵀ gives the best
+fit c + H φ, with q = L φ and A_pq = M H Lᵀ, and terms that are dependent in a flat, straight or tiny cluster are zero.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from palpate.bodies.particles import Particles
+from palpate.effects.effect import Effect, Goals
+from palpate.errors import InputError
+from palpate.linalg.polar import nearest
+from palpate.linalg.polar import rotations as rotations
+
+KINDS = ("one", "tetrahedra", "each_tetrahedron", "cubes")
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """Groups of particles; each particle is in at least one.
+
+    members : (n_members,) numbers of particles, those of cluster c at ``starts[c]:starts[c + 1]``, increasing
+    starts : (n_clusters + 1,)
+    """
+
+    members: np.ndarray
+    starts: np.ndarray
+
+    @property
+    def shared_by(self) -> np.ndarray:
+        """The number of clusters of each particle, (n,)."""
+        return np.bincount(self.members)
+
+
+def make_clusters(particles: Particles, settings: dict) -> Clusters:
+    """Make the clusters of a ``kind``, one of KINDS, separately for each connected piece of the mesh.
+
+    one : the whole piece
+    tetrahedra : one for each tetrahedron that is not yet in a cluster, with all tetrahedra that share a node with it,
+        so that each tetrahedron is inside a cluster and the clusters of a piece are connected
+    each_tetrahedron : one for each tetrahedron, with all tetrahedra that share a node with it, as paper 3 says
+    cubes : of side ``edge_m`` [m], at equal distances in the piece's box; neighbours share at least the fraction
+        ``overlap``
+
+    Müller, Heidelberger, Teschner, Gross 2005, section 4.3. Particles without a mesh are one piece.
+
+    Raises InputError for unusable settings, and if cubes share too few particles to hold a piece together.
+    """
+    count, kind = len(particles.nodes), settings["kind"]
+    if kind not in KINDS:
+        raise InputError(f"shape_matching.clusters.kind {kind} is unknown: choose one of {', '.join(KINDS)}")
+    edges = _edges(particles)
+    pieces = _pieces(edges, count)
+    if kind == "one":
+        groups = pieces
+    elif kind in ("tetrahedra", "each_tetrahedron"):
+        if not len(particles.tetrahedra):
+            raise InputError(f"shape_matching.clusters.kind is {kind}, and {particles.name} has none: use cubes")
+        groups = _neighbourhoods(particles.tetrahedra, count, each=kind == "each_tetrahedron")
+    else:
+        if "edge_m" not in settings:
+            raise InputError(
+                f"shape_matching.clusters of {particles.name} lacks edge_m; give the cubes' edge in metres, such as "
+                f"{particles.size / 3:.2g}."
+            )
+        groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], settings)]
+    clusters = Clusters(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
+    if len(clusters.shared_by) < count or not clusters.shared_by.all():
+        raise InputError(f"{particles.name} has particles that belong to no tetrahedron: use cubes or one cluster")
+    _check_joined(clusters, edges, count)
+    return clusters
+
+
+def _edges(particles: Particles) -> np.ndarray:
+    """Return pairs (n_pairs, 2) of the first node of each triangle and tetrahedron and each of its other nodes."""
+    cells = (particles.triangles, particles.tetrahedra)
+    return np.concatenate([np.stack([c[:, 0], c[:, j]], axis=1) for c in cells for j in range(1, c.shape[1])])
+
+
+def _pieces(edges: np.ndarray, count: int) -> list[np.ndarray]:
+    if not len(edges):
+        return [np.arange(count)]
+    number, labels = connected_components(_graph(edges, count), directed=False)
+    order = np.argsort(labels, kind="stable")
+    return np.split(order, np.cumsum(np.bincount(labels, minlength=number))[:-1])
+
+
+def _graph(edges: np.ndarray, count: int) -> sparse.coo_array:
+    return sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
+
+
+def _neighbourhoods(tetrahedra: np.ndarray, count: int, each: bool) -> list[np.ndarray]:
+    index = np.repeat(np.arange(len(tetrahedra)), 4)
+    around = sparse.csr_array((np.ones(len(index), dtype=bool), (tetrahedra.ravel(), index)), (count, len(tetrahedra)))
+    covered, groups = np.zeros(len(tetrahedra), dtype=bool), []
+    for seed in range(len(tetrahedra)):
+        if covered[seed] and not each:
+            continue
+        near = np.concatenate([around.indices[around.indptr[n] : around.indptr[n + 1]] for n in tetrahedra[seed]])
+        covered[near] = True
+        groups.append(np.unique(tetrahedra[near]))
+    return groups
+
+
+def _cubes(nodes: np.ndarray, settings: dict) -> list[np.ndarray]:
+    """Return the members of each cube that is not empty, without repetition."""
+    edge, overlap = settings["edge_m"], settings["overlap"]
+    if not 0 < edge < np.inf:
+        raise InputError(f"shape_matching.clusters.edge_m is {edge}: give a side above 0 m")
+    if not 0 <= overlap < 1:
+        raise InputError(
+            f"shape_matching.clusters.overlap is {overlap}: give a fraction of a cube, at least 0 and below 1"
+        )
+    low, length = nodes.min(axis=0), np.ptp(nodes, axis=0)
+    slack = 1e-9 * edge
+    counts = [1 + max(0, int(np.ceil((span - edge - slack) / ((1 - overlap) * edge)))) for span in length]
+    if np.prod([float(n) for n in counts]) > 8 * len(nodes) + 8:
+        raise InputError(
+            f"shape_matching.clusters needs too many cubes for {len(nodes)} particles: increase edge_m, reduce overlap"
+        )
+    inside: list[np.ndarray] = []
+    groups: dict[bytes, np.ndarray] = {}
+    for place, span, number in zip((nodes - low).T, length, counts, strict=True):
+        starts = np.linspace(0.0, max(span - edge, 0.0), number)
+        inside.append((place[:, None] >= starts - slack) & (place[:, None] <= starts + edge + slack))
+    for i, j, k in np.ndindex(*counts):
+        group = np.flatnonzero(inside[0][:, i] & inside[1][:, j] & inside[2][:, k])
+        if len(group):
+            groups.setdefault(group.tobytes(), group)
+    return list(groups.values())
+
+
+def _check_joined(clusters: Clusters, edges: np.ndarray, count: int) -> None:
+    firsts = np.repeat(clusters.members[clusters.starts[:-1]], np.diff(clusters.starts))
+    shared = np.stack([firsts, clusters.members], axis=1)
+    parts = connected_components(_graph(shared, count), directed=False)[0]
+    if parts > connected_components(_graph(np.concatenate([shared, edges]), count), directed=False)[0]:
+        raise InputError(
+            "shape_matching.clusters share too few particles to hold the body together: increase edge_m or overlap"
+        )
+
+
+TERMS = {"rigid": 3, "linear": 3, "quadratic": 9}
+"""Entries of q̃ = (x, y, z, x², y², z², xy, yz, zx) in each mode."""
+
+DEPENDENT = 1e-6
+"""A term is dependent if its part orthogonal to the earlier terms is below this, relative to the cluster's size."""
+
+
+def orthonormal_terms(
+    nodes: np.ndarray, masses: np.ndarray, members: np.ndarray, starts: np.ndarray, terms: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
+
+    nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster; terms : their number
+    Returns shares μ (n_members,), terms φ (n_members, terms), frames (n_clusters, 3, 3) [m], and the number of
+    terms, of the first three, that are not zero, (n_clusters,): 2 in a plane, 1 on a line, 0 in a point.
+    """
+    shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
+    frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)
+    _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks)
+    return shares, basis, frames, ranks
+
+
+@numba.njit(cache=True)
+def _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks):
+    for c in range(len(starts) - 1):
+        first, last = starts[c], starts[c + 1]
+        total = masses[first:last].sum()
+        shares[first:last] = masses[first:last] / total
+        share, phi = shares[first:last], basis[first:last]
+        centre, square = np.zeros(3), 0.0
+        for n in range(first, last):
+            for i in range(3):
+                centre[i] += shares[n] * nodes[members[n], i]
+        for n in range(first, last):
+            for i in range(3):
+                basis[n, i] = nodes[members[n], i] - centre[i]
+                square += shares[n] * basis[n, i] ** 2
+        radius = math.sqrt(square)
+        if radius == 0.0:
+            phi[:] = 0.0
+            continue
+        phi[:, :3] /= radius
+        if basis.shape[1] == 9:
+            for n in range(first, last):
+                x, y, z = basis[n, 0], basis[n, 1], basis[n, 2]
+                basis[n, 3], basis[n, 4], basis[n, 5] = x * x, y * y, z * z
+                basis[n, 6], basis[n, 7], basis[n, 8] = x * y, y * z, z * x
+        for j in range(basis.shape[1]):
+            phi[:, j] -= (share * phi[:, j]).sum()
+            for _ in range(2):  # once is inaccurate for nearly dependent terms; twice is enough
+                for k in range(j):
+                    part = (share * phi[:, k] * phi[:, j]).sum()
+                    phi[:, j] -= part * phi[:, k]
+                    if j < 3:
+                        frames[c, j, k] += radius * part
+            length = math.sqrt((share * phi[:, j] ** 2).sum())
+            if length < DEPENDENT:
+                phi[:, j] = 0.0
+                continue
+            phi[:, j] /= length
+            if j < 3:
+                frames[c, j, j] = radius * length
+                ranks[c] += 1
+
+
+@numba.njit(cache=True)
+def fit(x, members, shares, basis, first, last, centre, h):
+    """Compute the centre of mass (3,) and H = Σ μ x φᵀ (3, terms) of the cluster with members ``first`` to ``last``.
+
+    Sums are relative to the first particle, so that they are accurate far from the origin.
+    """
+    x0, y0, z0 = x[members[first], 0], x[members[first], 1], x[members[first], 2]
+    cx, cy, cz = 0.0, 0.0, 0.0
+    h[:] = 0.0
+    for n in range(first, last):
+        i = members[n]
+        px, py, pz = shares[n] * (x[i, 0] - x0), shares[n] * (x[i, 1] - y0), shares[n] * (x[i, 2] - z0)
+        cx += px
+        cy += py
+        cz += pz
+        for j in range(basis.shape[1]):
+            h[0, j] += px * basis[n, j]
+            h[1, j] += py * basis[n, j]
+            h[2, j] += pz * basis[n, j]
+    centre[0], centre[1], centre[2] = x0 + cx, y0 + cy, z0 + cz
+
+
+@numba.njit(cache=True)
+def moment(h, frame, out):
+    """Compute A_pq/M = H Lᵀ (3, 3) [m²], whose rotation is that of the cluster."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = h[i, 0] * frame[j, 0] + h[i, 1] * frame[j, 1] + h[i, 2] * frame[j, 2]
+
+
+@numba.njit(cache=True)
+def determinant(a):
+    """Compute the determinant of the first three columns of ``a``."""
+    return (
+        a[0, 0] * (a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1])
+        + a[0, 1] * (a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2])
+        + a[0, 2] * (a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0])
+    )
+
+
+OVERLAPS = ("mean", "sum")
+"""Ways to move a particle of several clusters: to the mean of its goals, or towards each of them."""
+
+HALF, DOUBLE = 0.5, 2.0
+"""Range of volumes, relative to rest, in which the linear mode restores the volume completely."""
+
+
+def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "ShapeMatching":
+    """Make the shape matching of ``particles``.
+
+    settings : ``mode`` (rigid, linear or quadratic), ``alpha`` (fraction of the way to the goals in a step, 0 to 1),
+        ``beta`` (share of the deformation in the goals, 0 to 1; none in rigid), ``clusters`` (see ``make_clusters``),
+        ``goals`` of a particle in several clusters (mean, unless it is given, or sum)
+
+    Raises InputError for a setting out of range, clusters that do not hold the body together, a body of several
+    stiffnesses, or goals whose sum may be unstable.
+    """
+    particles.refuse_regions("shape matching has")
+    if settings["mode"] not in TERMS:
+        raise InputError(f"shape_matching.mode {settings['mode']} is unknown: choose one of {', '.join(TERMS)}")
+    for name in ("alpha", "beta"):
+        if not 0.0 <= settings[name] <= 1.0:
+            raise InputError(f"shape_matching.{name} is {settings[name]}: give a number from 0 to 1")
+    overlap = settings.get("goals", OVERLAPS[0])
+    if overlap not in OVERLAPS:
+        raise InputError(f"shape_matching.goals {overlap} is unknown: choose one of {', '.join(OVERLAPS)}")
+    clusters = make_clusters(particles, settings["clusters"])
+    matched = ShapeMatching(
+        particles, clusters, settings["mode"], settings["alpha"], settings["beta"], overlap == "sum"
+    )
+    if not matched.alpha < 4.0:
+        raise InputError(
+            f"shape_matching.alpha is {settings['alpha']}, and with goals: sum a particle in {matched.most} clusters "
+            f"is sure to stay stable below {4.0 / matched.most:.3g} only; lower alpha, or choose goals: mean."
+        )
+    return matched
+
+
+class ShapeMatching(Goals):
+    """Goals of overlapping clusters (Müller, Heidelberger, Teschner, Gross 2005; paper 3, chapter 3).
+
+    frames : (n_clusters, 3, 3) [m], the rest shape as q = L φ; plasticity changes it in place
+    alpha : fraction of the way to its goal that a particle moves in a step; with ``add`` times ``most``, the largest
+        number of clusters that a particle is in
+
+    A particle's mass is divided equally among its clusters, and its goal is the mean of theirs. The goals of each
+    cluster conserve its linear and angular momentum, so α (g − x) conserves that of the body for any overlap.
+
+    ``add`` follows the paper to the letter: each cluster has the whole masses of its particles and moves them by its
+    own α (g − x), so that a particle in k clusters moves by the sum, as with kα towards the mean. Momentum is conserved
+    too, but stiffness depends on the overlap, and no step is sure to be stable with α above 4/``most``.
+
+    Two changes to the paper: the mean of the terms q̃ is subtracted, as otherwise quadratic goals move the centre of
+    mass; and det(A)^(−1/3) of the linear mode, infinite for a flat cluster, is constant above DOUBLE the volume, and
+    below HALF decreases linearly to 1 at volume 0 and stays 1 for an inverted cluster. Without these bounds an undamped
+    body that starts flat or inverted reaches a thousand times its size after 2000 steps with α = 1; with them, tens of
+    times after 10 000, still growing. So use damping if a body may start in such a state.
+
+    Traps: the force α m (g − x)/h² depends on the step, and except in the rigid mode it is not a gradient, so there is
+    no energy. With β = 1 goals follow any linear or quadratic shape, inverted ones included. Clusters that share only a
+    layer of particles have further shapes of equilibrium, turned inside out, which an extreme start may lead to; with
+    clusters that share half of their particles, no such start was found.
+    """
+
+    def __init__(
+        self, particles: Particles, clusters: Clusters, mode: str, alpha: float, beta: float, add: bool = False
+    ):
+        self.most = int(clusters.shared_by.max()) if add else 1
+        self.alpha, self.clusters, self.mode = alpha * self.most, clusters, mode
+        self._beta = 0.0 if mode == "rigid" else beta
+        self._weights = 1.0 / clusters.shared_by
+        self._pull = (clusters.shared_by / self.most)[:, None] if add else None
+        masses = (particles.masses if add else particles.masses * self._weights)[clusters.members]
+        self.shares, self.basis, self.frames, self.ranks = orthonormal_terms(
+            particles.nodes, masses, clusters.members, clusters.starts, TERMS[mode]
+        )
+        self._turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(self.ranks), 1))
+
+    def goals(self, x: np.ndarray, out: np.ndarray) -> None:
+        """Write the goal positions (n, 3) [m] for positions ``x`` (n, 3) [m] into ``out``.
+
+        The search for each cluster's rotation begins at the previous one. That changes the result by rounding errors
+        only, unless several rotations are equally near.
+        """
+        rest = (self.clusters.members, self.clusters.starts, self.shares, self.basis, self.frames, self.ranks)
+        _goals(x, *rest, self._beta, self.mode == "linear", self._weights, self._turns, out)
+        if self._pull is not None:
+            out[:] = x + self._pull * (out - x)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _goals(x, members, starts, shares, basis, frames, ranks, beta, keep_volume, weights, turns, out):
+    terms = basis.shape[1]
+    centre, h, a, r, work = np.empty(3), np.empty((3, terms)), np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
+    out[:] = 0.0
+    for c in range(len(ranks)):
+        first, last = starts[c], starts[c + 1]
+        fit(x, members, shares, basis, first, last, centre, h)
+        moment(h, frames[c], a)
+        nearest(a, turns[c], work, r)
+        part = beta
+        if keep_volume and ranks[c] == 3:
+            part *= _volume_factor(determinant(h) / determinant(frames[c]))
+        for i in range(3):
+            for j in range(terms):
+                h[i, j] *= part
+            for j in range(3):
+                rest = r[i, 0] * frames[c, 0, j] + r[i, 1] * frames[c, 1, j] + r[i, 2] * frames[c, 2, j]
+                h[i, j] += (1.0 - beta) * rest
+        for n in range(first, last):
+            gx, gy, gz = centre[0], centre[1], centre[2]
+            for j in range(terms):
+                gx += h[0, j] * basis[n, j]
+                gy += h[1, j] * basis[n, j]
+                gz += h[2, j] * basis[n, j]
+            i = members[n]
+            out[i, 0] += weights[i] * gx
+            out[i, 1] += weights[i] * gy
+            out[i, 2] += weights[i] * gz
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _volume_factor(volume):
+    """Compute the factor of a linear map that restores its volume, which is given relative to rest."""
+    if volume > HALF:
+        return min(volume, DOUBLE) ** (-1.0 / 3.0)
+    return 1.0 + max(volume, 0.0) / HALF * (HALF ** (-1.0 / 3.0) - 1.0)

@@ -1,0 +1,147 @@
+"""Exact integrals over a body's surface: of polynomials over the part of triangles in a ball; the enclosed volume."""
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.mesh import Mesh
+
+EDGES = np.array([[0, 1], [0, 2], [1, 2]])
+"""The edges of a triangle, in the order of the midpoints of its quadratic shape functions."""
+
+
+def midpoints(mesh: Mesh, triangles: np.ndarray) -> np.ndarray:
+    """Return the numbers (m, 3) of the midpoints of the EDGES of ``triangles`` (m, 3): those that refinement gives."""
+    n, ends = len(mesh.nodes), np.sort(triangles[:, EDGES], axis=2)
+    keys = mesh.edges[:, 0] * n + mesh.edges[:, 1]
+    return n + np.searchsorted(keys, ends[..., 0] * n + ends[..., 1])
+
+
+def triangle_shapes(barycentric: np.ndarray, order: int) -> np.ndarray:
+    """Return the shape functions (…, 3), or of order 2 (…, 6), at ``barycentric`` coordinates (…, 3) of triangles."""
+    if order == 1:
+        return barycentric
+    first, second = barycentric[..., EDGES[:, 0]], barycentric[..., EDGES[:, 1]]
+    return np.concatenate([barycentric * (2.0 * barycentric - 1.0), 4.0 * first * second], axis=-1)
+
+
+def surface_interpolation(mesh: Mesh, triangles: np.ndarray, barycentric: np.ndarray, order: int) -> sparse.csr_array:
+    """Return the map (k, n) to points with ``barycentric`` coordinates (k, 3) in ``triangles`` (k,) of ``mesh``.
+
+    n counts its nodes, and for ``order`` 2 then its edges.
+    """
+    nodes, count = mesh.triangles[triangles], len(mesh.nodes)
+    if order == 2:
+        nodes, count = np.hstack([nodes, midpoints(mesh, nodes)]), count + len(mesh.edges)
+    shapes = triangle_shapes(barycentric, order)
+    rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
+    return sparse.csr_array((shapes.ravel(), (rows, nodes.ravel())), shape=(len(nodes), count))
+
+
+def ball_points(
+    corners: np.ndarray, center: np.ndarray, radius: float, degree: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Choose points that integrate polynomials up to ``degree`` over the part of each triangle in a ball.
+
+    corners : (m, 3, 3) [m]; center : (3,) [m]; radius : [m]
+    Returns barycentric coordinates (m, k, 3), weights (m, k) [m²], which may be negative, and the squared distances
+    from the centre over that of the ball (m, k).
+
+    The ball cuts the plane of a triangle in a circle. Seen from its middle, the part of the triangle in it is the sum,
+    with signs, of what each edge sweeps: a triangle where the edge runs inside the circle, sectors where it is outside.
+    Gauss points on the edge and along the rays are exact; those on an arc, of at most 90°, are right to 1e-13.
+    """
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / twice
+    height = ((center - corners[:, 0]) * normal).sum(axis=1, keepdims=True)
+    middle = center - height * normal
+    squared = np.clip(radius**2 - height**2, 0.0, None)
+    rim, swept = _rim(corners - middle[:, None], normal, squared, degree)
+
+    rays, weights = _gauss(degree + 1)
+    points = (rays[:, None] * rim[:, :, None, :]).reshape(len(corners), -1, 3)
+    distance = (height**2 + (points**2).sum(axis=-1)) / radius**2
+    following, last = np.roll(corners, -1, axis=1), np.roll(corners, 1, axis=1)
+    slopes = np.cross(normal[:, None], last - following) / twice[:, None]
+    at_middle = np.einsum("mai,mai->ma", slopes, middle[:, None] - following)
+    barycentric = points @ slopes.transpose(0, 2, 1) + at_middle[:, None]
+    return barycentric, (swept[..., None] * (rays * weights)).reshape(len(corners), -1), distance
+
+
+def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, k, 3) around triangles, on their edges or on the circle, and the doubled area that each sweeps.
+
+    corners : (m, 3, 3), seen from the circle's middle; squared : (m, 1) square of its radius
+    """
+    along = np.roll(corners, -1, axis=1) - corners
+    length = (along**2).sum(axis=2)
+    nearest = -(corners * along).sum(axis=2) / length
+    off = ((corners + nearest[..., None] * along) ** 2).sum(axis=2)
+    half = np.sqrt(np.clip(squared - off, 0.0, None) / length)
+    cuts = [np.zeros_like(half), *np.clip([nearest - half, nearest + half], 0.0, 1.0), np.ones_like(half)]
+    ends = [corners + cut[..., None] * along for cut in cuts]
+    upward = np.broadcast_to(normal[:, None], corners.shape)
+    parts = [
+        _arc(ends[0], ends[1], upward, squared, degree),
+        _chord(ends[1], ends[2], upward, degree),
+        _arc(ends[2], ends[3], upward, squared, degree),
+    ]
+    rim, swept = (np.concatenate(each, axis=2) for each in zip(*parts, strict=True))
+    return rim.reshape(len(corners), -1, 3), swept.reshape(len(corners), -1)
+
+
+def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, 3, k, 3) on the straight way from ``first`` to ``last`` and the doubled area of each."""
+    places, weights = _gauss(degree)
+    area = (np.cross(first, last) * upward).sum(axis=2)
+    return first[:, :, None] + places[:, None] * (last - first)[:, :, None], area[..., None] * weights
+
+
+def _arc(
+    first: np.ndarray, last: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, 3, k, 3) on the circle between the rays to ``first`` and ``last``, and the doubled areas."""
+    places, weights = _gauss(2 * degree + 12)
+    angle = np.arctan2((np.cross(first, last) * upward).sum(axis=2), (first * last).sum(axis=2))
+    lengths = np.linalg.norm(first, axis=2, keepdims=True)
+    ray = np.divide(first, lengths, out=np.zeros_like(first), where=lengths > 0.0) * np.sqrt(squared)[..., None]
+    turned = (angle[..., None] * places)[..., None]
+    points = np.cos(turned) * ray[:, :, None] + np.sin(turned) * np.cross(upward, ray)[:, :, None]
+    return points, (angle * squared)[..., None] * weights
+
+
+def _gauss(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return Gauss points (k,) and weights (k,) on 0 to 1 that integrate polynomials up to ``degree``."""
+    points, weights = np.polynomial.legendre.leggauss(degree // 2 + 1)
+    return (points + 1.0) / 2.0, weights / 2.0
+
+
+_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+def enclosed_volume(mesh: Mesh, x: np.ndarray) -> float:
+    """Compute the volume [m³] within the surface of ``mesh`` whose nodes are at ``x`` (n, 3) [m].
+
+    With as many rows more as the mesh has ``edges``, the faces are those of quadratic elements. The volume is
+    ∮ x · n dA / 3, which for these is a polynomial of degree 4 on each triangle: nine points integrate it exactly.
+    """
+    corners = mesh.triangles
+    if len(x) == len(mesh.nodes):
+        return float(np.linalg.det(x[corners]).sum()) / 6.0
+    places = x[np.hstack([corners, midpoints(mesh, corners)])]
+    volume = 0.0
+    for u, by_u in zip(0.5 * (_GAUSS + 1.0), 0.5 * _WEIGHTS, strict=True):
+        for v, by_v in zip(0.5 * (_GAUSS + 1.0), 0.5 * _WEIGHTS, strict=True):
+            shape, along = _shapes(u, v * (1.0 - u))
+            point, first, last = (np.einsum("a,mai->mi", each, places) for each in (shape, *along))
+            volume += by_u * by_v * (1.0 - u) * float(np.vdot(point, np.cross(first, last)))
+    return volume / 3.0
+
+
+def _shapes(r: float, s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the quadratic shape functions (6,) of a triangle at (r, s), and their derivatives (2, 6)."""
+    at, by = np.array([1.0 - r - s, r, s]), np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+    first, last = EDGES.T
+    shape = np.concatenate([at * (2.0 * at - 1.0), 4.0 * at[first] * at[last]])
+    slopes = 4.0 * (by[:, first] * at[last] + at[first] * by[:, last])
+    return shape, np.hstack([by * (4.0 * at - 1.0), slopes])

@@ -1,0 +1,115 @@
+"""The finite elements that a model is reduced from: one level of a body, linearised at rest, and loaded."""
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.material import LAWS
+from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes
+from palpate.effects.elements import PLAIN_POISSON, largest_poisson
+from palpate.effects.law import PLAIN, Law, law_of
+from palpate.effects.linear_elements import shape_gradients
+from palpate.errors import NotConverged
+from palpate.linalg.conjugate_gradients import linear_response
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.lbfgs import Descent, descend
+
+
+class ElementsAtRest:
+    """Linear elements, or of ``order`` 2 quadratic ones, on a level of ``body``: m elements between n nodes.
+
+    size : of the body [m]; rest : (n, 3) [m]; couples : (m, a) the nodes of each element, 4 or 10; volumes : (m,) [m³]
+    moduli : μ and λ of each element, two (m,) [Pa]; law : functions of the law, as kernels take them
+    multiply, precondition : the stiffness at rest and a multigrid cycle, functions of (n, 3) or (n, 3, k)
+    Raises NotConverged for a body whose elements resist volume on average, so that a point has no energy of its own.
+    """
+
+    def __init__(self, body: Body, level: int, order: int):
+        mesh, tissue = body.levels[level], body.tissue(level)
+        if order == 2 and largest_poisson(tissue) > PLAIN_POISSON:
+            said = f"Poisson's ratio of {body.name} is above {PLAIN_POISSON}: contact modes have no mean dilatation"
+            raise NotConverged(said, [float("nan")])
+        self.size, self.level, self.order = body.fine.size, level, order
+        self._equilibrium = Equilibrium(body, level, order)
+        self._held = body.anchors[level + order - 1]
+        self.rest = self._equilibrium.mesh.nodes
+        self.couples = ten_nodes(mesh) if order == 2 else mesh.tetrahedra
+        self._gradients, self.volumes = shape_gradients(mesh)
+        slopes = quadratic_gradients(QUADRATURE_POINTS)
+        self._slopes = slopes[:, :, 1:] - slopes[:, :, :1]
+        self.moduli = tissue.shear_pa, tissue.lame_pa
+        self.law: Law = PLAIN if tissue.law == LAWS[0] else law_of(tissue.law)
+        self.multiply, self.precondition = self._equilibrium.linearise(self.rest)
+
+    @property
+    def points(self) -> int:
+        """The number of points of integration of an element."""
+        return len(self._slopes) if self.order == 2 else 1
+
+    def point_gradients(self, elements: np.ndarray) -> np.ndarray:
+        """Return gradients of the shape functions of k ``elements`` at their p points, (k, p, a, 3) [1/m]."""
+        count = self.points
+        flat = self.gradients_at(np.repeat(elements, count), np.tile(np.arange(count), len(elements)))
+        return flat.reshape(len(elements), count, *flat.shape[1:])
+
+    def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the same of one of its ``points`` (k,) for each of k ``elements``, (k, a, 3) [1/m]."""
+        if self.order == 1:
+            return self._gradients[elements]
+        return np.matmul(self._slopes[points], self._gradients[elements, 1:])
+
+    def mean_gradients(self, elements: np.ndarray) -> np.ndarray:
+        """Return the means of the same over the points of each of k ``elements``, (k, a, 3) [1/m]."""
+        if self.order == 1:
+            return self._gradients[elements]
+        return np.matmul(self._slopes.mean(axis=0), self._gradients[elements, 1:])
+
+    def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...); held nodes carry none."""
+        load = np.zeros((len(self.rest), *forces.shape))
+        load[nodes] = np.multiply.outer(shares, forces)
+        load[self._held] = 0.0
+        return load
+
+    def solve(self, loads: np.ndarray, tolerance: float) -> np.ndarray:
+        """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N]; errors as of ``linear_response``."""
+        right = loads.copy()
+        right[self._held] = 0.0
+        return linear_response(self.multiply, self.precondition, right, tolerance)
+
+    def force(self, moved: np.ndarray) -> np.ndarray:
+        """Return the elastic force (n, 3) [N] under displacements (n, 3) [m], zero at held nodes."""
+        return self._equilibrium.force(self.rest + moved)
+
+    def least_det(self, moved: np.ndarray) -> float:
+        """Return the smallest det F of all points under displacements (n, 3) [m]."""
+        return self._equilibrium.least_det(self.rest + moved)
+
+    def settle(
+        self, load: np.ndarray, moved: np.ndarray, iterations: int, tolerance: float = 0.0, least: int = 0
+    ) -> np.ndarray:
+        """Return displacements (n, 3) [m] under ``load`` (n, 3) [N] after steps of L-BFGS from ``moved`` (n, 3) [m].
+
+        They are ``iterations``, or fewer once the residual is below ``tolerance`` times the load, but at ``least`` so
+        many.
+        """
+        enough = tolerance * float(np.linalg.norm(load))
+
+        def goes_on(way: Descent) -> bool:
+            return len(way.forces) <= least or way.forces[-1] > enough
+
+        loaded = _Loaded(self._equilibrium, load)
+        return descend(loaded, self.precondition, self.rest + moved, 0.0, iterations, goes_on).x - self.rest
+
+
+class _Loaded:
+    """The energy of elements minus the work of ``load`` (n, 3) [N]."""
+
+    def __init__(self, equilibrium: Equilibrium, load: np.ndarray):
+        self._equilibrium, self._load = equilibrium, load
+
+    def energy(self, x: np.ndarray) -> float:
+        moved = x - self._equilibrium.mesh.nodes
+        return self._equilibrium.energy(x) - float(np.vdot(self._load, moved))
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        return self._equilibrium.force(x) + self._load

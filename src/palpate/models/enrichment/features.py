@@ -1,0 +1,187 @@
+"""Build what the regressor compares, coarse displacements as one vector, and the slots that fine ones are blended in.
+
+The three kinds of paper 1, "Feature vector", share one form. At a contact they choose coarse nodes, an order
+of the fine nodes, and axes; feature and slots are the displacements of those nodes, in that order, along
+those axes. Nodes are ordered nearest first, the same on every run and every machine.
+
+Ties: distances closer together than 1e-9 of the body's size count as equal (on a symmetric mesh equal
+distances differ in their last digits only). Plain ordering then goes by node number, which is arbitrary: the
+same pattern round another contact need not land in the same slots. The framed ordering goes by the position
+in a frame fixed to the contact's rest normal, so there it does.
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from palpate.benchmark.database import Database
+from palpate.errors import InputError
+
+FEATURES = ("unordered", "ordered", "framed")
+"""Kinds of feature vectors, which ``kinds`` makes."""
+TIE = 1e-9
+"""Lengths closer than this, relative to the body's size, are equal."""
+
+
+def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return integers in the order of ``values``, equal where neighbours in that order are within ``tolerance``.
+
+    Rounding to multiples of the tolerance would part equal values that straddle a boundary; gaps do not.
+    """
+    order = np.argsort(values, kind="stable")
+    level = np.empty(len(values), dtype=np.int64)
+    level[order] = np.concatenate([[0], np.cumsum(np.diff(values[order]) > tolerance)])
+    return level
+
+
+def nearest_first(points: np.ndarray, contact: np.ndarray, size: float) -> np.ndarray:
+    """Sort the numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m], ties by number; size in [m]."""
+    distance = np.linalg.norm(points - contact, axis=1)
+    return np.argsort(levels(distance, TIE * size), kind="stable")
+
+
+def nearest_first_framed(points: np.ndarray, contact: np.ndarray, frame: np.ndarray, size: float) -> np.ndarray:
+    """Sort as ``nearest_first``, but ties by the position along the frame's axes (its columns), then by number."""
+    away = points - contact
+    distance = np.linalg.norm(away, axis=1)
+    keys = [levels(values, TIE * size) for values in (distance, *(away @ frame).T)]
+    return np.lexsort(keys[::-1])
+
+
+def body_axis(points: np.ndarray) -> np.ndarray:
+    """Find the principal axis, (3,), that stands apart most in the spread of ``points`` (n, 3); z if none does.
+
+    On a body of revolution it is the axis of it, whether the body is long or flat. Its largest component is
+    positive. The other two axes are not used: on such a body rounding alone decides where they point.
+    """
+    centred = points - points.mean(axis=0)
+    spread, axes = np.linalg.eigh(centred.T @ centred)
+    low, high = np.diff(spread)
+    if max(low, high) < 1e-6 * spread[2]:
+        return np.array([0.0, 0.0, 1.0])
+    axis = axes[:, 2] if high >= low else axes[:, 0]
+    return axis * np.sign(axis[np.abs(axis).argmax()])
+
+
+def contact_frame(normal: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Build the frame of a contact: right-handed orthonormal columns (normal, tangent, binormal).
+
+    The tangent is the first of ``directions`` (unit rows), and then of x, y and z, that leans by more than 6°
+    from the normal, projected into the tangent plane. With directions that turn with the body, frames of
+    contacts that a turn of the body carries into each other are turned copies of each other.
+    """
+    tangents = np.vstack([directions, np.eye(3)])
+    tangents = tangents - np.outer(tangents @ normal, normal)
+    lengths = np.linalg.norm(tangents, axis=1)
+    chosen = np.argmax(lengths > 0.1)
+    tangent = tangents[chosen] / lengths[chosen]
+    return np.column_stack([normal, tangent, np.cross(normal, tangent)])
+
+
+class View(NamedTuple):
+    """A contact's view of the body.
+
+    coarse : (r/3,) coarse node numbers of the feature
+    slots : (n,) fine node in each slot, or None for mesh order
+    places : (n,) slot of each fine node, the inverse of ``slots``
+    frame : (3, 3) axes as columns, or None for the world's
+    """
+
+    coarse: np.ndarray
+    slots: np.ndarray | None = None
+    places: np.ndarray | None = None
+    frame: np.ndarray | None = None
+
+    def feature(self, coarse: np.ndarray) -> np.ndarray:
+        """Return the feature vector (r,) [m] of the displacements of all coarse nodes, (N, 3) [m]."""
+        chosen = coarse.take(self.coarse, axis=0)
+        return (chosen if self.frame is None else chosen @ self.frame).ravel()
+
+    def to_slots(self, fine: np.ndarray) -> np.ndarray:
+        """Return fine displacements (n, 3) [m], mesh order and world axes, as this contact sees them, (3n,)."""
+        ordered = fine if self.slots is None else fine[self.slots]
+        return (ordered if self.frame is None else ordered @ self.frame).ravel()
+
+    def from_slots(self, blended: np.ndarray) -> np.ndarray:
+        """Invert ``to_slots``: bring (3n,) back into mesh order and world axes, (n, 3) [m]."""
+        ordered = blended.reshape(-1, 3)
+        if self.frame is not None:
+            ordered = ordered @ self.frame.T
+        return ordered if self.places is None else ordered.take(self.places, axis=0)
+
+
+class Features(Protocol):
+    """A kind of feature: one view a contact."""
+
+    def view(self, contact: int) -> View:
+        """Return the view of the coarse surface node ``contact``."""
+
+
+class Unordered:
+    """All m coarse surface displacements in mesh order, r = 3m (the baseline, Seiler et al. 2012)."""
+
+    def __init__(self, db: Database):
+        self._view = View(db.coarse_surface)
+
+    def view(self, contact: int) -> View:
+        """Return the one view that all contacts share."""
+        return self._view
+
+
+class Ordered:
+    """The ``neighbours`` coarse surface nodes nearest to the contact at rest, in that order.
+
+    framed : break ties by position in, and write displacements along, the frame fixed to the contact's rest
+        normal instead of node numbers and world axes
+    The frame's tangent is the body's axis, or if the normal runs along that the direction from its centre.
+    A contact's order is found once, at its first use or by ``view`` beforehand, and kept: no query sorts.
+    """
+
+    def __init__(self, db: Database, neighbours: int, framed: bool):
+        self._surface = db.coarse_nodes[db.coarse_surface]
+        self._numbers, self._normals = db.coarse_surface, db.contact_normals
+        self._fine, self._size = db.nodes_fine_surface, db.size
+        self._neighbours, self._framed = neighbours, framed
+        self._axis, self._centre = body_axis(self._surface), self._surface.mean(axis=0)
+        self._views: dict[int, View] = {}
+
+    def view(self, contact: int) -> View:
+        """Return the order, and frame if framed, of a coarse surface node; InputError if it is none."""
+        if contact not in self._views:
+            self._views[contact] = self._look(contact)
+        return self._views[contact]
+
+    def _look(self, contact: int) -> View:
+        if contact not in self._numbers:
+            raise InputError(f"enrichment: contact {contact} is not a coarse surface node; choose one that is.")
+        row = np.searchsorted(self._numbers, contact)
+        position, frame = self._surface[row], None
+        if self._framed:
+            outward = position - self._centre
+            outward = outward / np.linalg.norm(outward)
+            frame = contact_frame(self._normals[row], np.array([self._axis, outward]))
+            near = nearest_first_framed(self._surface, position, frame, self._size)
+            slots = nearest_first_framed(self._fine, position, frame, self._size)
+        else:
+            near = nearest_first(self._surface, position, self._size)
+            slots = nearest_first(self._fine, position, self._size)
+        return View(self._numbers[near[: self._neighbours]], slots, np.argsort(slots), frame)
+
+
+def kinds(db: Database, neighbours: int) -> dict[str, Features]:
+    """Make the three kinds of feature, by their names in FEATURES."""
+    return {
+        "unordered": Unordered(db),
+        "ordered": Ordered(db, neighbours, framed=False),
+        "framed": Ordered(db, neighbours, framed=True),
+    }
+
+
+def describe(features: Features, contact: np.ndarray, coarse: np.ndarray) -> np.ndarray:
+    """Return the feature vectors (k, r) [m] of k samples; contact (k,), coarse (k, N, 3) [m]."""
+    return np.array([features.view(int(c)).feature(x) for c, x in zip(contact, coarse, strict=True)])
+
+
+def in_slots(features: Features, contact: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """Return the slots (k, 3n) [m] of k samples; contact (k,), fine (k, n, 3) [m]."""
+    return np.array([features.view(int(c)).to_slots(x) for c, x in zip(contact, fine, strict=True)])

@@ -1,0 +1,139 @@
+"""Gather what methods are fitted to: the training samples of a protocol, and folds that choose widths and ridges."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from palpate.benchmark.database import Database
+from palpate.benchmark.model import FitOptions
+from palpate.errors import InputError
+from palpate.solvers.compliance import Compliance
+
+SMALLEST_M, LARGEST_M = 1e-100, 1e100
+"""Displacements [m] whose squares and cubes fits can compute with."""
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """k training samples: coarse (k, N, 3) [m], fine (k, n, 3) [m], contact (k,), force (k, 3) [N]
+    and peaks (k,) [m].
+
+    fold : (k,) the part each sample belongs to
+    """
+
+    coarse: np.ndarray
+    fine: np.ndarray
+    contact: np.ndarray
+    force: np.ndarray
+    peaks: np.ndarray
+    fold: np.ndarray
+
+    def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Evaluate each candidate by cross-validation, (candidates,): mean RMSE / peak over the training samples.
+
+        Arguments as of ``errors``.
+        """
+        return self.errors(gram, blends).mean(axis=-1)
+
+    def errors(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Compute the RMSE / peak of each candidate and sample, (candidates, k), by cross-validation.
+
+        gram : (k, k) inner products of the blended vectors [m²]
+        blends(known, asked) : weights (candidates, known, asked) found from the known samples only
+        """
+        parts, order = [], []
+        for part in range(self.fold.max() + 1):
+            known, asked = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
+            squared = blend_errors(
+                blends(known, asked),
+                gram[np.ix_(known, known)],
+                gram[np.ix_(known, asked)],
+                gram.diagonal()[asked],
+            )
+            parts.append(np.sqrt(squared / self.fine.shape[1]) / self.peaks[asked])
+            order.append(asked)
+        return np.concatenate(parts, axis=-1)[..., np.argsort(np.concatenate(order))]
+
+
+def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) -> Training:
+    """Take the samples ``train`` of ``db`` and divide them into folds.
+
+    Raises InputError if they are too few to divide, or so small or large that no body moves like that.
+    """
+    for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
+        largest = float(np.abs(moved).max())
+        if not (largest == 0.0 or SMALLEST_M <= largest <= LARGEST_M):
+            raise InputError(
+                f"enrichment: displacements {name} are up to {largest:.0e} m, whose squares no number can hold; "
+                "check their unit."
+            )
+    contact = db.contact[train]
+    fold = divide(contact if options.split == "contacts" else np.arange(len(train)), options)
+    return Training(db.coarse(protocol)[train], db.fine[train], contact, db.force[train], db.peaks[train], fold)
+
+
+def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
+    """Assign each sample a fold, (k,), all of a ``group`` (k,) the same; as many folds as asked, or one a group."""
+    names, member = np.unique(group, return_inverse=True)
+    if len(names) < 2:
+        raise InputError("enrichment: cross-validation needs two training contacts; raise train in config.")
+    order = np.random.default_rng(options.seed).permutation(len(names))
+    return order[member] % min(options.folds, len(names))
+
+
+def convinces(errors: np.ndarray, plain: np.ndarray, fold: np.ndarray) -> bool:
+    """Decide whether cross-validated ``errors`` (k,) improve on those of the ``plain`` method, (k,), beyond chance.
+
+    They do if the mean improvement of the folds, ``fold`` (k,), exceeds its standard error: the folds hold out what
+    the split holds out, so that samples of one contact do not count as many.
+    """
+    gains = np.array([(plain - errors)[fold == part].mean() for part in np.unique(fold)])
+    return bool(gains.mean() > gains.std(ddof=1) / np.sqrt(len(gains)))
+
+
+def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """Return the squared error ‖Σᵢ wᵢ fᵢ − f‖² [m²] of every blend from inner products alone, (..., q).
+
+    weights : (..., k, q); among : (k, k) of the known fᵢ; across : (k, q) of known and asked; own : (q,) ‖f‖²
+    Ordering and turning change no inner product, so this is the error on the body too. Cancellation leaves
+    about 1e-8 of ‖f‖: enough to compare settings, not to show that a sample reproduces itself.
+    """
+    squared = own - 2 * (weights * across).sum(axis=-2) + (weights * (among @ weights)).sum(axis=-2)
+    return np.maximum(squared, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitting:
+    """The training samples of one ``protocol``, and what else a method may use; methods look at no other sample.
+
+    db : for its meshes
+    responses : linear responses of the fine and coarse meshes, for methods that use physics; see ``linear``
+    """
+
+    db: Database
+    training: Training
+    protocol: str
+    options: FitOptions
+    responses: Compliance | None = None
+    _shared: dict[Hashable, Any] = field(default_factory=dict)
+
+    @staticmethod
+    def of(
+        db: Database, train: np.ndarray, protocol: str, options: FitOptions, responses: Compliance | None = None
+    ) -> "Fitting":
+        """Gather the samples ``train`` of ``db``; InputError if they are too few to divide into folds."""
+        return Fitting(db, gather(db, train, protocol, options), protocol, options, responses)
+
+    def linear(self) -> Compliance:
+        """Return the linear responses; InputError where there are none."""
+        if self.responses is None:
+            raise InputError("enrichment: a method needs linear responses and has none; compute them first.")
+        return self.responses
+
+    def share(self, name: Hashable, make: Callable[[], Any]) -> Any:
+        """Return what ``make`` makes, made once for all methods that ask for it by the same ``name``."""
+        if name not in self._shared:
+            self._shared[name] = make()
+        return self._shared[name]

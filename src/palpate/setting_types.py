@@ -1,0 +1,93 @@
+"""What settings are made of: blocks, which fill in defaults and stay plain dicts, and types of single values."""
+
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WrapValidator, model_validator
+from pydantic_core import PydanticCustomError
+
+T = TypeVar("T")
+NAME = "^[a-z][a-z0-9_]*$"
+"""The pattern of names that files and folders get."""
+
+
+class Block(BaseModel):
+    """A block of settings with no other keys than its fields; validated, it is a dict and no object.
+
+    The dict has the defaults in the order of the fields, changed by what was given, and then whatever else was given.
+    What ``json_schema_extra`` says of the block as a whole is checked: minProperties, maxProperties, anyOf required.
+    """
+
+    model_config = ConfigDict(extra="forbid", validate_default=True)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _plain(cls, value: Any, handler: Any) -> Any:
+        model = handler(value)
+        if isinstance(model, dict):  # Trap: pydantic wraps a block that holds blocks of its own kind twice
+            return model
+        own = model.__dict__
+        rules: Any = cls.model_config.get("json_schema_extra") or {}
+        if len(value) < rules.get("minProperties", 0):
+            raise PydanticCustomError("entries", "must have at least one entry")
+        if len(value) > rules.get("maxProperties", len(value)):
+            raise PydanticCustomError("entries", "must have only {most} entry", {"most": rules["maxProperties"]})
+        if (needed := [either["required"][0] for either in rules.get("anyOf", [])]) and not set(needed) & set(value):
+            raise PydanticCustomError("lacks", "lacks {name}", {"name": needed[0]})
+        filled = [name for name, field in cls.model_fields.items() if field.validate_default is not False]
+        return {name: own[name] for name in filled if not cls.model_fields[name].is_required()} | {
+            name: own[name] for name in value
+        }
+
+
+def key(description: str, default: Any = ..., **limits: Any) -> Any:
+    """Describe a setting, which must be given if it has no default."""
+    return Field(default, description=description, **limits)
+
+
+def optional(*description: str, **limits: Any) -> Any:
+    """Describe a setting that may be left out, and is then in no dict; its type may say what it means, too."""
+    limits |= dict(zip(("description",), description, strict=False))
+    return Field(default_factory=lambda: None, validate_default=False, **limits)
+
+
+def rows(names: str, *values: tuple) -> list[dict]:
+    """Return a list of blocks for a default: ``names`` of the keys, and the values of each block."""
+    return [dict(zip(names.split(), row, strict=True)) for row in values]
+
+
+def _as_given(value: Any, validate: Any) -> Any:
+    """Keep an integer where a number may stand, and 8.0 where a whole number may."""
+    validate(int(value) if isinstance(value, float) and value.is_integer() else value)
+    return value
+
+
+def _distinct(values: list) -> list:
+    if any(value in values[:i] for i, value in enumerate(values)):
+        raise PydanticCustomError("distinct", "must not name one thing twice")
+    return values
+
+
+_NUMBER, KEPT = Field(strict=True), WrapValidator(_as_given)
+"""KEPT: what was given stays as it was given; a block of which it says so gets no defaults."""
+Number = Annotated[float, _NUMBER, KEPT]
+Positive = Annotated[float, _NUMBER, Field(gt=0), KEPT]
+NotNegative = Annotated[float, _NUMBER, Field(ge=0), KEPT]
+Share = Annotated[float, _NUMBER, Field(gt=0, le=1), KEPT]
+Inside = Annotated[float, _NUMBER, Field(gt=0, lt=1), KEPT]
+"""Between 0 and 1, and neither of them."""
+Poisson = Annotated[float, _NUMBER, Field(gt=-1, lt=0.5), KEPT]
+Whole = Annotated[int, _NUMBER, KEPT]
+Index = Annotated[int, _NUMBER, Field(ge=0), KEPT]
+Count = Annotated[int, _NUMBER, Field(ge=1), KEPT]
+Switch = Annotated[bool, _NUMBER]
+Text = Annotated[str, Field(min_length=1)]
+Name = Annotated[str, Field(pattern=NAME)]
+Axis = Literal["x", "y", "z"]
+Distinct = Annotated[list[T], AfterValidator(_distinct), Field(json_schema_extra={"uniqueItems": True})]
+Some = Annotated[
+    list[T], Field(min_length=1), AfterValidator(_distinct), Field(json_schema_extra={"uniqueItems": True})
+]
+"""At least one, and none of them twice."""
+Pair = Annotated[list[T], Field(min_length=2, max_length=2)]
+Three = Annotated[list[T], Field(min_length=3, max_length=3)]
+Vector = Three[Number]

@@ -1,0 +1,274 @@
+"""Figures of paper 3, chapter 4: bounding structures compared, growing, stopped early, and between bodies apart."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.errors import InputError
+from palpate.report import style, tables
+from palpate.report.style import Look
+from palpate.studies.collision.compare_trees import STAGES, exponents
+
+STRUCTURES = {
+    "sphere": Look("spheres", "#d55e00", "o"),
+    "aabb": Look("AABBs", "#0072b2", "s"),
+    "composite": Look("composite (the paper)", "#009e73", "*"),
+    "obb": Look("OBBs", "#7a3b63", "D"),
+    "dop14": Look("14-DOPs", "#e6b400", "v"),
+    "dop18": Look("18-DOPs", "#8a6d00", "^"),
+    "obb_coal_refit": Look("coal, OBBs, refitted", "#9a9a9a", "P"),
+    "obb_coal": Look("coal, OBBs, rebuilt", "#6a6a6a", "X"),
+    "obb_rss_fcl": Look("python-fcl, OBB-RSS, rebuilt", "#222222", "h"),
+}
+"""Every structure that may occur in a table, in the order of figures."""
+
+
+_DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")
+"""Shades of the composite trees, darker with depth."""
+
+
+def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
+    """Look up the look of a structure; raises InputError for an unknown one, so that no figure invents a colour.
+
+    depths : of a composite tree, which gets a label and a shade of its own ``among`` all depths of the figure
+    """
+    try:
+        shown = STRUCTURES[structure]
+    except KeyError:
+        raise InputError(
+            f"structure {structure} has no colour: give it one in palpate/studies/collision/figures/collision_looks.py"
+        ) from None
+    if not depths:
+        return shown
+    # one alone gets the middle shade
+    first = (len(_DEPTHS) - len(among)) // 2
+    shade = _DEPTHS[min(max(first, 0) + list(among).index(depths), len(_DEPTHS) - 1)] if among else shown.colour
+    return Look(f"composite {depths}", shade, shown.marker)
+
+
+def depths_of(table) -> list[str]:
+    """Return the depths of all composite trees in a table, sorted by layers of spheres, then of both."""
+    found = [depths for depths in table["depths"].unique() if depths]
+    return sorted(found, key=lambda depths: [int(layers) for layers in depths.split("/")])
+
+
+def ranked(table):
+    """Sort the rows of a table by STRUCTURES and depths, which become text ("" where there are none)."""
+    table = table.assign(depths=table["depths"].fillna("").astype(str))
+    for structure in table["structure"].unique():
+        look(structure)
+    order = {"structure": list(STRUCTURES), "depths": ["", *depths_of(table)]}
+    # stable sorts, so that scenes and numbers of triangles keep their order
+    for column in ("depths", "structure"):
+        table = table.sort_values(
+            column, key=lambda values, column=column: values.map(order[column].index), kind="stable"
+        )
+    return table
+
+
+@style.figure("collision", tables=("collision",))
+def draw_collision(collision) -> Figure:
+    """Draw one column for each scene: query time over false pairs, and below query (hollow) and whole frame (filled).
+
+    collision : the table of this name. Composite trees of different depths are joined by a line; a rival does not
+    report the number of pairs that it tests, so its query time is a horizontal line.
+    """
+    table = ranked(collision)
+    names, among = tables.scenes(table), depths_of(table)
+    rows = table[["structure", "depths", "rival"]].drop_duplicates()
+    looks = {(row.structure, row.depths): look(row.structure, row.depths, among) for row in rows.itertuples()}
+    figure = Figure(figsize=(2.9 * len(names) + 1.6, 7.4), layout="constrained")
+    above, below = figure.subplots(2, len(names), sharey="row", squeeze=False, height_ratios=(1.1, 1))
+    for top, bottom, scene in zip(above, below, names, strict=True):
+        here = tables.where(table, scene=scene)
+        _accuracy(top, here, looks)
+        _frames(bottom, here, looks)
+        top.set_title(f"{scene.replace('_', ' ')},\n{here['triangles'].iloc[0]:,} triangles")
+    above[0].set_ylabel("query [ms]")
+    style.plain_log(above[0].yaxis)
+    below[0].set_yticks(range(len(looks)), [shown.label for shown in looks.values()])
+    below[0].set_ylim(len(looks) - 0.5, -0.5)
+    handles = [_legend_handle(shown, rival) for shown, rival in zip(looks.values(), rows["rival"], strict=True)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)
+    return figure
+
+
+def _accuracy(axis, here, looks: dict) -> None:
+    """Draw query time over false pairs in one scene."""
+    counted, joined = here[~here["rival"].astype(bool)], []
+    for row in here.itertuples():
+        shown = looks[row.structure, row.depths]
+        if row.rival:
+            axis.axhline(row.query_ms, color=shown.colour, lw=1, ls=":")
+            continue
+        false = row.triangle_tests - row.pairs
+        joined += [(false, row.query_ms)] if row.depths else []
+        # stars are drawn below markers at the same place
+        size, order = (10, 3) if row.depths else (5.5, 4)
+        axis.plot(false, row.query_ms, shown.marker, color=shown.colour, ms=size, mec="white", mew=0.6, zorder=order)
+    axis.plot(*zip(*joined, strict=True), color=style.FAINT, lw=0.8, zorder=2)
+    axis.set(xscale="log", yscale="log", xlabel="false pairs tested per frame")
+    false = (counted["triangle_tests"] - counted["pairs"]).clip(lower=1)
+    axis.set_xlim(false.min() / 1.6, false.max() * 1.6)
+    style.plain_log(axis.xaxis)
+
+
+def _frames(axis, here, looks: dict) -> None:
+    """Draw query and whole frame in one scene, one row for each structure."""
+    order = list(looks)
+    for row in here.itertuples():
+        shown, y = looks[row.structure, row.depths], order.index((row.structure, row.depths))
+        axis.plot([row.query_ms, row.frame_ms], [y, y], color=shown.colour, lw=1.2)
+        axis.plot(row.query_ms, y, "o", color=shown.colour, mfc="white", ms=5)
+        axis.plot(row.frame_ms, y, "o", color=shown.colour, ms=5)
+    axis.set(xscale="log", xlabel="query and whole frame [ms]")
+    style.plain_log(axis.xaxis)
+
+
+def _legend_handle(shown, rival: bool) -> Line2D:
+    """Return a marker for a structure of palpate, a line for a rival."""
+    drawn = {"ls": ":"} if rival else {"ls": "", "marker": shown.marker, "ms": 7}
+    return Line2D([], [], color=shown.colour, label=shown.label, **drawn)
+
+
+_TITLES = {"build_ms": "build", "refit_ms": "refit", "query_ms": "query"}
+
+
+@style.figure("collision_scaling", tables=("collision_scaling",))
+def draw_collision_scaling(collision_scaling) -> Figure:
+    """Draw one panel for each stage, one curve with its exponent for each structure; dotted: proportional to n.
+
+    collision_scaling : the table of this name
+    """
+    table = ranked(collision_scaling)
+    among, powers = depths_of(table), exponents(table).set_index(["structure", "depths"])
+    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    for axis, stage in zip(figure.subplots(1, len(STAGES), sharey=True), STAGES, strict=True):
+        for (structure, depths), rows in table.dropna(subset=stage).groupby(["structure", "depths"], sort=False):
+            shown, power = look(structure, depths, among), powers.loc[(structure, depths), stage]
+            grows = f": n$^{{{power:.2f}}}$" if np.isfinite(power) else ""
+            size = 8 if shown.marker == "*" else 4
+            axis.loglog(
+                rows["triangles"],
+                rows[stage],
+                marker=shown.marker,
+                ms=size,
+                lw=1,
+                color=shown.colour,
+                label=f"{shown.label}{grows}",
+            )
+        ends = np.array([table["triangles"].min(), table["triangles"].max()])
+        axis.loglog(ends, 1e-4 * ends, color=style.FAINT, lw=0.8, ls=":", label="100 ns per triangle")
+        axis.set(title=_TITLES[stage], xlabel="triangles, n")
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, ncols=2)
+        style.plain_log(axis.xaxis)
+        style.plain_log(axis.yaxis)
+    figure.axes[0].set_ylabel("time for two bodies on one core [ms]")
+    return figure
+
+
+ERRORS = {
+    "response_error_m": "error of the response [mm]",
+    "place_error_m": "error of the place [mm]",
+    "reported_m": "contact reported\nat a distance of up to [mm]",
+}
+LEAST_MM = 0.01
+"""Errors below are drawn here: nothing of an organ is known better."""
+
+
+@style.figure("collision_precision", tables=("collision_precision",))
+def draw_collision_precision(collision_precision) -> Figure:
+    """Draw one column for each scene, errors over the time of a frame, one curve for each structure.
+
+    collision_precision : the table of this name. Small numbers are layers; a large open marker is the whole tree with
+    tests of triangles. Dotted: the response itself. A panel is empty where bodies never touch, or always do.
+    """
+    table = ranked(collision_precision)
+    names, among = tables.scenes(table), depths_of(table)
+    figure = Figure(figsize=(3.0 * len(names) + 0.6, 8.2), layout="constrained")
+    grid = figure.subplots(len(ERRORS), len(names), sharey="row", squeeze=False)
+    for column, scene in zip(grid.T, names, strict=True):
+        here = tables.where(table, scene=scene)
+        column[0].set_title(f"{scene.replace('_', ' ')},\n{here['triangles'].iloc[0]:,} triangles")
+        for axis, error in zip(column, ERRORS, strict=True):
+            _curves(axis, here, error, among)
+        wanted = 1e3 * here["response_m"].iloc[0]
+        if wanted > 0.0:
+            column[0].axhline(wanted, color=style.FAINT, lw=1, ls=":")
+        column[-1].set_xlabel("refit and contacts of a frame [ms]")
+    for axis, title in zip(grid[:, 0], ERRORS.values(), strict=True):
+        axis.set_ylabel(title)
+        # panels of a row share it, and one without numbers has set it anew
+        style.plain_log(axis.yaxis)
+    shown = table[["structure", "depths"]].drop_duplicates().itertuples(index=False)
+    handles = [_joined_marker(look(structure, depths, among)) for structure, depths in shown]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)
+    return figure
+
+
+def _curves(axis, here, error: str, among: list[str]) -> None:
+    """Draw one error in one scene."""
+    axis.set(xscale="log", yscale="log")
+    if (error == "reported_m" and not here["frames_apart"].any()) or here[error].isna().all():
+        axis.text(0.5, 0.5, "never apart" if error == "reported_m" else "never in contact", ha="center", va="center",
+                  transform=axis.transAxes, color=style.FAINT)  # fmt: skip
+        axis.set_xlim(0.9 * here["frame_ms"].min(), 1.1 * here["frame_ms"].max())
+        style.plain_log(axis.xaxis)
+        return
+    for (structure, depths), rows in here.groupby(["structure", "depths"], sort=False):
+        seen = look(structure, depths, among)
+        stopped, whole = (rows[rows["exact"].astype(bool) == exact] for exact in (False, True))
+        stopped = stopped.sort_values("layer")
+        values = np.maximum(1e3 * stopped[error], LEAST_MM)
+        size = 7 if seen.marker == "*" else 4
+        axis.plot(stopped["frame_ms"], values, marker=seen.marker, ms=size, lw=1, color=seen.colour)
+        if structure == "aabb":
+            for layer, x, y in zip(stopped["layer"], stopped["frame_ms"], values, strict=True):
+                axis.annotate(f"{layer:g}", (x, y), xytext=(3, 3), textcoords="offset points", fontsize=6.5)
+        ends = np.maximum(1e3 * whole[error], LEAST_MM)
+        axis.plot(whole["frame_ms"], ends, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
+    style.plain_log(axis.xaxis)
+
+
+def _joined_marker(seen) -> Line2D:
+    return Line2D([], [], color=seen.colour, marker=seen.marker, ms=6, lw=1, label=seen.label)
+
+
+COSTS = {"node_tests": "tests of volumes", "query_ms": "query [ms]", "frame_ms": "refit and query [ms]"}
+
+
+@style.figure("collision_apart", tables=("collision_apart",))
+def draw_collision_apart(collision_apart) -> Figure:
+    """Draw one row for each pair of bodies: tests, time of a query, and of a frame, over the gap.
+
+    collision_apart : the table of this name; dotted: other libraries, which do not count their tests
+    """
+    table = ranked(collision_apart)
+    among, pairs = depths_of(table), list(dict.fromkeys(table["bodies"]))
+    figure = Figure(figsize=(11, 3.4 * len(pairs) + 0.8), layout="constrained")
+    grid = figure.subplots(len(pairs), len(COSTS), sharex=True, squeeze=False)
+    for axes, bodies in zip(grid, pairs, strict=True):
+        here = tables.where(table, bodies=bodies)
+        for axis, (column, title) in zip(axes, COSTS.items(), strict=True):
+            for (structure, depths), rows in here.groupby(["structure", "depths"], sort=False):
+                if rows[column].notna().all():
+                    rival = bool(rows["rival"].iloc[0])
+                    axis.loglog(1e3 * rows["gap_m"], rows[column], **_drawn(look(structure, depths, among), rival))
+            axis.set_ylabel(title)
+            style.plain_log(axis.xaxis)
+            style.plain_log(axis.yaxis)
+        axes[0].set_title(f"{bodies.replace('_', ' ')}, {here['triangles'].iloc[0]:,} triangles")
+    for axis in grid[-1]:
+        axis.set_xlabel("gap between the surfaces [mm]")
+    kinds = table[["structure", "depths", "rival"]].drop_duplicates().itertuples(index=False)
+    handles = [Line2D([], [], label=seen.label, **_drawn(seen, bool(rival)))
+               for seen, rival in ((look(s, d, among), rival) for s, d, rival in kinds)]  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)
+    return figure
+
+
+def _drawn(seen, rival: bool) -> dict:
+    return {"color": seen.colour, "marker": seen.marker, "ms": 7 if seen.marker == "*" else 4, "lw": 1,
+            "ls": ":" if rival else "-"}  # fmt: skip

@@ -1,0 +1,328 @@
+"""Figures of bodies from a scan: slices, ray casting, masses of nodes, and the steps between."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palpate.bodies.body import Body
+from palpate.bodies.ct.image import Image
+from palpate.report import panels, render, style, tables
+from palpate.studies.ct.imaging import BETWEEN, Pictures
+from palpate.studies.ct.ray_casting import front
+
+_SKIN, _MUSCLE, _BONE, _ORGAN = (0.98, 0.85, 0.76), (0.66, 0.32, 0.26), (0.96, 0.95, 0.92), (0.70, 0.20, 0.15)
+_ORGAN_HU, _GAP_HU, _DARK_HU, _BRIGHT_HU = -3000, -1000, -250, 0
+
+CLASSES = [
+    (_ORGAN_HU, _ORGAN, 0.70),
+    (-1600, _ORGAN, 0.70),
+    (-1300, _SKIN, 0.0),
+    (-400, _SKIN, 0.0),
+    (-250, _SKIN, 0.006),
+    (-60, _SKIN, 0.004),
+    (0, _MUSCLE, 0.012),
+    (130, _MUSCLE, 0.016),
+    (220, _BONE, 0.06),
+    (500, _BONE, 0.60),
+]
+"""Corners of the classification: value, colour, opacity per millimetre. Gaps and lungs are transparent, skin and fat
+light and nearly transparent, muscle is darker, bone grey-white."""
+
+
+def values(image: Image, mask: np.ndarray) -> np.ndarray:
+    """Compute the values for CLASSES, (nz, ny, nx) int16: CT numbers [HU], and far below all of them in the organ.
+
+    An MRI's tissue, where it is brighter than Otsu's threshold, gets values of skin to muscle by its brightness.
+    The mask's steps between slices are smoothed, because shading would show them. Trap: the organ's values must lie
+    below those of gaps, so that interpolation between the organ and its neighbours gives no other opaque class.
+    """
+    from scipy import ndimage
+
+    blur = 0.5 * max(image.spacing_m) / np.array(image.spacing_m[::-1])
+    share = ndimage.gaussian_filter(mask.astype(np.float32), blur)
+    return np.rint(share * _ORGAN_HU + (1 - share) * np.minimum(_numbers(image), CLASSES[-1][0])).astype(np.int16)
+
+
+def _numbers(image: Image) -> np.ndarray:
+    """Return the CT numbers, or for an MRI values between those of gaps and of muscle."""
+    if image.modality == "ct":
+        return image.hu
+    import SimpleITK
+
+    grey = image.hu.astype(np.float32)
+    tissue = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(SimpleITK.GetImageFromArray(grey), 0, 1)) > 0
+    if not tissue.any():
+        return np.full_like(grey, _GAP_HU)
+    low, high = np.percentile(grey[tissue], [0, 99])
+    return np.where(tissue, np.interp(grey, [low, max(high, low + 1e-6)], [_DARK_HU, _BRIGHT_HU]), _GAP_HU)
+
+
+_WINDOW = (-160, 240)  # [HU], the usual window for the abdomen
+_OUTLINE = "#ffb000"
+
+# name, normal axis of the array, and the array axes that point right and up in the picture
+_SLICES = (("axial", 0, 2, 1), ("coronal", 1, 2, 0), ("sagittal", 2, 1, 0))
+_ENDS = {2: ("right", "left"), 1: ("front", "back"), 0: ("feet", "head")}
+
+
+@style.figure("ct_slices")
+def draw_ct_slices(image: Image, mask: np.ndarray, name: str) -> Figure:
+    """Draw slices through the middle of the organ ``mask``, (nz, ny, nx) bool, of the body ``name``, to one scale.
+
+    Radiological convention: the patient's right is on the left, the front is at the top of the axial slice.
+    """
+    size = 1e3 * np.array(image.hu.shape) * image.spacing_m[::-1]
+    across = [size[a] for _, _, a, _ in _SLICES]
+    tallest = max(size[u] for _, _, _, u in _SLICES)
+    figure = Figure(figsize=(_INCHES, _INCHES * tallest / sum(across) + 0.4), layout="constrained")
+    axes = figure.subplots(1, 3, width_ratios=across)
+    for axis, (plane, cut, right, up) in zip(axes, _SLICES, strict=True):
+        at = _richest(mask, cut)
+        axis.set_title(f"{plane}, {1e3 * image.to_world(np.eye(3)[cut] * at)[2 - cut]:.0f} mm")
+        _slice(axis, image, mask, (cut, at), (right, up))
+    figure.suptitle(name, x=0.01, ha="left", fontsize=9, fontweight="bold")
+    return figure
+
+
+def _richest(mask, cut: int) -> int:
+    """Find the index along an axis at which the organ's cross-section is largest."""
+    return int(mask.sum(axis=tuple(axis for axis in range(3) if axis != cut)).argmax())
+
+
+def _window(image: Image) -> tuple[float, float]:
+    """Return the grey values that are drawn black and white: usual ones of a CT, and the range of an MRI."""
+    return _WINDOW if image.modality == "ct" else (float(image.hu.min()), float(np.percentile(image.hu, 99)))
+
+
+def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> None:
+    """Draw one slice with axes in mm; ``cut`` is its normal axis and index, ``shown`` the axes to the right and up."""
+    right, up = shown
+    grey, inside = np.take(image.hu, cut[1], axis=cut[0]), np.take(mask, cut[1], axis=cut[0])
+    low = 1e3 * (image.to_world(np.full(3, -0.5)))
+    high = 1e3 * image.to_world(np.array(image.hu.shape) - 0.5)
+    extent = (low[2 - right], high[2 - right], low[2 - up], high[2 - up])
+    darkest, brightest = _window(image)
+    axis.imshow(grey, cmap="gray", vmin=darkest, vmax=brightest, extent=extent, origin="lower", aspect="equal")
+    places = [1e3 * (image.origin_m[2 - a] + image.spacing_m[2 - a] * np.arange(image.hu.shape[a])) for a in shown]
+    if inside.any():
+        axis.contour(*places, inside.astype(float), [0.5], colors=_OUTLINE, linewidths=1.1)
+    if up == 1:
+        axis.invert_yaxis()
+    axis.grid(False)
+    axis.set_xlabel("{} – {} [mm]".format(*_ENDS[right]))
+    axis.set_ylabel("{} – {} [mm]".format(*(_ENDS[up][::-1] if up == 1 else _ENDS[up])))
+
+
+_PIXELS, _VOLUME_INCHES = 720, 3.3
+_STEP = 0.5  # of the smallest voxel side, between samples along a ray
+
+
+@style.figure("ct_volume_rendering")
+def draw_ct_volume_rendering(image: Image, mask: np.ndarray, body: Body) -> Figure:
+    """Draw the CT by ray casting, then the coarse and the fine surface of ``body``; dark balls are held nodes.
+
+    Classification, then one ray a pixel with evenly spaced trilinear samples, shaded by normals from central
+    differences and composited front to back (paper 3, chapter 2).
+    """
+    view = _view(_corners(image))
+    aspect = view.width / view.height
+    size = _PIXELS, round(_PIXELS / aspect)
+    with render.Stage(*size) as stage:
+        pictures = {"ray casting": stage.picture(view, [lambda s: s.volume(_volume(image, mask))])}
+    close = _view(body.coarse.nodes)
+    with render.Stage(*size) as stage:
+        for name, mesh, held in zip(
+            ("coarse", "fine"), (body.coarse, body.fine), (body.anchors[0], body.anchors[-1]), strict=True
+        ):
+            pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = stage.level(close, mesh, held)
+    figure, axes = panels.grid(1, len(pictures), aspect, _VOLUME_INCHES, bare=True)
+    for axis, (caption, picture) in zip(axes[0], pictures.items(), strict=True):
+        panels.place(axis, picture, caption)
+    axes[0, 0].set_ylabel(body.name, fontweight="bold")
+    return figure
+
+
+def _view(points: np.ndarray) -> render.View:
+    """Choose a view from the front, slightly from the patient's right and from above; z is up."""
+    return render.frame(front(), [points])
+
+
+def _corners(image: Image) -> np.ndarray:
+    """Return the corners of the grid, (8, 3) [m]."""
+    last = np.array(image.hu.shape) - 1
+    return image.to_world(np.array(list(np.ndindex(2, 2, 2))) * last)
+
+
+def _volume(image: Image, mask: np.ndarray):
+    """Convert the CT to a VTK volume for VTK's ray caster on the processor, which needs no graphics card.
+
+    That caster terminates rays early: a ray ends when less than 1 % of the light from behind would pass. It also skips
+    empty blocks. Traps: by default it casts fewer rays on a slower machine; skipping fails for voxels of four
+    components, so that classes must be encoded in one value.
+    """
+    import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  registers the caster's rendering backend
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkRenderingCore import vtkVolume
+    from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
+
+    data = vtkImageData()
+    data.SetDimensions(*image.hu.shape[::-1])
+    data.SetSpacing(*image.spacing_m)
+    data.SetOrigin(*image.origin_m)
+    data.GetPointData().SetScalars(numpy_to_vtk(values(image, mask).ravel(), deep=True))
+
+    mapper = vtkFixedPointVolumeRayCastMapper()
+    mapper.SetInputData(data)
+    mapper.SetAutoAdjustSampleDistances(False)
+    mapper.SetImageSampleDistance(1.0)
+    mapper.SetNumberOfThreads(1)
+    mapper.SetSampleDistance(_STEP * float(min(image.spacing_m)))
+
+    volume = vtkVolume()
+    volume.SetMapper(mapper)
+    volume.SetProperty(_look())
+    return volume
+
+
+def _look():
+    """Set colour, opacity and shading by CLASSES; ambient plus diffuse light stay below 1, above which values wrap."""
+    from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
+    from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolumeProperty
+
+    colours, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
+    for value, colour, opacity in CLASSES:
+        colours.AddRGBPoint(value, *colour)
+        opacities.AddPoint(value, opacity)
+    look = vtkVolumeProperty()
+    look.SetColor(colours)
+    look.SetScalarOpacity(opacities)
+    look.SetScalarOpacityUnitDistance(1e-3)
+    look.SetInterpolationTypeToLinear()
+    look.ShadeOn()
+    look.SetAmbient(0.3)
+    look.SetDiffuse(0.65)
+    return look
+
+
+_INCHES = 10.5
+_FOUND, _TRUE = "#d55e00", "#009e73"
+_MASK_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00")
+
+
+@style.figure("ct_imaging")
+def draw_ct_imaging(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure:
+    """Draw pictures of the synthetic abdomen by ray casting, its MRI with what is found, and interpolated masks.
+
+    mask_interpolation : the table of this name
+    """
+    ray_cast = shown.taken.shape[0] / shown.taken.shape[1]
+    figure = Figure(figsize=(_INCHES, _INCHES / 4 * (ray_cast + 0.75) + 0.9), layout="constrained")
+    axes = figure.subplots(2, 4, height_ratios=(ray_cast, 0.75))
+    for axis, (caption, picture) in zip(axes[0], shown.cast.items(), strict=False):
+        _picture(axis, caption).imshow(np.clip(picture, 0, 1), interpolation="none")
+    taken = _picture(axes[0, 3], "samples taken of each ray")
+    bar = taken.imshow(shown.taken, cmap="YlGnBu", vmin=0, vmax=1, interpolation="none")
+    figure.colorbar(bar, ax=taken, orientation="horizontal", shrink=0.7, pad=0.02, label="share of the samples")
+    for axis, (image, found), caption in zip(axes[1], shown.mris, ("MRI as it is", "MRI, evened"), strict=False):
+        _mri(_picture(axis, caption), image, found, shown.liver)
+    gap = axes[1, 2].get_subplotspec()
+    for axis in axes[1, 2:]:
+        axis.remove()
+    _masks(figure.add_subplot(gap.get_gridspec()[1, 2:]), mask_interpolation)
+    return figure
+
+
+def _picture(axis: Axes, caption: str) -> Axes:
+    axis.set(title=caption, xticks=[], yticks=[])
+    axis.grid(False)
+    axis.spines[:].set_visible(False)
+    return axis
+
+
+def _mri(axis: Axes, image: Image, found: np.ndarray, liver: np.ndarray) -> None:
+    """Draw the axial slice in the middle of the true liver, with the outlines of what is found and of the truth."""
+    at = int(liver.sum(axis=(1, 2)).argmax())
+    steps = image.spacing_m[1] / image.spacing_m[0]
+    axis.imshow(image.hu[at], cmap="gray", vmin=0, vmax=np.percentile(image.hu, 99), aspect=steps)
+    for mask, colour, line in ((liver, _TRUE, "--"), (found, _FOUND, "-")):
+        if mask[at].any():
+            axis.contour(mask[at].astype(float), [0.5], colors=colour, linewidths=1.1, linestyles=line)
+    axis.plot([], [], color=_TRUE, ls="--", label="truth")
+    axis.plot([], [], color=_FOUND, label="found")
+    # on black of its own: the body is bright
+    axis.legend(
+        loc="lower right", labelcolor="white", frameon=True, facecolor="black", framealpha=1.0, edgecolor="none"
+    )
+
+
+def _masks(axis: Axes, table: pd.DataFrame) -> None:
+    """Draw how far masks come back over how many slices apart they are drawn."""
+    for i, body in enumerate(tables.bodies(table)):
+        for method, line in ((BETWEEN, "-"), (None, ":")):
+            rows = tables.where(table, body=body)
+            rows = rows[(rows["method"] == BETWEEN) == (method == BETWEEN)].sort_values("every")
+            label = body if method else None
+            axis.plot(
+                rows["every"],
+                rows["dice"],
+                line,
+                color=_MASK_COLOURS[i % len(_MASK_COLOURS)],
+                marker="o",
+                ms=3,
+                label=label,
+            )
+    axis.axhline(0.95, color=style.FAINT, lw=0.8)
+    axis.plot([], [], ":", color=style.INK, label="nearest drawn slice")
+    axis.set(title="masks from every n-th slice", xlabel="n", ylabel="Dice against the whole mask")
+    axis.set_ylim(top=1.005)
+    axis.legend(loc="lower left")
+
+
+_MASS_COLOURS = ("#009e73", "#d55e00", "#0072b2", "#cc79a7", "#e69f00")
+_ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
+
+
+@style.figure("node_mass", tables=("node_mass",))
+def draw_node_mass(node_mass) -> Figure:
+    """Draw the deviation of the total mass, with and without the correction at the organ's rim, and the mean density.
+
+    node_mass : the table of this name
+    """
+    figure = Figure(figsize=(9.5, 3.9), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for i, body in enumerate(tables.bodies(node_mass)):
+        rows = tables.where(node_mass, body=body).sort_values("elements")
+        colour = _MASS_COLOURS[i % len(_MASS_COLOURS)]
+        left.plot(rows["elements"], 100 * rows["raw_deviation"], color=colour, ls="--", marker="o", ms=3, alpha=0.7)
+        left.plot(rows["elements"], 100 * rows["deviation_from_voxels"], color=colour, marker="o", ms=4, label=body)
+        right.plot(rows["elements"], rows["mean_density_kg_m3"], color=colour, marker="o", ms=4, label=body)
+    _bounds(left, node_mass["elements"])
+    left.plot([], [], color=style.INK, label="densities of the organ only")
+    left.plot([], [], color=style.INK, ls="--", alpha=0.7, label="densities of all voxels (paper 2)")
+    left.set(title="deviation of the total mass from the voxels", ylabel="deviation [%]")
+    left.legend(loc="lower right")
+    right.set(title="mean density", ylabel="total mass / volume [kg/m³]")
+    low, high = right.get_ylim()
+    right.set_ylim(min(low, high - 40), max(high, low + 40))
+    right.legend(loc="lower right")
+    for axis in (left, right):
+        axis.set_xscale("log")
+        axis.set_xlabel("elements")
+        style.plain_log(axis.xaxis)
+    return figure
+
+
+def _bounds(axis, elements) -> None:
+    """Draw the range that paper 2 reports, and the bound for meshes with enough elements."""
+    axis.axhspan(-_PAPERS, _PAPERS, color="#f3f3f3", zorder=0)
+    axis.annotate(
+        f"±{_PAPERS:g} %: paper 2's meshes", (elements.min(), _PAPERS), (0, -10), textcoords="offset points", fontsize=8
+    )
+    if elements.max() > _ENOUGH:
+        axis.fill_between([_ENOUGH, elements.max()], -_BOUND, _BOUND, color="#dcdcdc", lw=0, zorder=0.5)
+        axis.annotate(
+            f"±{_BOUND:g} % from {_ENOUGH} elements", (elements.max(), _BOUND), (0, 3), textcoords="offset points",
+            fontsize=8, ha="right",
+        )  # fmt: skip

@@ -1,0 +1,50 @@
+"""What the rules of the study call; palpate.run.jobs says how."""
+
+import pandas as pd
+
+from palpate.bodies.body_file import load
+from palpate.run.job import steps
+
+
+def leave_out_scenes(params):
+    import warnings
+
+    for name, reason in params.reasons.items():
+        warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)
+
+
+def simulate_dynamic_reference(input, output, params, say):
+    from palpate.studies.dynamic.dynamic_reference import reference, save
+    from palpate.studies.dynamic.dynamic_trial import trial_and_training
+    from palpate.studies.dynamic.resolution import tabulate
+
+    scene, lesson = trial_and_training(body=load(input.body), **params.trial)
+    own = params.trial["own"]
+    found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
+    say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
+    save(found, output.reference)
+    return {"table": tabulate(scene, found)}
+
+
+def measure_dynamic(input, params, say):
+    from palpate.studies.dynamic import dynamic_reference
+    from palpate.studies.dynamic.dynamic_accuracy import measure
+    from palpate.studies.dynamic.dynamic_trial import trial_and_training
+
+    moving = trial_and_training(body=load(input.body), **params.trial)
+    more = params.trial["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
+    return measure(*moving, dynamic_reference.load(input.reference), params.settings, *more)
+
+
+def measure_elsewhere(input, params, say):
+    from palpate.studies.dynamic.dynamic_trial import trial_and_training
+    from palpate.studies.dynamic.elsewhere import measure_elsewhere
+
+    scene, _ = trial_and_training(body=load(input.body), **params.trial)
+    return measure_elsewhere(scene, params.own, params.settings, params.seed, steps(say, f"{scene.name}: place"))
+
+
+def tabulate_motion_bounds(input):
+    from palpate.studies.dynamic.motion_bounds import motion_bounds
+
+    return motion_bounds(pd.read_csv(path) for path in input)

@@ -1,0 +1,326 @@
+"""Pictures of paper 1's bodies: meshes, deformed samples, and where methods are wrong."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+
+from palpate.benchmark.database import Database
+from palpate.bodies.body import Body
+from palpate.errors import InputError
+from palpate.files import read_hdf5
+from palpate.report import panels, render, style, turnable
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One method's predictions.
+
+    sample : (s,) int, row numbers into the samples of the same body and regime's database
+    predicted : (s, n, 3) float64 [m], displacement of the fine surface nodes
+    """
+
+    sample: np.ndarray
+    predicted: np.ndarray
+
+
+def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dict[str, Prediction]:
+    """Read ``sample`` and ``predicted`` of the groups ``/{protocol}/{split}/{method}`` of a predictions.h5.
+
+    Raises InputError naming the file and the group if one is missing or of a wrong shape.
+    """
+    with read_hdf5(path) as file:
+        return {m: _one(file, f"{protocol}/{split}/{m}", path) for m in methods}
+
+
+def _one(file: h5py.File, group: str, path) -> Prediction:
+    if f"{group}/sample" not in file or f"{group}/predicted" not in file:
+        raise InputError(f"{path}: group {group} lacks sample or predicted; delete the file and type make.")
+    sample, predicted = file[f"{group}/sample"][:], file[f"{group}/predicted"][:]
+    if predicted.ndim != 3 or predicted.shape[2] != 3 or len(sample) != len(predicted) or not len(sample):
+        raise InputError(
+            f"{path}: {group}/predicted has shape {predicted.shape} instead of ({len(sample)}, nodes, 3); "
+            "delete the file and type make."
+        )
+    return Prediction(sample, predicted)
+
+
+_MESH_PIXELS, _MESH_INCHES = 640, 2.9
+_MARGIN = 1.12  # the balls of held nodes reach beyond the mesh
+_SIDE, _CAPTION, _GAP = 0.35, 0.62, 0.1  # [inch] for the body's name, for three lines below a picture, between them
+
+
+@style.figure("mesh_levels")
+def draw_mesh_levels(bodies: list[Body]) -> Figure:
+    """Draw one row for each body, one column for each level; dark balls are held nodes."""
+    columns = max(len(body.levels) for body in bodies)
+    views = render.same_scale([_view_of_levels(body) for body in bodies])
+    aspect = views[0].width / views[0].height
+    picture = _MESH_INCHES - _GAP, (_MESH_INCHES - _GAP) / aspect
+    row = picture[1] + _CAPTION
+    width, height = _SIDE + _MESH_INCHES * columns, row * len(bodies)
+    figure = Figure(figsize=(width, height))
+    with render.Stage(_MESH_PIXELS, round(_MESH_PIXELS / aspect)) as stage:
+        for number, (body, view) in enumerate(zip(bodies, views, strict=True)):
+            bottom = height - (number + 1) * row + _CAPTION
+            for level, (mesh, anchors) in enumerate(zip(body.levels, body.anchors, strict=True)):
+                left = _SIDE + _MESH_INCHES * level
+                size = picture[0] / width, picture[1] / height
+                axis = figure.add_axes((left / width, bottom / height, *size), xticks=[], yticks=[])
+                axis.spines[:].set_visible(False)
+                panels.place(axis, stage.level(view, mesh, anchors), _level_caption(mesh, level))
+                if level == 0:
+                    axis.set_ylabel(body.name.replace("_", " "), fontweight="bold")
+    return figure
+
+
+def _view_of_levels(body: Body) -> render.View:
+    """Return the view of a body from above and to the side."""
+    axes = render.directions(body.coarse.nodes, np.zeros(3))
+    return render.frame(axes, [body.coarse.nodes], _MARGIN)
+
+
+def _level_caption(mesh, level: int) -> str:
+    """Return the counts of one level."""
+    name = "coarse" if level == 0 else f"refined {level}×"
+    return (
+        f"{name}\n"
+        f"surface: {len(mesh.surface):,} nodes, {len(mesh.triangles):,} triangles\n"
+        f"volume: {len(mesh.nodes):,} nodes, {len(mesh.tetrahedra):,} tetrahedra"
+    )
+
+
+DEFORMED_BY = [style.BASELINE, style.PAPERS, "detail_correction"]
+"""Drawn after the rest state, the fine and the coarse simulation."""
+
+_PIXELS, _INCHES = 480, 1.75
+
+
+@style.figure("deformed_bodies")
+def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, Prediction], rows: int = 3) -> Figure:
+    """Draw rest, fine FEM, coarse FEM and METHODS, for ``rows`` test samples from small to large peak.
+
+    predictions : of METHODS, all for the same test samples. The colour scale is shared and ends at the largest
+    displacement of fine FEM in the samples shown; the arrow is the load, dark balls are held nodes, grey lines the
+    outline at rest. Displacements are to scale.
+    """
+    peaks = np.linalg.norm(database.fine, axis=2).max(axis=1)
+    chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact, rows)
+    limit = peaks[chosen].max() * 1e3
+    views = render.same_scale([_view_of_sample(database, i) for i in chosen])
+    aspect = views[0].width / views[0].height
+
+    titles = ["rest,\nwith its load", "fine FEM", "coarse FEM", *map(style.short, DEFORMED_BY)]
+    figure, axes = panels.grid(len(chosen), len(titles), aspect, _INCHES)
+    with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
+        for row, i, view in zip(axes, chosen, views, strict=True):
+            bare = stage.picture(view, [lambda s: _surface(s, body, database, "rest", 0.0, limit)])
+            for axis, (what, moved) in zip(row, _states(database, predictions, i), strict=True):
+                picture = _deformed(stage, view, body, database, i, (what, moved), limit)
+                panels.place(axis, picture, _sample_caption(database, i, what, moved, peaks[i]))
+                if what != "rest":
+                    panels.outline(axis, bare)
+    for axis, title in zip(axes[0], titles, strict=True):
+        axis.set_title(title, loc="center")
+    panels.colour_bar(figure, Normalize(0, limit), style.DISPLACEMENT, "displacement [mm]", extend="max")
+    return figure
+
+
+def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray, rows: int) -> list[int]:
+    """Choose ``rows`` of the samples from small to large peak, with different contacts as far as possible."""
+    ranked = samples[np.argsort(peaks[samples], kind="stable")]
+    chosen: list[int] = []
+    for share in (np.arange(rows) + 0.5) / rows:
+        fresh = [i for i in ranked if contacts[i] not in contacts[chosen] and i not in chosen]
+        rest = fresh or [i for i in ranked if i not in chosen]
+        if rest:
+            target = np.quantile(peaks[ranked], share)
+            chosen.append(int(min(rest, key=lambda i: abs(peaks[i] - target))))
+    return sorted(chosen, key=lambda i: peaks[i])
+
+
+def _states(database, predictions, i):
+    """Yield the columns of one row: (kind, displacement of fine surface (n, 3) or all coarse nodes (N, 3) [m])."""
+    yield "rest", np.zeros_like(database.nodes_fine_surface)
+    yield "fine", database.fine[i]
+    yield "coarse", database.coarse_live[i]
+    for method in DEFORMED_BY:
+        at = np.flatnonzero(predictions[method].sample == i)[0]
+        yield "method", predictions[method].predicted[at]
+
+
+def _view_of_sample(database, i) -> render.View:
+    """Choose one camera for all pictures of a sample."""
+    rest = database.nodes_fine_surface
+    contact = database.contact[i]
+    axes = render.directions(rest, _normal(database, i))
+    force = database.force[i] / np.linalg.norm(database.force[i])
+    tail = database.coarse_nodes[contact] - _arrow(rest) * force
+    return render.frame(axes, [rest, rest + database.fine[i], tail[None]])
+
+
+def _normal(database, i) -> np.ndarray:
+    """Return the normal at rest at the contact of sample i, (3,)."""
+    return database.contact_normals[np.searchsorted(database.coarse_surface, database.contact[i])]
+
+
+def _arrow(nodes) -> float:
+    """Return the length of the load's arrow [m]."""
+    return 0.2 * float(np.ptp(nodes, axis=0).max())
+
+
+def _deformed(stage, view, body, database, i, state, limit) -> np.ndarray:
+    """Render one panel, (height, width, 3) uint8."""
+    rest = database.nodes_fine_surface
+    held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
+    actors = [
+        lambda s: _surface(s, body, database, state[0], state[1], limit),
+        lambda s: s.dots(held, 0.07 * _arrow(rest)),
+    ]
+    if state[0] == "rest":
+        contact = database.coarse_nodes[database.contact[i]]
+        actors.append(lambda s: s.arrow(contact, database.force[i], _normal(database, i), _arrow(rest)))
+    return stage.picture(view, actors)
+
+
+def _surface(stage, body, database, what, moved, limit) -> None:
+    """Add the deformed surface; the rest state is grey, and it and the coarse mesh show their edges."""
+    coarse = what == "coarse"
+    nodes = database.coarse_nodes if coarse else database.nodes_fine_surface
+    triangles = body.coarse.triangles if coarse else database.triangles
+    millimetres = None if what == "rest" else np.linalg.norm(moved, axis=1) * 1e3
+    edges = what in ("rest", "coarse")
+    stage.surface(nodes + moved, triangles, millimetres, (0, limit), style.DISPLACEMENT, edges=edges)
+
+
+def _sample_caption(database, i, what, moved, peak) -> str:
+    """Return the caption below a panel."""
+    if what == "rest":
+        return f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
+    if what == "fine":
+        return f"peak {peak * 1e3:.1f} mm"
+    if what == "coarse":
+        return f"peak {np.linalg.norm(moved, axis=1).max() * 1e3:.1f} mm"
+    error = np.sqrt(np.mean(np.sum((moved - database.fine[i]) ** 2, axis=1))) / peak
+    return f"error {100 * error:.2g} % of peak"
+
+
+JUDGED = ["interpolation", style.PAPERS, "detail_correction"]
+"""One row each: interpolation, which costs least, the paper's method, and detail correction."""
+
+_PIXELS, _INCHES = 480, 1.75
+_DECADES = 3
+
+
+@style.figure("error_over_body")
+def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[str, Prediction]]) -> Figure:
+    """Draw three columns (best, median, worst) for each group and one row for each method, on one logarithmic scale.
+
+    groups : maps a heading such as "paper protocol, samples held out" to predictions of METHODS
+    Samples are ranked for each method by itself, by RMSE over the fine surface nodes / peak.
+    """
+    shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in JUDGED}
+    scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
+    views = render.same_scale([camera(database, i, moved) for p in shown.values() for i, _, moved, _ in p])
+    aspect = views[0].width / views[0].height
+    figure, axes = panels.grid(len(JUDGED), 3 * len(groups), aspect, _INCHES)
+    cells = [(r, 3 * c + k) for c in range(len(groups)) for r in range(len(JUDGED)) for k in range(3)]
+    picks = [pick for picks in shown.values() for pick in picks]
+    with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
+        for (r, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
+            picture = _coloured(stage, view, body, database, 100 * field, moved, scale)
+            panels.place(axes[r, c], picture, f"sample {i}: {percent(100 * error)} % of peak")
+    for axis, method in zip(axes[:, 0], JUDGED, strict=True):
+        axis.set_ylabel(style.short(method), fontweight="bold")
+    for c, group in enumerate(groups):
+        axes[0, 3 * c].set_title(f"{group}\nbest", loc="left")
+        for k, name in enumerate(("median", "worst"), 1):
+            axes[0, 3 * c + k].set_title(name, loc="left")
+    label = "error at each node [% of the sample's peak displacement]"
+    panels.colour_bar(figure, LogNorm(*scale), style.ERROR, label, extend="min", format="%g")
+    return figure
+
+
+def limits(fields: list[np.ndarray]) -> tuple[float, float]:
+    """Return the limits in % of three decades up to the largest of some errors / peak."""
+    top = 100 * max(float(field.max()) for field in fields)
+    return top / 10**_DECADES, top
+
+
+def percent(value: float) -> str:
+    """Format a number with two significant digits without an exponent."""
+    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
+
+
+def ranked(database, prediction) -> list[tuple]:
+    """Rank the samples: (sample, error / peak (n,), displacement (n, 3), RMSE / peak) of best, median and worst."""
+    reference = database.fine[prediction.sample]
+    peaks = np.linalg.norm(reference, axis=2).max(axis=1)
+    fields = np.linalg.norm(prediction.predicted - reference, axis=2) / peaks[:, None]
+    errors = np.sqrt(np.mean(fields**2, axis=1))
+    order = np.argsort(errors, kind="stable")
+    picks = order[[0, (len(order) - 1) // 2, -1]]
+    return [(int(prediction.sample[p]), fields[p], reference[p], float(errors[p])) for p in picks]
+
+
+def camera(database, i, moved) -> render.View:
+    """Choose the camera of a sample: its contact is visible, its deformed body complete."""
+    normal = database.contact_normals[np.searchsorted(database.coarse_surface, database.contact[i])]
+    rest = database.nodes_fine_surface
+    return render.frame(render.directions(rest, normal), [rest + moved])
+
+
+def _coloured(stage, view, body, database, percent, moved, limits) -> np.ndarray:
+    """Render the body as fine FEM deforms it, coloured by error; dark balls are held nodes."""
+    rest = database.nodes_fine_surface
+    held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
+    ball = 0.014 * float(np.ptp(rest, axis=0).max())
+    clipped = np.maximum(percent, limits[0])
+    return stage.picture(
+        view,
+        [
+            lambda s: s.surface(rest + moved, database.triangles, clipped, limits, style.ERROR, log=True),
+            lambda s: s.dots(held, ball),
+        ],
+    )
+
+
+RANKS = ("best", "median", "worst")
+_START = 1  # the first method's median sample; its contact is visible in the chosen view
+
+
+def write(database: Database, predictions: dict[str, Prediction], path: str | Path) -> None:
+    """Write, for each of METHODS, its best, median and worst test sample, coloured by the error.
+
+    The body is shown as fine FEM deforms it, on one logarithmic scale of three decades in % of the sample's peak.
+    """
+    methods = JUDGED
+    picks = [pick for method in methods for pick in ranked(database, predictions[method])]
+    scale = limits([field for _, field, _, _ in picks])
+    norm = LogNorm(*scale)
+    rest = database.nodes_fine_surface
+    positions = np.array([rest + moved for _, _, moved, _ in picks])
+    first = camera(database, *picks[_START][::2])
+    notes = [f"sample {i}: {percent(100 * error)} % of peak" for i, _, _, error in picks]
+    turnable.write(
+        turnable.Turnable(
+            render.frame(first.axes, list(positions)),
+            positions,
+            database.triangles,
+            turnable.shades(100 * np.array([field for _, field, _, _ in picks]), norm),
+            len(database.triangles),
+            turnable.legend("error [% of the sample's peak displacement]", norm, style.ERROR),
+            {
+                "choices": {
+                    "method": [style.short(method).replace("\n", " ") for method in methods],
+                    "test sample": list(RANKS),
+                },
+                "notes": notes,
+                "start": _START,
+            },
+        ),
+        path,
+    )

@@ -1,0 +1,407 @@
+"""Figures of paper 1's tables: features, width, premises, complexity, times, accuracy over cost."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from palpate.report import style, tables
+from palpate.report.number_format import seconds as written
+from palpate.report.pareto import front
+
+
+@style.figure("feature_vectors", tables=("feature_vectors", "premise_bodies"))
+def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
+    """Draw a row for the most global and the most local premise, and a column for each kind of feature.
+
+    feature_vectors, premise_bodies : the tables of these names
+    Lines are the two presses; a title has the distance of their vectors over the length of the first.
+    """
+    about = premise_bodies.sort_values("moved_share", ascending=False, kind="stable")
+    rows = list(dict.fromkeys([about["premise"].iloc[0], about["premise"].iloc[-1]]))
+    figure = Figure(figsize=(10, 2.1 * len(rows) + 0.8), layout="constrained")
+    grid = figure.subplots(len(rows), len(style.FEATURES), squeeze=False)
+    for axes, premise in zip(grid, rows, strict=True):
+        moved = about.set_index("premise").loc[premise, "moved_share"]
+        for axis, features in zip(axes, style.FEATURES, strict=True):
+            _vectors(axis, tables.where(feature_vectors, premise=premise, features=features), features)
+        axes[0].set_ylabel(f"{premise.replace('_', ' ')}\n({100 * moved:.0f} % moves)\ndisplacement / peak")
+    for axis in grid[-1]:
+        axis.set_xlabel("place in the vector")
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _vectors(axis, rows, features) -> None:
+    """Draw the two vectors of one kind of feature, and their distance."""
+    colours = (style.look(f"{features}_nonnegative_a").colour, style.INK)
+    vectors = [press.sort_values(["node", "axis"])["share_of_peak"].to_numpy() for _, press in rows.groupby("press")]
+    for i, (vector, colour) in enumerate(zip(vectors, colours, strict=True)):
+        style_of = {"lw": 1.0 if len(vector) > 60 else 1.5, "ls": "-" if i == 0 else "--"}
+        axis.plot(np.arange(len(vector)), vector, color=colour, label=("one node", "another node")[i], **style_of)
+    apart = np.linalg.norm(vectors[1] - vectors[0]) / np.linalg.norm(vectors[0])
+    axis.set_title(f"{style.FEATURES[features][0]}\n{apart:.2f} apart")
+
+
+@style.figure("sigma_sweep", tables=("sigma_sweep", "enrichment_accuracy"))
+def draw_sigma_sweep(
+    sigma_sweep, enrichment_accuracy, *, published: dict, protocol: str = "paper", split: str = "samples"
+) -> Figure:
+    """Draw a row for each body and regime, a column for each feature vector, a line for each kind of weights.
+
+    sigma_sweep, enrichment_accuracy : the tables of these names
+    published : the paper's numbers; ``sigma`` holds its σ and the length of a unit of its meshes here [m]
+    Marks are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond), and the error of
+    linear interpolation, which has no σ (dashed).
+    """
+    sweep = tables.where(sigma_sweep, protocol=protocol, split=split)
+    accuracy = tables.where(enrichment_accuracy, protocol=protocol, split=split)
+    rows = list(dict.fromkeys(zip(sweep["body"], sweep["regime"], strict=True)))
+    features = [f for f in style.FEATURES if f in set(sweep["features"])]
+    figure = Figure(figsize=(3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2), layout="constrained")
+    grid = figure.subplots(len(rows), len(features), sharex=True, sharey="row", squeeze=False)
+    for axes, (body, regime) in zip(grid, rows, strict=True):
+        unit_m = published["sigma"]["unit_m"].get(body)
+        sigma_m = None if unit_m is None else published["sigma"]["value"] * unit_m
+        here = tables.where(accuracy, body=body, regime=regime).set_index("method")
+        for axis, name in zip(axes, features, strict=True):
+            panel = tables.where(sweep, body=body, regime=regime, features=name)
+            for weights, curve in panel.groupby("weights", sort=False):
+                _curve(axis, curve.sort_values("sigma_relative"), here, f"{name}_{weights}", sigma_m)
+            axis.axhline(100 * here.loc["interpolation", "rmse_of_peak"], color=style.FAINT, ls="--", lw=1.2)
+            axis.set(xscale="log", yscale="log")
+        axes[0].set_ylabel(f"{body}, {regime} loads\nRMSE [% of peak]")
+        style.plain_log(axes[0].yaxis)
+    for axis, name in zip(grid[0], features, strict=True):
+        axis.set_title(style.FEATURES[name][0])
+    for axis in grid[-1]:
+        axis.set_xlabel("σ / median distance of training features")
+        style.plain_log(axis.xaxis)
+    figure.legend(handles=_sweep_legend(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _curve(axis, curve, accuracy, method, sigma_m) -> None:
+    """Draw one line with its two marks; a mark beyond the sweep's ends is left out."""
+    colour = style.look(method).colour
+    relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
+    axis.plot(relative, error, color=colour, zorder=2)
+    ratio = relative[0] / curve["sigma_m"].iloc[0]
+    marks = [(accuracy["sigma_m"].get(method), "o", colour), (sigma_m, "D", "white")]
+    for sigma, marker, fill in marks:
+        at = np.nan if sigma is None else sigma * ratio
+        if relative[0] <= at <= relative[-1] * (1 + 1e-9):
+            height = np.exp(np.interp(np.log(at), np.log(relative), np.log(error)))
+            axis.plot(at, height, marker, color=colour, mfc=fill, mec=colour, ms=5.5, zorder=3)
+
+
+def _sweep_legend() -> list[Line2D]:
+    """Return the handles; shades of grey represent the shades that each column has in its own hue."""
+    greys = ("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf")
+    lines = [
+        Line2D([], [], color=grey, label=name) for grey, (name, _) in zip(greys, style.WEIGHTS.values(), strict=True)
+    ]
+    return [
+        *lines,
+        Line2D([], [], ls="", marker="o", color=style.INK, label="σ by cross-validation"),
+        Line2D([], [], ls="", marker="D", mfc="white", color=style.INK, label="the paper's σ"),
+        Line2D([], [], ls="--", color=style.FAINT, label="linear interpolation"),
+    ]
+
+
+PAPERS = "nonnegative_a"
+READINGS = {
+    PAPERS: ("non-negative (a), the paper", "s"),
+    "nonnegative_b": ("non-negative (b)", "D"),
+    "literal": ("(a), equation 4 word for word", "v"),
+    "linear": ("linear regressor of § 3.2", "P"),
+}
+"""Label and marker of each way to weigh samples that is compared."""
+SHOWN = (0.08, 30.0)
+"""Ratios that are shown; what is larger is marked at the end of the scale."""
+
+
+@style.figure("premises", tables=("premises", "premise_bodies"))
+def draw_premises(premises, premise_bodies, *, held_out: str = "contacts") -> Figure:
+    """Draw a row for each premise, the most local first: errors on the left, ratios to unordered features on the right.
+
+    premises, premise_bodies : the tables of these names
+    Whiskers hold 90 % of draws of splits and contacts. Left of the line ordered features pay; ratios beyond SHOWN are
+    arrows at its end.
+    """
+    about = premise_bodies.sort_values("moved_share", kind="stable")
+    shown = tables.where(premises, held_out=held_out)
+    whole = shown[shown["train"] == shown.groupby("premise")["train"].transform("max")]
+    figure = Figure(figsize=(10, 0.62 * len(about) + 1.7), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    right.set(xscale="log", xlim=SHOWN, xlabel="error / error of unordered features with the same weights")
+    for y, row in enumerate(about.itertuples()):
+        _errors(left, y, tables.where(whole, premise=row.premise))
+        _ratios(right, y, tables.where(whole, premise=row.premise))
+    labels = [
+        f"{row.premise.replace('_', ' ')}{'*' if row.responses == 'nonlinear' else ''}\n"
+        f"{100 * row.moved_share:.0f} % of the surface moves"
+        for row in about.itertuples()
+    ]
+    left.set_yticks(range(len(about)), labels)
+    left.invert_yaxis()
+    left.set(xscale="log", xlabel="RMSE [% of peak], mean of the test samples")
+    right.axvline(1.0, color=style.INK, lw=1, zorder=1)
+    for axis in (left, right):
+        style.plain_log(axis.xaxis)
+        axis.grid(axis="y", visible=False)
+    figure.legend(handles=_premise_legend(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _errors(axis, y, rows) -> None:
+    """Draw the errors of the paper's weights, and of the answers that need no samples."""
+    for name, marker, colour in (
+        ("zero", "|", style.FAINT),
+        ("interpolation", "X", style.look("interpolation").colour),
+    ):
+        error = 100 * tables.where(rows, features=name)["rmse_of_peak"].iloc[0]
+        axis.plot(error, y - 0.36, marker, color=colour, ms=11 if marker == "|" else 6, mew=2 if marker == "|" else 0.5)
+    for i, features in enumerate(style.FEATURES):
+        row = tables.where(rows, features=features, weights=PAPERS).iloc[0]
+        _whisker(
+            axis, y + 0.22 * (i - 1), [100 * row[c] for c in ("rmse_of_peak", "error_low", "error_high")], features
+        )
+
+
+def _ratios(axis, y, rows) -> None:
+    """Draw the ratios of both kinds of ordered features, one mark for each way to weigh."""
+    for i, weights in enumerate(READINGS):
+        for features, up in (("ordered", -0.04), ("framed", 0.04)):
+            row = tables.where(rows, features=features, weights=weights).iloc[0]
+            values, marker = [row[c] for c in ("ratio", "ratio_low", "ratio_high")], READINGS[weights][1]
+            if values[0] > 0.9 * SHOWN[1]:
+                values, marker = [0.9 * SHOWN[1]] * 3, ">"
+            _whisker(axis, y + 0.19 * (i - 1.5) + up, values, features, marker)
+
+
+def _whisker(axis, y, values, features, marker="s") -> None:
+    """Draw one mark at the first of ``values``, and a line from the second to the third."""
+    colour = style.look(f"{features}_{PAPERS}").colour
+    axis.plot(values[1:], [y, y], color=colour, lw=1.2, zorder=2)
+    axis.plot(values[0], y, marker, color=colour, mec="white", mew=0.5, ms=5.5, zorder=3)
+
+
+def _premise_legend() -> list[Line2D]:
+    """Return the handles: colours for features, markers for weights."""
+    colours = [
+        Line2D([], [], color=style.look(f"{features}_{PAPERS}").colour, label=name)
+        for features, (name, _) in style.FEATURES.items()
+    ]
+    markers = [Line2D([], [], ls="", marker=m, color="#777777", label=name) for name, m in READINGS.values()]
+    return [
+        *colours,
+        Line2D([], [], ls="", marker="|", ms=11, mew=2, color=style.FAINT, label="the zero answer"),
+        Line2D([], [], ls="", marker="X", color=style.look("interpolation").colour, label="linear interpolation"),
+        *markers,
+    ]
+
+
+_COLOURS = {"r": "#0072b2", "k": "#d55e00"}
+
+
+@style.figure("complexity", tables=("complexity",))
+def draw_complexity(complexity) -> Figure:
+    """Draw fitted exponents with confidence intervals (discs) and the paper's (diamonds).
+
+    complexity : the table of this name
+    """
+    figure = Figure(figsize=(7.5, 0.62 * len(complexity) + 1.2), layout="constrained")
+    axis = figure.subplots()
+    for y, row in enumerate(complexity.to_dict("records")):
+        for letter, shift in (("r", -0.14), ("k", 0.14)):
+            value = row[f"exponent_{letter}"]
+            reach = np.abs([[row[f"exponent_{letter}_{end}"] - value] for end in ("low", "high")])
+            axis.errorbar(value, y + shift, xerr=reach, fmt="o", color=_COLOURS[letter], capsize=3)
+            axis.plot(
+                row[f"paper_exponent_{letter}"],
+                y + shift,
+                "D",
+                mfc="none",
+                mec=style.INK,
+                ms=9,
+                mew=0.9,
+                zorder=3,
+            )
+    names = zip(complexity["operation"], complexity["paper_order"], strict=True)
+    labels = [f"{style.OPERATIONS.get(o, o)}\n{order.replace('^2', '²')}" for o, order in names]
+    axis.set_yticks(range(len(complexity)), labels)
+    axis.set(xlabel="exponent of the measured time", ylim=(len(complexity) - 0.5, -0.5), xlim=(0, None))
+    axis.grid(axis="y", visible=False)
+    handles = [
+        Line2D([], [], marker="o", color=_COLOURS["r"], label="in r (features), measured"),
+        Line2D([], [], marker="o", color=_COLOURS["k"], label="in k (samples), measured"),
+        Line2D([], [], ls="", marker="D", mfc="none", mec=style.INK, ms=8, label="the paper's order"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+@style.figure("timing_bars", tables=("enrichment_timing",))
+def draw_timing_bars(enrichment_timing) -> Figure:
+    """Draw two bars for each method on a logarithmic scale; dots are the five deformations.
+
+    enrichment_timing : the table of this name
+    """
+    timing = enrichment_timing
+    names = tables.bodies(timing)
+    figure = Figure(figsize=(10, 0.5 * len(set(timing["method"])) + 1.3), layout="constrained")
+    for axis, body in zip(figure.subplots(1, len(names), sharex=True, squeeze=False)[0], names, strict=True):
+        rows = tables.where(timing, body=body)
+        low = 0.3 * timing[["mean_s", "paper_mean_s"]].min().min()
+        for y, row in enumerate(rows.itertuples()):
+            _bar(axis, y + 0.2, row.mean_s, low, color=style.look(row.method).colour)
+            _bar(axis, y - 0.2, row.paper_mean_s, low, color="white", edgecolor="#555555", hatch="////")
+            times = [getattr(row, f"d{i}_s") for i in range(1, 6)]
+            axis.plot(times, [y + 0.2] * 5, "o", color="white", mec=style.INK, ms=3, mew=0.6)
+        axis.set_yticks(range(len(rows)), [style.short(m).replace("\n", " ") for m in rows["method"]])
+        axis.set(xscale="log", title=body, xlabel="time a deformation [s]")
+        axis.set_xlim(low, 40 * timing[["mean_s", "paper_mean_s"]].max().max())
+        axis.invert_yaxis()
+        axis.grid(axis="y", visible=False)
+    handles = [
+        Patch(facecolor="white", edgecolor="#555555", hatch="////", label="the paper (its machine, 2020)"),
+        Patch(facecolor="#777777", label="palpate (this machine, one core)"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _bar(axis, y, seconds, low, **look) -> None:
+    """Draw one bar with its number at the end; none where the paper has no such row."""
+    if seconds > 0:
+        axis.barh(y, seconds - low, left=low, height=0.36, linewidth=0.7, **look)
+        axis.annotate(written(seconds), (seconds, y), (5, 0), textcoords="offset points", va="center", fontsize=7.5)
+
+
+BUDGETS_S = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
+"""Frame budgets: haptics, 60 pictures a second, and a response that still seems immediate."""
+
+
+@style.figure("accuracy_vs_online_cost", tables=("enrichment_accuracy", "online_cost", "fem_cost"))
+def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost, *, split: str = "contacts") -> Figure:
+    """Draw one column for each body and one row for each protocol and regime, for one ``split``.
+
+    enrichment_accuracy, online_cost, fem_cost : the tables of these names
+    The whisker ends at the 95th percentile of the time. The stepped line is the Pareto front. A method without a
+    finite error or time is named in its panel as failed.
+    """
+    accuracy = tables.where(enrichment_accuracy, split=split)
+    joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
+    names = tables.bodies(joined)
+    rows = list(dict.fromkeys(zip(joined["protocol"], joined["regime"], strict=True)))
+    figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.35 * len(rows) + 0.6), layout="constrained")
+    grid = figure.subplots(len(rows), len(names), sharex=True, sharey=True, squeeze=False)
+    for axes, (protocol, regime) in zip(grid, rows, strict=True):
+        for axis, body in zip(axes, names, strict=True):
+            panel = tables.where(joined, body=body, protocol=protocol, regime=regime)
+            _points(axis, panel)
+            _lines(axis, tables.where(fem_cost, body=body, regime=regime)["seconds"])
+            axis.set_title(f"{body}, {protocol} protocol, {regime} loads")
+        axes[0].set_ylabel("RMSE [% of peak]")
+    for axis in grid[-1]:
+        axis.set_xlabel("online time a query [ms]")
+        style.plain_log(axis.xaxis)
+    low, high = grid[0, 0].get_ylim()
+    grid[0, 0].set_ylim(low / 6, high)  # room for the names of lines and failures
+    style.plain_log(grid[0, 0].yaxis)
+    figure.legend(
+        handles=_method_legend(joined["method"]),
+        loc="outside right center",
+        title="less of both is better",
+    )
+    return figure
+
+
+def _points(axis, panel) -> None:
+    """Draw the methods of one panel and their front, and name those that failed."""
+    milliseconds = 1e3 * panel["online_median_s"].to_numpy()
+    late = 1e3 * panel["online_p95_s"].to_numpy()
+    error = 100 * panel["rmse_of_peak"].to_numpy()
+    for method, t, p95, e in zip(panel["method"], milliseconds, late, error, strict=True):
+        look = style.look(method)
+        size = 13 if look.marker == "*" else 6.5
+        axis.plot([t, p95], [e, e], color=look.colour, lw=1, zorder=3)
+        axis.plot(t, e, look.marker, color=look.colour, mec="white", mew=0.6, ms=size, zorder=4)
+    best = front(milliseconds, error)
+    axis.plot(milliseconds[best], error[best], color=style.INK, lw=1, drawstyle="steps-post", zorder=2)
+    failed = panel["method"][~(np.isfinite(milliseconds) & np.isfinite(error))]
+    if len(failed):
+        text = "failed: " + ", ".join(style.look(m).label for m in failed)
+        axis.text(0.01, 0.03, text, transform=axis.transAxes, fontsize=7, color="#aa0000")
+    axis.set(xscale="log", yscale="log")
+
+
+def _lines(axis, fem_seconds) -> None:
+    """Draw frame budgets, and the median time of the fine simulation that the methods replace."""
+    budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in BUDGETS_S.items()]
+    fine = ("fine FEM", 1e3 * float(fem_seconds.median()), style.look("fine_fem").colour, "-.", 1)
+    for name, x, colour, dashes, end in [*budgets, fine]:
+        axis.axvline(x, color=colour, ls=dashes, lw=1, zorder=1)
+        axis.annotate(
+            name, (x, end), (-1.5, 2 - 4 * end), xycoords=("data", "axes fraction"),
+            textcoords="offset points", rotation=90, ha="right", va="top" if end else "bottom",
+            fontsize=7, color="#666666",
+        )  # fmt: skip
+
+
+def _method_legend(present) -> list[Line2D]:
+    """Return the handles of every method in table order, then of the front."""
+    handles = [
+        Line2D(
+            [],
+            [],
+            ls="",
+            marker=look.marker,
+            color=look.colour,
+            ms=9 if look.marker == "*" else 6,
+            label=look.label,
+        )
+        for method, look in style.METHODS.items()
+        if method in set(present)
+    ]
+    return [*handles, Line2D([], [], color=style.INK, lw=1, label="Pareto front")]
+
+
+_REGIMES = (("#0072b2", "o"), ("#d55e00", "^"), ("#009e73", "s"), ("#7d7d7d", "D"))
+
+
+@style.figure("fem_cost", tables=("fem_cost", "sample_peaks"))
+def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
+    """Draw seconds and Newton iterations over the peak displacement [mm], one column for each body.
+
+    fem_cost, sample_peaks : the tables of these names, joined on body, regime and sample
+    """
+    joined = fem_cost.merge(sample_peaks, on=["body", "regime", "sample"], validate="one_to_one")
+    names = tables.bodies(joined)
+    figure = Figure(figsize=(4.2 * len(names) + 0.4, 5), layout="constrained")
+    grid = figure.subplots(2, len(names), sharex=True, sharey="row", squeeze=False)
+    for column, body in zip(grid.T, names, strict=True):
+        here = tables.where(joined, body=body)
+        for (regime, rows), (colour, marker) in zip(here.groupby("regime", sort=False), _REGIMES, strict=False):
+            label = f"{regime} loads: median {rows['seconds'].median():.2g} s, most {rows['seconds'].max():.2g} s"
+            for axis, value in zip(column, ("seconds", "newton_iterations"), strict=True):
+                axis.plot(
+                    1e3 * rows["peak_m"],
+                    rows[value],
+                    marker,
+                    color=colour,
+                    ms=4,
+                    mec="white",
+                    mew=0.4,
+                    label=label,
+                )
+        column[0].set(xscale="log", yscale="log")
+        column[0].set_title(body, pad=32)
+        column[0].legend(loc="lower left", bbox_to_anchor=(-0.03, 0.99))
+        column[1].set(xlabel="peak displacement [mm]", ylim=(0, None))
+    style.plain_log(grid[0, 0].xaxis)
+    style.plain_log(grid[0, 0].yaxis)
+    grid[0, 0].set_ylabel("time of a fine simulation [s]")
+    grid[1, 0].set_ylabel("Newton iterations")
+    return figure

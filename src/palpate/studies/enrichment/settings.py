@@ -1,0 +1,88 @@
+"""Settings of paper 1's enrichment."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from palpate.bodies.settings import Anchors, Bed, Magnitudes, Refinements
+from palpate.errors import InputError, describe_unknown
+from palpate.models.settings import Regression
+from palpate.setting_types import Block, Count, Distinct, Inside, Name, Positive, Vector, Whole, key, optional
+from palpate.studies.enrichment.premise_samples import sample_counts
+
+
+class Case(Block):
+    body: str = key("Name of a body")
+    made_of: Literal["solid", "triangles", "springs"] = key(
+        "Whether the body is solid, or its surface only, as elastic triangles or as springs along their edges", "solid"
+    )
+    thickness_m: Positive = key("Thickness [m] of a body that is its surface only", 0.002)
+    direction: Vector | None = key("Direction of all presses, on the side that faces it; null: inward normals", None)
+    anchors: Anchors = optional("Which coarse nodes are held, in place of the body's")
+    bed: Bed = optional("An elastic bed, in place of the body's")
+    refinements: Refinements = optional("How often each tetrahedron is split into eight, in place of the body's")
+    magnitudes: Magnitudes = optional("Forces at each contact, in place of the body's")
+    train: Whole = optional("Samples that are trained on, in place of the body's", ge=2)
+    test: Count = optional("Samples that are held out, in place of the body's")
+
+
+class Premises(Block):
+    splits: Whole = key("Splits of each premise into training and test samples; each presses other contacts", 3, ge=2)
+    training_shares: Distinct[Inside] = key(
+        "Shares of the training contacts with which errors are measured", [0.35, 0.65]
+    )
+    peak_of_size: Positive = key("Displacement under magnitude 1, as a share of the body's longest side", 0.02, le=0.5)
+    cases: dict[Name, Case] = key("The premises, by name; another name than any body with samples", {})
+
+
+class Regime(Block):
+    peak_of_size: Positive = key("Largest displacement, as a share of the body's longest side", le=0.5)
+
+
+class Settings(Regression):
+    """Paper 1's regressors."""
+
+    complexity_samples: Distinct[Annotated[Whole, Field(ge=2)]] = key(
+        "Numbers of training samples over which the growth of cost is measured", [25, 50, 100, 200], min_length=2
+    )
+    premises: Premises = key(
+        "Bodies held so that they deform locally, as paper 1 assumes, or as a whole: contact-ordered features beside "
+        "unordered ones in each, with linear responses",
+        {},
+    )
+    regimes: dict[Name, Regime] = key(
+        "How hard bodies are pressed by a force on a single node, as in the paper, by name; another name than any of "
+        "the trade-off's",
+        {"point_small": {"peak_of_size": 0.02}, "point_large": {"peak_of_size": 0.15}},
+        min_length=1,
+    )
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError for an empty range of widths, nothing to sample."""
+    sigma = config["enrichment"]["sigma_relative"]
+    if sigma["min"] >= sigma["max"]:
+        raise InputError(
+            f"{file}: enrichment.sigma_relative.min is {sigma['min']}; make it less than max, {sigma['max']}."
+        )
+    if not any("train" in body for body in config["bodies"].values()):
+        raise InputError(f"{file}: enrichment is there and no body has train and test; give a body both.")
+    for name, case in config["enrichment"]["premises"]["cases"].items():
+        _check_premise(f"{file}: enrichment.premises.cases.{name}", name, case, config["bodies"])
+    if twice := sorted(set(config["enrichment"]["regimes"]) & set(config.get("regimes", {}))):
+        raise InputError(f"{file}: enrichment.regimes.{twice[0]} is under regimes, too; give it another name.")
+
+
+def _check_premise(place: str, name: str, case: dict, bodies: dict) -> None:
+    """Raise InputError for a premise without a body that is refined, or without whole contacts to hold out."""
+    if wrong := describe_unknown([case["body"]], list(bodies)):
+        raise InputError(f"{place}.body names {wrong}")
+    body = bodies[case["body"]]
+    if case.get("direction") is not None and not any(case["direction"]):
+        raise InputError(f"{place}.direction is [0, 0, 0], which points nowhere; give one number that is not 0.")
+    if "train" in bodies.get(name, {}):
+        raise InputError(f"{place} has the name of a body with samples, which is a premise, too; give it another.")
+    if not case.get("refinements", body.get("refinements", 0)):
+        raise InputError(f"{place}.body names {case['body']}, which is not refined; give refinements of at least 1.")
+    sample_counts(place, case, body)

@@ -1,0 +1,241 @@
+"""Time paper 1's operations over their sizes (table 3), and what a query costs at run time (tables 4 and 5).
+
+Building A is measured whole and without the inversion of Φ: the paper's O(r k²) leaves the k³ of the inversion out, so
+its order can only hold for the assembly of Φ. Sizes are large enough for the cost of calling numpy to vanish, except
+where the whole of building A is measured: there feature lengths are those of the paper, as there the inversion counts.
+"""
+
+import time
+import timeit
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from palpate.benchmark.accuracy import Method
+from palpate.benchmark.database import Database
+from palpate.benchmark.presses import nodal_forces
+from palpate.benchmark.timing import Call, measure, timing_rows
+from palpate.bodies.body import Body
+from palpate.models.enrichment.features import nearest_first
+from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
+
+
+class Operation(NamedTuple):
+    """prepare(r, k, random) gives the call to be timed; ``grows`` is the paper's order as a function.
+
+    lengths : the r tried
+    """
+
+    prepare: Callable[[int, int, np.random.Generator], Callable[[], object]]
+    lengths: tuple[int, ...]
+    paper_order: str
+    grows: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def _sorting(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
+    points, contacts = random.normal(size=(r // 3, 3)), random.normal(size=(k, 3))
+    return lambda: [nearest_first(points, contact, 1.0) for contact in contacts]
+
+
+def _assembling(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
+    known = random.normal(size=(k, r))
+    return lambda: gaussian(squared_distances(known, known), np.sqrt(r))
+
+
+def _building(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
+    known = random.normal(size=(k, r))
+    return lambda: inverse(gaussian(squared_distances(known, known), np.sqrt(r)))
+
+
+def _weighing(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
+    known, asked = random.normal(size=(k, r)), random.normal(size=(1, r))
+    return lambda: query_weights(squared_distances(known, asked), np.sqrt(r))
+
+
+OPERATIONS = {
+    "sorting": Operation(_sorting, (3000, 6000, 12000, 24000, 48000), "O(k r log r)", lambda r, k: k * r * np.log(r)),
+    "building_phi": Operation(_assembling, (300, 600, 1200, 2400, 4800), "O(r k^2)", lambda r, k: r * k**2),
+    "building_a": Operation(_building, (30, 60, 120, 240, 480), "O(r k^2)", lambda r, k: r * k**2),
+    "building_w": Operation(_weighing, (1000, 2000, 4000, 8000, 16000), "O(r k)", lambda r, k: r * k),
+}
+
+COMPLEXITY = Table(
+    "complexity",
+    "Measured exponents of each operation's time in the numbers of features r and samples k, with 95 % intervals.",
+    """
+    operation paper_order: an operation, and its order in paper 1
+    r_min r_max k_min k_max: sizes that were tried
+    exponent_r exponent_r_low exponent_r_high paper_exponent_r: power of r, interval, and that of the paper's order
+    exponent_k exponent_k_low exponent_k_high paper_exponent_k: the same of k
+    """,
+)
+
+
+def complexity(samples: Sequence[int], seed: int) -> pd.DataFrame:
+    """Measure the seconds of each operation on random data over its lengths × ``samples``: operation, r, k, seconds.
+
+    Processor time of the one thread, the fastest of three turns: a long call is interrupted by what else the
+    machine does more often than a short one, and on the clock that looks like a higher order.
+    """
+    from threadpoolctl import threadpool_limits
+
+    random = np.random.default_rng(seed)
+    rows = []
+    with threadpool_limits(limits=1):
+        for name, operation in OPERATIONS.items():
+            sizes = [(r, k) for r in operation.lengths for k in samples]
+            calls = [operation.prepare(r, k, random) for r, k in sizes]
+            seconds = np.min([[_seconds(call) for call in calls] for _ in range(3)], axis=0)
+            rows += [(name, r, k, taken) for (r, k), taken in zip(sizes, seconds, strict=True)]
+    return pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"])
+
+
+def _seconds(call: Callable[[], object]) -> float:
+    """Take the mean over as many calls as take about 2 ms."""
+    timer = timeit.Timer(call, timer=time.thread_time)
+    number = max(1, int(2e-3 / timer.timeit(number=1)))
+    return timer.timeit(number=number) / number
+
+
+def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate complexity.csv: fitted exponents with 95 % confidence intervals, beside the paper's order.
+
+    ``paper_exponent_r`` and ``_k`` are the paper's formula fitted over the same sizes, which turns r log r
+    into a number.
+    """
+    rows = []
+    for name, operation in OPERATIONS.items():
+        table = measured[measured["operation"] == name]
+        r, k = table["r"].to_numpy(float), table["k"].to_numpy(float)
+        row: dict[str, Any] = {"operation": name, "paper_order": operation.paper_order}
+        row |= {"r_min": int(r.min()), "r_max": int(r.max()), "k_min": int(k.min()), "k_max": int(k.max())}
+        expected, _ = fit_exponents(r, k, operation.grows(r, k))
+        found, half = fit_exponents(r, k, table["seconds"].to_numpy())
+        for i, size in enumerate("rk"):
+            row |= {
+                f"exponent_{size}": found[i],
+                f"exponent_{size}_low": found[i] - half[i],
+                f"exponent_{size}_high": found[i] + half[i],
+                f"paper_exponent_{size}": expected[i],
+            }
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def fit_exponents(r: np.ndarray, k: np.ndarray, seconds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fit a and b of seconds ≈ c rᵃ kᵇ by least squares on logarithms, and half their 95 % intervals."""
+    design = np.column_stack([np.log(r), np.log(k), np.ones(len(r))])
+    logs = np.log(seconds)
+    coefficients = np.linalg.lstsq(design, logs)[0]
+    freedom = len(r) - 3
+    variance = np.sum((logs - design @ coefficients) ** 2) / freedom
+    spread = np.sqrt(variance * np.linalg.inv(design.T @ design).diagonal())
+    return coefficients[:2], stats.t.ppf(0.975, freedom) * spread[:2]
+
+
+PAPERS_TABLE = {
+    "unordered": "unordered_nonnegative_a",
+    "contact_ordered": "ordered_nonnegative_a",
+    "detail_correction": "detail_correction",
+}
+"""Rows of the paper's tables 4 and 5 and the methods that stand there."""
+DEFORMATIONS = 5
+"""The paper times five of them, d1 to d5."""
+FEM_REPEATS = 5
+"""A fine simulation takes long and is no online method."""
+
+
+def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:
+    """Make one call for each row of ``loads``, which simulates it from rest on one level."""
+    solver = Equilibrium(body, level)
+    nodal = [nodal_forces(body, level, load) for _, load in loads.iterrows()]
+    return [partial(solver.solve, forces, tolerance) for forces in nodal]
+
+
+def queries(db: Database, method: Method, protocol: str, samples: Sequence[int]) -> list[Call]:
+    """Make one call for each sample, which predicts its fine response from the coarse one of ``protocol``."""
+    coarse = db.coarse(protocol)
+    return [partial(method.predict, coarse[i], int(db.contact[i]), db.force[i]) for i in samples]
+
+
+ENRICHMENT_TIMING = Table(
+    "enrichment_timing",
+    "The time of five answers of each method, and their mean, laid out like table 4 of paper 1.",
+    """
+    body method: a body, and a method
+    d1_s d2_s d3_s d4_s d5_s mean_s paper_mean_s: times of five loads, their mean, and the paper's [s]
+    """,
+)
+
+
+def timing_table(
+    db: Database,
+    methods: Mapping[str, Mapping[str, Method]],
+    fine: list[Call],
+    coarse: list[Call],
+    samples: Sequence[int],
+    body: str,
+    repeats: int,
+    means: Mapping[str, float],
+) -> pd.DataFrame:
+    """Tabulate enrichment_timing.csv: fine FEM, the paper's two features, and detail
+    correction without and with its coarse simulation.
+
+    methods : by protocol and name; fine, coarse : one simulation a sample
+    means : the paper's mean seconds, by row
+    """
+    online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
+    corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
+    online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
+    return pd.concat(
+        [timing_rows(body, {"fine_fem": fine}, FEM_REPEATS, means), timing_rows(body, online, repeats, means)]
+    )
+
+
+ONLINE_COST = Table(
+    "online_cost",
+    "The time that each method needs for one answer once it is prepared: median and 95th percentile.",
+    """
+    body method protocol: a body, a method, and what its coarse nodes come from
+    online_median_s online_p95_s: time of an answer [s]; live, with the coarse simulation
+    """,
+)
+
+
+def cost_table(
+    db: Database,
+    methods: Mapping[str, Mapping[str, Method]],
+    coarse: list[Call],
+    samples: Sequence[int],
+    body: str,
+    repeats: int,
+) -> pd.DataFrame:
+    """Tabulate online_cost.csv over all ``samples``.
+
+    In the live protocol the coarse simulation is part of a query, at its median; linear FEM needs none.
+    """
+    simulated = measure(coarse, repeats).median_s
+    rows = []
+    for protocol, fitted in methods.items():
+        for name, method in fitted.items():
+            query = measure(queries(db, method, protocol, samples), repeats)
+            before = simulated if protocol == "live" and name != "linear_fem" else 0.0
+            rows.append([body, name, protocol, before + query.median_s, before + query.p95_s])
+    return ONLINE_COST.frame(rows)
+
+
+def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
+    """Choose five of the samples ``test`` from the smallest to the largest of their peaks (k,) [m], evenly."""
+    ranked = test[np.argsort(peaks[test], kind="stable")]
+    return ranked[np.linspace(0, len(ranked) - 1, DEFORMATIONS).round().astype(int)]
+
+
+def _in_turn(first: Call, second: Call) -> None:
+    first()
+    second()

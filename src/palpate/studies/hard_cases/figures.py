@@ -1,0 +1,110 @@
+"""Matrices of the outcomes of every model in every hard case."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.errors import InputError
+from palpate.report import style
+from palpate.report.model_looks import look
+
+LOOKS = {
+    "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
+    "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
+    "not_converged": style.Look("not converged, and reported", "#f0c94a", "n"),
+    "wrong": style.Look("wrong", "#d55e00", "w"),
+    "nan": style.Look("not a number", "#111111", "∞"),
+}
+"""Each outcome's label, colour, and the letter that shows it without colour."""
+COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",), ("organ",)))
+"""Families by matrix, and matrices from left to right and from top to bottom."""
+TITLES = {
+    "fem": "elasticity",
+    "dynamics": "dynamics",
+    "enrichment": "enrichment",
+    "contact": "contact",
+    "organ": "organ",
+}
+CELL = 0.165  # [inch]
+LEFT, LETTER, BELOW = 2.2, 0.056, 0.75  # [inch] for names of cases, a letter of a model's name, and the legend
+
+
+@style.figure("hard_cases", tables=("hard_cases",))
+def draw_hard_cases(hard_cases) -> Figure:
+    """Draw cases (rows) and models (columns), one matrix for families that share models.
+
+    A cross marks an outcome that was not declared.
+
+    hard_cases : the table of this name
+    """
+    table = hard_cases
+    parts = [[table[table["family"].isin(families)] for families in column] for column in COLUMNS]
+    parts = [[part for part in column if len(part)] for column in parts]
+    wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]
+    tall = [sum(_above(part) + CELL * part["case"].nunique() for part in column) for column in parts]
+    width, height = sum(LEFT + CELL * count + 0.2 for count in wide if count), max(tall) + BELOW
+    figure, left = Figure(figsize=(max(width, 6.5), height)), 0.0
+    for column, count in zip(parts, wide, strict=True):
+        top = height
+        for part in column:
+            rows, columns = CELL * part["case"].nunique(), CELL * part["model"].nunique()
+            top -= _above(part) + rows
+            place = ((left + LEFT) / max(width, 6.5), top / height, columns / max(width, 6.5), rows / height)
+            _matrix(figure.add_axes(place), part)
+        left += LEFT + CELL * count + 0.2 if count else 0.0
+    figure.legend(handles=_handles(), loc="lower left", ncols=3, bbox_to_anchor=(0.01, 0.0))
+    return figure
+
+
+def _above(part) -> float:
+    """Return the height [inch] that the names of the models need above their matrix."""
+    return 0.45 + LETTER * max((len(look(model).label) for model in part["model"]), default=0)
+
+
+def _handles() -> list[Line2D]:
+    handles = [
+        Line2D([], [], ls="", marker="s", ms=8, color=shown.colour, label=_named(shown)) for shown in LOOKS.values()
+    ]
+    return [*handles, Line2D([], [], ls="", marker="x", ms=7, mew=1.6, color=style.INK, label="not as declared")]
+
+
+def _named(shown: style.Look) -> str:
+    return f"{shown.marker}: {shown.label}" if shown.marker else shown.label
+
+
+def _matrix(axis, table) -> None:
+    """Draw the cells of some families, with a line between families."""
+    cases, models = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model"]))
+    for row in table.itertuples():
+        x, y = models.index(row.model), cases.index(row.case)
+        shown = _look(row.outcome)
+        axis.fill([x, x + 1, x + 1, x], [y, y, y + 1, y + 1], color=shown.colour, ec="white", lw=1.0)
+        white = "white" if row.outcome in ("wrong", "nan") else style.INK
+        axis.text(x + 0.5, y + 0.54, shown.marker, ha="center", va="center", fontsize=6.5, color=white)
+        if not row.passed:
+            axis.plot(x + 0.5, y + 0.5, "x", color=white, ms=8, mew=1.6)
+    families = table.drop_duplicates("case")["family"].to_numpy()
+    for edge in np.flatnonzero(families[1:] != families[:-1]) + 1:
+        axis.axhline(edge, color=style.INK, lw=0.8)
+    for family in dict.fromkeys(families):
+        first = int(np.argmax(families == family))
+        axis.annotate(
+            TITLES[family], (0, first), (-150, 0), textcoords="offset points", va="top", ha="left", fontsize=8,
+            fontweight="bold", rotation=90, annotation_clip=False, rotation_mode="default",
+        )  # fmt: skip
+    axis.set(xlim=(0, len(models)), ylim=(len(cases), 0))
+    axis.set_xticks(np.arange(len(models)) + 0.5, [look(m).label for m in models], rotation=90)
+    axis.set_yticks(np.arange(len(cases)) + 0.5, [_words(c) for c in cases])
+    axis.tick_params(length=0, labelsize=7, labeltop=True, labelbottom=False)
+    axis.grid(False)
+    axis.spines[:].set_visible(False)
+
+
+def _look(outcome: str) -> style.Look:
+    if outcome not in LOOKS:
+        raise InputError(f"outcome {outcome} has no colour: give it one in LOOKS")
+    return LOOKS[outcome]
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

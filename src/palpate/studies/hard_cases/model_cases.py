@@ -1,0 +1,181 @@
+"""Hard cases of contact modes, of models learnt from samples, and of optional engines."""
+
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import database_of
+from palpate.benchmark.load import Load, displacement_of, loads_of
+from palpate.benchmark.model import Case as ModelCase
+from palpate.bodies.body import Body, nest
+from palpate.bodies.box import box
+from palpate.bodies.material import LAWS, Material
+from palpate.bodies.mesh import TetMesh
+from palpate.effects.elements import locking_is_measured
+from palpate.models import fem, pod_galerkin, pod_of_loads, quadratic_neo_hookean
+from palpate.models.contact_modes import contact_modes
+from palpate.models.model_registry import ENGINES, absent, model
+from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.pressed_samples import SETTINGS as FIT
+
+MODEL = "contact_modes"
+SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
+RADIUS_M = 0.02
+NEWTONS = 0.018
+"""A press that moves the bar's end by a tenth of its length."""
+
+
+def reduced_contacts() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    told = {MODEL: ("stable", "not_converged")}
+
+    def case(name, scene, expected, body, direction, declared=None):
+        words = (name, "fem", "palpate", scene, expected, "RMSE / peak against quadratic elements", 0.02)
+        return Case.of(*words, run=lambda _: _pressed(body(), direction), models=[MODEL], declared=declared)
+
+    return [
+        case("press_twofold", "a bar's end is pressed twice as hard as it is made for", "the answer, or it is told",
+             bar, [0.0, 0.0, -2.0], told),
+        case("press_threefold", "the same three times as hard", "the answer, or it is told",
+             bar, [0.0, 0.0, -3.0], told),
+        case("press_sideways", "the same along the surface", "the answer, or it is told", bar, [0.0, 1.0, 0.0], told),
+        case("press_outwards", "the same as a pull", "the answer, or it is told", bar, [0.0, 0.0, 1.0], told),
+        case("press_on_slivers", "a layer of elements with dihedral angles of 0.1°", "the answer",
+             lambda: bar(degrees=0.1), [0.0, 0.0, -1.0]),
+        case("press_at_0.49", "ν = 0.49, where quadratic elements resist volume on average", "it is told",
+             lambda: bar(poisson=0.49), [0.0, 0.0, -1.0], {MODEL: ("not_converged",)}),
+    ]  # fmt: skip
+
+
+def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
+    """Make a bar of 0.2 m, held at one end, of one level; if given, with a layer of elements of so small angles."""
+    places = np.linspace(0.0, 0.2, 9)
+    if degrees:
+        places = np.insert(places, 4, 0.075 + 0.025 * np.tan(np.radians(degrees)))
+    mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
+    nodes = mesh.nodes.copy()
+    nodes[:, 0] = np.interp(nodes[:, 0], np.arange(len(places)), places)
+    held = np.flatnonzero(nodes[:, 0] == 0.0)
+    return nest("bar", TetMesh(nodes, mesh.tetrahedra), 0, held, Material(3000.0, poisson, 1000.0))
+
+
+def _pressed(body: Body, direction: list[float]) -> Answer:
+    """Press the bar and compare with quadratic elements."""
+    load, case = pressing(body, direction), case_of(body)
+    found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))
+    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
+    return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
+
+
+def pressing(body: Body, direction: list[float]) -> Load:
+    """Return a press of the middle of the top near the free end, by a multiple of NEWTONS."""
+    far = np.linalg.norm(body.coarse.nodes - [0.175, 0.025, 0.05], axis=1)
+    return Load.at(int(np.argmin(far)), NEWTONS * np.array(direction))
+
+
+def case_of(body: Body) -> ModelCase:
+    """Return what models of ``body`` see: no samples."""
+    none = np.empty((0, len(body.coarse.nodes), 3))
+    database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), none, none)
+    return ModelCase(body, "hard", RADIUS_M, database, None, FIT, 1e-8, {"contact_modes": {"nodes": 12000}})
+
+
+MODELS = ("pod_galerkin", "pod_gaussian", "pod_network")
+TOP = [[x, 0.025, 0.05] for x in (0.1, 0.125, 0.15, 0.175)]
+"""Places of the samples; the last one is asked."""
+WAYS = [[0.0, 0.0, -1.0], [0.5, 0.0, -0.8], [0.0, 0.5, -0.8], [-0.3, -0.3, -0.6], [0.0, 0.0, -0.5]]
+"""Forces of the samples of each place, over NEWTONS; the first one is asked, times a factor."""
+GRID = {"pod_galerkin": {"nodes": 12000}}
+
+
+def learnt() -> list[Case]:
+    """Return the declared cases of this family."""
+    told = {model: ("stable", "not_converged") for model in MODELS}
+
+    def case(name, scene, times=1.0, models=MODELS, declared=None, **samples):
+        words = (f"learnt_{name}", "fem", "palpate", scene, "the answer, or it is told" if declared else "the answer",
+                 "RMSE / peak against quadratic elements", 0.03)  # fmt: skip
+        return Case.of(*words, run=lambda model: _asked(model, times, **samples), models=models, declared=declared)
+
+    return [
+        case("as_sampled", "a bar's end is pressed as a sample has pressed it"),
+        case("twofold", "the same twice as hard as any sample", 2.0, declared=told),
+        case("threefold", "the same three times as hard", 3.0, declared=told),
+        case("slivers", "a layer of elements with dihedral angles of 0.1°", degrees=0.1),
+        case("at_0.49", "ν = 0.49, where quadratic elements resist volume on average", declared=told, poisson=0.49),
+        case("one_answer", "all samples are the same press", models=MODELS[:1], alike=True),
+    ]
+
+
+def _asked(model: str, times: float, **samples: Any) -> Answer:
+    """Ask for a press that is ``times`` as hard as a sample, and compare with quadratic elements."""
+    case, elements = _learnable(**samples)
+    load = Load.at(int(case.database.contact[-1]), times * NEWTONS * np.array(WAYS[0]))
+    expected, found = displacement_of(elements.respond(load)), _answer(model, case, load)
+    return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
+
+
+@cache
+def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) -> tuple[ModelCase, fem.Fem]:
+    """Return a bar with its samples, all of which are the same if ``alike``, and the elements that simulate them."""
+    body = bar(poisson, degrees)
+    at = [int(np.argmin(np.linalg.norm(body.coarse.nodes - place, axis=1))) for place in TOP]
+    contacts, forces = np.repeat(at, len(WAYS)), NEWTONS * np.tile(WAYS, (len(TOP), 1))
+    if alike:
+        contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(WAYS[0]), (2, 1))
+    none = np.zeros((len(contacts), *body.coarse.nodes.shape))
+    case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, FIT, 1e-8, GRID)
+    elements = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
+    fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
+    return replace(case, database=replace(case.database, fine=fine)), elements
+
+
+def _answer(model: str, case: ModelCase, load: Load) -> np.ndarray:
+    if model == "pod_galerkin":
+        return displacement_of(pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.01}).respond(load))
+    learner = model.removeprefix("pod_")
+    setting = {"modes": 12} | ({"hidden": 8} if learner == "network" else {})
+    return displacement_of(pod_of_loads.Learnt(case, setting, learner).respond(load))
+
+
+ENGINE_SETTINGS: dict[str, dict[str, float]] = {
+    "mujoco": {"level": 0, "steps": 60, "iterations": 200},
+    "newton_vbd": {"level": 0, "steps": 400, "sweeps": 20, "step": 3.0},
+}
+"""Long enough that what is left is what the engine itself does."""
+EXPECTED = "the equilibrium of linear elements with the engine's own law, on the same mesh"
+
+
+def engines() -> list[Case]:
+    """Return the declared cases of the engines that are installed."""
+    found = [name for name in ENGINES if name not in absent()]
+
+    def case(name: str, scene: str, times: float = 1.0, **body: float) -> Case:
+        words = (f"engine_{name}", "fem", "palpate", scene, EXPECTED, "RMSE / peak against that equilibrium", 0.01)
+        return Case.of(*words, run=partial(_engine_pressed, times, body), models=found)
+
+    listed = [
+        case("twice_the_load", "a bar's end is pressed so that it moves by a fifth of its length", 2.0),
+        case("three_times_the_load", "the same by three tenths of its length", 3.0),
+        case("pulled", "the same as a pull, by a tenth", -1.0),
+        case("slivers", "a layer of elements with dihedral angles of a degree", degrees=1.0),
+        case("incompressible", "ν = 0.49", poisson=0.49),
+    ]
+    return listed if found else []
+
+
+def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
+    """Press the bar as contact modes are, with another law, and compare with Newton's method."""
+    made, body = model(engine, {}), bar(**changed)
+    law = made.law if made.law in LAWS else quadratic_neo_hookean.__file__
+    case = case_of(replace(body, material=replace(body.material, law=law)))
+    load = pressing(body, [0.0, 0.0, -times])
+    with locking_is_measured():
+        found = displacement_of(made.offline(case).online(ENGINE_SETTINGS[engine]).respond(load))
+        converged = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 1)
+        expected = displacement_of(converged.respond(load))
+    return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)

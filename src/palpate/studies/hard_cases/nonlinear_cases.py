@@ -1,0 +1,218 @@
+"""Hard cases of laws, of starts (inverted, collapsed, random) and of relaxation by local solvers.
+
+Springs have to find some equilibrium only: a mirror image is a rest state for them too, so they need not return.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from palpate.bodies.body import Body, nest
+from palpate.bodies.box import box
+from palpate.bodies.material import LAWS, Material
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import particles_of
+from palpate.effects.elements import locking_is_measured
+from palpate.effects.linear_elements import LinearElements
+from palpate.models.relaxed import relaxes
+from palpate.scenes.run_scene import initial_positions
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.hard_cases import fem_cases
+from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, SHAPES, SPRINGS, Stepper, bar, end_face, returns, unbalanced
+
+RESIDUAL = "residual force at free nodes / the load"
+
+
+def laws() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    def case(name, scene, expected, measure, bound, run):
+        return Case.of(name, "fem", "palpate", scene, expected, measure, bound, run=run, models=LAWS)
+
+    return [
+        case("each_law_crushed", "a bar under a press along its axis of half its Young's modulus, for each law",
+             "equilibrium", RESIDUAL, 1e-6, lambda law: _residual(law, 0.3, [-0.5, 0.0, 0.0])),
+        case("each_law_inverting_force", "a sideways pull of twice Young's modulus, for each law",
+             "equilibrium", RESIDUAL, 1e-6, lambda law: _residual(law, 0.3, [0.0, 0.0, -2.0])),
+        case("each_law_from_inside_out", "a bar is released at rest mirrored through its held end, for each law",
+             "equilibrium", RESIDUAL, 1e-6, _mirrored),
+        case("each_law_incompressible", "ν = 0.4999, quadratic elements, a bar bent by its end, for each law",
+             "the deflection that scikit-fem computes", "relative error of the deflection", 0.05, _bent),
+    ]  # fmt: skip
+
+
+def _bar(law: str, poisson: float) -> Body:
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    return nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(3000.0, poisson, 1000.0, law))
+
+
+def _load(body: Body, level: int, moduli: list[float]) -> np.ndarray:
+    """Return a traction on the end, given in Young's moduli, as nodal forces (n, 3) [N]."""
+    return np.outer(end_face(body.levels[level]), np.array(moduli) * body.material.young_pa * 0.05**2)
+
+
+def _residual(law: str, poisson: float, moduli: list[float], start: np.ndarray | None = None) -> Answer:
+    """Compute an equilibrium, judged by its relative residual, apart from the solver."""
+    body = _bar(law, poisson)
+    load = _load(body, 1, moduli)
+    elements, rest = LinearElements(body.fine, body.tissue(1)), body.fine.nodes
+
+    def error(x: np.ndarray) -> float:
+        force = elements.force(x) + load
+        force[body.anchors[1]] = 0.0
+        return float(np.linalg.norm(force) / np.linalg.norm(load))
+
+    return Answer(Equilibrium(body, 1).solve(load, 1e-8, start).x, rest if start is None else start, error, zero=rest)
+
+
+def _mirrored(law: str) -> Answer:
+    nodes = _bar(law, 0.3).fine.nodes
+    return _residual(law, 0.3, [0.0, 0.0, -1e-3], nodes * [-1.0, 1.0, 1.0])
+
+
+def _bent(law: str) -> Answer:
+    """Compare the deflection of quadratic elements under a small load with that of another library."""
+    body = _bar(law, fem_cases.POISSON)
+    problem, load = Equilibrium(body, 0, 2), _load(body, 1, [0.0, 0.0, -1e-4])
+    way = load / np.abs(load).sum()
+    expected = float(np.abs(load).sum()) * fem_cases.reference()
+
+    def error(moved: np.ndarray) -> float:
+        return abs(float(np.vdot(way, moved)) / expected - 1.0)
+
+    found = problem.solve(load, 1e-6).x - problem.mesh.nodes
+    return Answer(found, np.zeros_like(found), error)
+
+
+SOURCES = {
+    "inverted": "Irving, Teran, Fedkiw 2004",
+    "plane": "Smith, de Goes, Kim 2018",
+    "line": "Smith, de Goes, Kim 2018",
+    "point": "Li et al. 2020 (IPC), one point",
+    "random": "Li et al. 2020 (IPC), random",
+}
+BREATH = 1e-9
+"""Perturbation, relative to the body's size, of starts that have to return to rest. Trap: a start of exactly zero width
+stays so, in an unstable equilibrium of the corotational energy, which is smoothed there, so that no force arises."""
+GAIN = 1e-9
+"""Largest gain of energy, relative to that at the start, that rounding may cause."""
+WEIGHT = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -0.05]}}
+SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
+IMPLICIT_STEPS = (0.05, 100), (1.0, 30)
+"""Steps [s] and their number: the last are so long that they damp the slowest mode to nothing."""
+EXPLICIT_STEPS = ((5e-4, 10_000),)
+
+
+def starts() -> list[Case]:
+    """Return the declared cases of this family."""
+    found = []
+    for kind, source in SOURCES.items():
+        scene, expected = f"a free body starts {kind} and drifts", "its rest shape, where the drift takes it"
+        words = (f"start_{kind}", "fem", source, scene, expected)
+        measure = "largest relative error of edges or of the centre's way after 20 s"
+        found.append(Case.of(*words, measure, 0.01, run=partial(_back, kind), models=(*FEM, *SHAPES)))
+    for kind, source in SOURCES.items():
+        scene, expected = f"a held body starts exactly {kind}, under a weight", "an equilibrium, without gain of energy"
+        words = (f"settles_from_{kind}", "fem", source, scene, expected)
+        # a spring of zero length has no direction
+        declared = {"springs_implicit": ("stable", "not_converged")} if kind == "point" else {}
+        models = (*FEM, *SPRINGS, *(EXPLICIT if kind == "random" else ()))
+        measure = "residual force / the weight; more than 1 if energy was gained"
+        found.append(Case.of(*words, measure, 0.2, run=partial(_settles, kind), models=models, declared=declared))
+    return found
+
+
+def _back(kind: str, model: str) -> Answer:
+    particles = bar(held=False)
+    x = initial_positions(particles, np.ones(len(particles.nodes), dtype=bool), kind, seed=1)
+    x = x + BREATH * particles.size * np.random.default_rng(2).normal(size=x.shape)
+    return returns(model, particles, x)
+
+
+def _settles(kind: str, model: str) -> Answer:
+    particles = bar()
+    start = initial_positions(particles, ~np.isin(np.arange(len(particles.nodes)), particles.held), kind, seed=1)
+    return settle(Stepper(model, particles, {"held": None} | WEIGHT | (SLOW if model in EXPLICIT else {})), start)
+
+
+def settle(stepper: Stepper, start: np.ndarray, phases: Sequence[tuple[float, int]] | None = None) -> Answer:
+    """Simulate how a body comes to rest, from positions ``start`` (n, 3) [m]; judged by the balance of forces.
+
+    phases : the steps [s] and their number, one after the other; those of implicit models if not given
+    """
+    explicit = stepper.integrator.limit_s < np.inf
+    x, v, gained = start, np.zeros_like(start), 0.0
+    first = stepper.total(x, v)
+    for step_s, steps in phases or (EXPLICIT_STEPS if explicit else IMPLICIT_STEPS):
+        x, v = stepper.go(x, v, step_s, steps)
+        gained = max(gained, stepper.gained / abs(first))
+
+    def error(a: np.ndarray) -> float:
+        return unbalanced(stepper.system, a) if gained <= GAIN else 1.0 + gained
+
+    return Answer(x, start, error, zero=stepper.system.particles.nodes)
+
+
+SETTINGS: dict[str, dict[str, float]] = {
+    "xpbd": {"steps": 3000, "iterations": 1, "step": 0.3},
+    "vertex_block_descent": {"sweeps": 1500, "radius": 0.9999},
+    "projective_dynamics": {"iterations": 400, "memory": 5},
+}
+"""Long enough that what is left is what the method itself does."""
+LOAD = 0.01
+"""Traction on the end of the bar, over Young's modulus, that bends it by a tenth of its length."""
+ERROR = "RMS distance from the equilibrium that Newton's method finds / RMS displacement"
+
+
+def relaxations() -> list[Case]:
+    """Return the declared cases of this family."""
+
+    def case(name, scene, run, bound=0.03):
+        words = (f"relaxed_{name}", "fem", "palpate", scene, "the equilibrium of finite elements", ERROR, bound)
+        return Case.of(*words, run=run, models=SETTINGS)
+
+    return [
+        case("twice_the_load", "a bar is bent by a fifth of its length", partial(_relaxed, times=2.0)),
+        case("three_times_the_load", "a bar is bent by three tenths of its length", partial(_relaxed, times=3.0)),
+        case("from_inside_out", "a bent bar is released from where it is mirrored through its held end",
+             partial(_relaxed, start=lambda rest: rest * [-1.0, 1.0, 1.0])),
+        case("incompressible", "ν = 0.49: the pressure is far stiffer than the shear", partial(_relaxed, poisson=0.49)),
+        case("slivers", "a layer of elements with dihedral angles of a degree", partial(_relaxed, thin=True)),
+    ]  # fmt: skip
+
+
+def _relaxed(
+    method: str,
+    times: float = 1.0,
+    poisson: float = 0.3,
+    start: Callable[[np.ndarray], np.ndarray] = lambda rest: rest,
+    thin: bool = False,
+) -> Answer:
+    """Relax a bar under a load on its end, and compare it with the converged equilibrium."""
+    body = _relaxed_bar(poisson, thin)
+    mesh, held = body.coarse, np.zeros(len(body.coarse.nodes), dtype=bool)
+    held[body.anchors[0]] = True
+    load = np.outer(end_face(mesh), [0.0, 0.0, times * LOAD * body.material.young_pa * 0.05**2])
+    with locking_is_measured():
+        moved = Equilibrium(body, 0).solve(load, 1e-10).x - mesh.nodes
+    masses = particles_of(body, 0, surface=False).masses
+    relax = relaxes(method, LinearElements(mesh, body.tissue(0)), masses, held, SETTINGS[method])
+    begin = start(mesh.nodes)
+    found = relax(begin, load)[0]
+    return Answer(found, begin, lambda x: _distance(x - mesh.nodes, moved), zero=mesh.nodes, origin=mesh.nodes)
+
+
+def _distance(found: np.ndarray, moved: np.ndarray) -> float:
+    return float(np.linalg.norm(found - moved) / np.linalg.norm(moved))
+
+
+def _relaxed_bar(poisson: float, thin: bool) -> Body:
+    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    if thin:  # the second layer is as thin as the elements' angles are to be
+        nodes = mesh.nodes.copy()
+        between = nodes[:, 0] > 0.03
+        nodes[between, 0] = np.maximum(0.025 * (1.0 + np.tan(np.radians(1.0))), nodes[between, 0] - 0.0246)
+        mesh = TetMesh(nodes, mesh.tetrahedra)
+    return nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(3000.0, poisson, 1000.0))

@@ -1,0 +1,127 @@
+"""Error of an organ's springs and of their rivals, at fitted contacts and at others, and what their motion costs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.errors import InputError
+from palpate.report import style, tables
+from palpate.report.spring_looks import DASHES, FITS, FORCES
+from palpate.report.style import Look
+
+
+@dataclass(frozen=True)
+class OrganLook(Look):
+    """A look with a ``short`` label, for axes."""
+
+    short: str = ""
+
+
+_SHORT = {
+    "van_gelder": "Van Gelder",
+    "lloyd": "Lloyd",
+    "uniform": "one E",
+    "genetic": "genetic",
+    "cma_es": "CMA-ES",
+    "gradient": "gradient",
+}
+LOOKS = {
+    "zero": OrganLook("no motion", "#9a9a9a", "x", "none"),
+    **{name: OrganLook(FITS[name].label, FITS[name].colour, FITS[name].marker, _SHORT[name]) for name in _SHORT},
+    "coarse_fem": OrganLook("coarse finite elements", "#222222", "^", "coarse FEM"),
+    "shape_matching": OrganLook("shape matching", "#56b4e9", "h", "shapes"),
+}
+"""Every model that may occur in the table."""
+
+
+def look(model: str) -> OrganLook:
+    """Look up the look of a model; raises InputError for an unknown one."""
+    try:
+        return LOOKS[model]
+    except KeyError:
+        raise InputError(f"model {model} has no colour: give it one in palpate/studies/organ_springs/figures") from None
+
+
+APART = 1.16
+"""Springs, which all take the same time, are drawn so many times as far to the right as one another."""
+
+
+@style.figure("organ_springs", tables=("organ_springs",))
+def draw_organ_springs(organ_springs) -> Figure:
+    """Draw each model's errors at fitted and tested contacts, and those at tested contacts over time; a row a body.
+
+    organ_springs : the table of this name; a dot is a contact and a bar their mean, medians over the seeds
+    """
+    names = tables.bodies(organ_springs)
+    organ_springs = medians(organ_springs)
+    figure = Figure(figsize=(9.5, 3.9 * len(names)), layout="constrained")
+    axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[1.25, 1])
+    for (left, right), body in zip(axes, names, strict=True):
+        rows = tables.where(organ_springs, body=body)
+        _errors(left, rows)
+        _over_time(right, rows)
+        title = body.replace("_", " ")
+        left.set_title(f"{title}: at the fitted contacts (filled) and at others")
+        right.set_title(f"{title}: at contacts that no fit saw")
+    models = [model for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
+    handles = [Line2D([], [], ls="", marker=look(m).marker, color=look(m).colour, label=look(m).label) for m in models]
+    forces = sorted(set(organ_springs["volume_force"].astype(bool)))
+    if len(forces) > 1:
+        handles += [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in forces]
+    figure.legend(handles=handles, loc="outside upper center", ncols=5)
+    return figure
+
+
+def medians(table):
+    """Return the table with the median over the seeds of each search in the place of its seeds."""
+    one = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
+    return table.groupby(one, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
+
+
+def _errors(axis, rows) -> None:
+    """Draw errors at each contact, side by side for each model; of several steps the best at tested contacts."""
+    ways = []
+    for (model, force), found in rows[rows["model"] != "zero"].groupby(["model", "volume_force"], sort=False):
+        best = found[~found["used_in_fit"]].groupby("step_s")["rmse_of_peak"].mean().idxmin()
+        ways.append((model, bool(force), found[found["step_s"] == best]))
+    for place, (model, force, found) in enumerate(ways):
+        for used, shift, fill in ((True, -0.18, look(model).colour), (False, 0.18, "none")):
+            error = 100 * found[found["used_in_fit"] == used]["rmse_of_peak"]
+            axis.plot([place + shift] * len(error), error, "o", mfc=fill, mec=look(model).colour, ms=4)
+            axis.plot(
+                [place + shift - 0.15, place + shift + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force]
+            )
+    zero = 100 * rows[rows["model"] == "zero"]["rmse_of_peak"].mean()
+    axis.annotate(f"no motion: {zero:.0f} %", (1.0, 1.0), (-2, -8), "axes fraction", "offset points", ha="right")
+    labels = [look(model).short + (" + V" if force and len(ways) > 8 else "") for model, force, _ in ways]
+    axis.set_xticks(range(len(ways)), labels, rotation=30, ha="right")
+    axis.set(ylabel="RMSE [% of peak]", ylim=(0, None))
+
+
+def _over_time(axis, rows) -> None:
+    """Draw the mean error at tested contacts over the computing time of a second of motion."""
+    tested = rows[~rows["used_in_fit"] & (rows["model"] != "zero")]
+    springs = dict(enumerate(dict.fromkeys(model for model in tested["model"] if model in FITS)))
+    places = {model: number - (len(springs) - 1) / 2 for number, model in springs.items()}
+    for (model, force), found in tested.groupby(["model", "volume_force"], sort=False):
+        steps = found.groupby("step_s")
+        mean = steps[["rmse_of_peak"]].mean().assign(ms=steps["ms_a_second"].median()).sort_values("ms")
+        if model in places:
+            alike = tested[tested["model"].isin(places) & (tested["volume_force"] == force)]
+            mean["ms"] = np.median(alike["ms_a_second"]) * APART ** places[model]
+        kind = look(model)
+        looks = {
+            "marker": kind.marker,
+            "color": kind.colour,
+            "ls": DASHES[force],
+            "ms": 9,
+            "mec": "white",
+            "mew": 0.6,
+        }
+        axis.plot(mean["ms"], 100 * mean["rmse_of_peak"], **looks)
+    axis.axvline(1000.0, color=style.FAINT, lw=1)
+    axis.annotate("real time", (1000.0, 0.0), (-3, 4), ("data", "axes fraction"), "offset points", ha="right")
+    axis.set(xscale="log", xlabel="computing for a second of motion [ms]", ylabel="RMSE [% of peak]", ylim=(0, None))
+    style.plain_log(axis.xaxis)

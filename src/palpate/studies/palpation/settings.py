@@ -1,0 +1,57 @@
+"""Settings of palpation."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from palpate.errors import InputError, suggest
+from palpate.setting_types import Block, Poisson, Positive, Some, Three, Whole, key
+
+Pressure = Annotated[Positive, Field(le=0.3)]
+
+
+class Slab(Block):
+    sizes_m: Three[Positive] = key("Sides [m] along x, y and z", [0.12, 0.12, 0.06])
+    young_pa: Positive = key("Young's modulus [Pa] of the slab", 3000)
+    poisson: Poisson = key("Poisson's ratio of the slab and of the ball", 0.45)
+
+
+class Settings(Block):
+    """Whether a finger feels the regions of bodies, such as a tumour, and how deep they may lie."""
+
+    bodies: Some[str] | None = key("Which of the bodies are pressed; null for all that have regions", None)
+    places: Whole = key("Places of each body that are pressed, from the nearest to a region to far ones", 8, ge=2)
+    radius_m: Positive = key("Radius [m] of the finger's patch", 0.012)
+    pressures_of_young: Some[Pressure] = key(
+        "Peak pressures 2 F/(π R²) of each press, as shares of the body's own Young's modulus; a thin lobe snaps "
+        "beyond 0.15",
+        [0.03, 0.06, 0.09, 0.12],
+    )
+    felt: Positive = key(
+        "From what relative difference of force over depth on two places feel different: the Weber fraction of "
+        "Bergmann Tiest and Kappers (Cues for haptic perception of compliance, IEEE Trans. Haptics 2, 2009)",
+        0.15,
+    )
+    slab: Slab = key("A slab on a rigid ground, with a ball below the middle of its top", {})
+    ball_radius_m: Positive = key("Radius [m] of the ball", 0.01)
+    covers_m: Some[Positive] = key("Depths [m] of the ball's top below the slab's", [0.004, 0.008, 0.012, 0.016])
+    contrasts: Some[Positive] = key("Young's moduli of the ball, relative to that of the slab", [2, 5, 10, 100, 10000])
+    pressure_of_young: Pressure = key("Peak pressure of the press on the slab, as a share of its Young's modulus", 0.1)
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError if no body has regions, or if a body that is named has none, or is not there."""
+    bodies, named = config["bodies"], config["palpation"]["bodies"]
+    able = [name for name, body in bodies.items() if body.get("regions")]
+    if not able:
+        raise InputError(f"{file}: palpation is there and no body has regions; give one some, or remove palpation.")
+    for name in named or []:
+        if name not in bodies:
+            raise InputError(
+                f"{file}: palpation.bodies names {name}, which is not there; {suggest(name, able, 'name')}"
+            )
+        if name not in able:
+            raise InputError(
+                f"{file}: palpation.bodies names {name}, which has no regions; {suggest(name, able, 'name')}"
+            )

@@ -1,0 +1,34 @@
+"""What the rules of the study call; palpate.run.jobs says how."""
+
+from pathlib import Path
+
+from palpate.bodies.body_file import load
+from palpate.run.job import steps
+
+
+def export_model(input, output, params, say):
+    from palpate.studies.press.coarse_answer import coarse_answer, save
+    from palpate.studies.press.prepared import export
+
+    body = load(input.body)
+    save(coarse_answer(body, params.radius_m), output.coarse)
+    rest = params.radius_m, params.grid, params.seed, params.tolerance
+    export(body, params.settings, *rest, output.model, lambda what: steps(say, f"{body.name}: {what}"))
+
+
+def write_press(input, output, params):
+    from palpate.press.page.page import held_nodes, press_models, write_pages
+    from palpate.press.portable.file import read
+    from palpate.studies.press import coarse_answer
+    from palpate.studies.press.known_presses import known_presses, trial_presses
+    from palpate.studies.press.measure import measure
+
+    body, model, coarse = load(input.body), read(input.model), coarse_answer.load(input.coarse)
+    known = known_presses(body, input.truths, input.loads, params.samples)
+    trials = trial_presses(body, params.contacts, 0.5 * model.info["peak_m"])
+    models = {"contact_modes": (params.contacts, model)} | ({"coarse": (0, coarse)} if coarse else {})
+    paths = {"contact_modes": Path(input.model), "coarse": Path(input.coarse)}
+    table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
+    shown = press_models(table, paths, known, model.info)
+    write_pages(shown, body.name, held_nodes(body), output.section, output.page)
+    return {"table": table}

@@ -1,0 +1,45 @@
+"""Settings of the page on which bodies are pressed."""
+
+from pathlib import Path
+from typing import Literal
+
+from palpate.errors import InputError, describe_unknown
+from palpate.setting_types import Block, Count, Index, Positive, Some, key
+
+
+class Settings(Block):
+    """A page on which a reader presses bodies: a prepared model in it answers, and says its error."""
+
+    bodies: Some[str] | None = key("Bodies to press, by name; null takes all that are refined", None)
+    contacts: Count = key("Contacts that the model is prepared for; between them it answers from the nearest", 24)
+    modes: Literal["columns", "snapshots"] = key(
+        "Contact modes of simulated presses (snapshots) or linear ones (columns)", "columns"
+    )
+    thinned: Positive = key("To what relative error of the reduced forces the cells are thinned", 0.003)
+    samples: Index = key("Presses of the trade-off by the same finger whose truth the page can show, at most", 6)
+    radius_m: Positive = key("Radius [m] of the finger's patch", 0.03)
+    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
+
+
+def pressed_here(config: dict) -> list[str]:
+    """Return the names of the bodies to press: those that are given, or all that are refined."""
+    named = config["press"]["bodies"]
+    return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
+
+
+def radius_of(config: dict, body: str) -> float:
+    """Return the radius [m] of the finger on a body."""
+    return float(config["press"]["radius_of_body_m"].get(body, config["press"]["radius_m"]))
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError for bodies that there are not, or that are not refined, and radii of bodies there are not."""
+    place, names = f"{file}: press", pressed_here(config)
+    for part, given in (("bodies", names), ("radius_of_body_m", list(config["press"]["radius_of_body_m"]))):
+        if wrong := describe_unknown(given, list(config["bodies"])):
+            raise InputError(f"{place}.{part} names {wrong}")
+    for name in names:
+        if not config["bodies"][name].get("refinements"):
+            raise InputError(f"{place}.bodies names {name}, which is not refined; give it refinements of at least 1.")
+    if not names:
+        raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")

@@ -1,0 +1,84 @@
+"""Time and memory of each component over its size."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from palpate.report import style, tables
+from palpate.studies.scaling.measure_scaling import LEAST_MB
+
+COMPONENTS = {
+    "fem": ("finite elements", "#111111", "8"),
+    "fine_nodes": ("enrichment, fine nodes", "#d55e00", "o"),
+    "samples": ("enrichment, samples", "#ee8742", "s"),
+    "triangles": ("composite trees", "#0072b2", "^"),
+    "particles": ("shape matching", "#009e73", "D"),
+    "cores": ("genetic algorithm", "#b8578f", "v"),
+}
+"""Title, colour and marker of each component."""
+_STAGES = ("#111111", "#d55e00", "#0072b2", "#009e73")
+
+
+@style.figure("scaling", tables=("scaling",))
+def draw_scaling(scaling) -> Figure:
+    """Draw one panel for each component, one curve with its exponent for each stage, and the memory in the last panel.
+
+    scaling : the table of this name
+    """
+    components = [component for component in COMPONENTS if (scaling["component"] == component).any()]
+    figure = Figure(figsize=(12, 6.6), layout="constrained")
+    panels = figure.subplots(2, 4).ravel()
+    for axis, component in zip(panels, components, strict=False):
+        _times(axis, component, tables.where(scaling, component=component))
+    _memory(panels[len(COMPONENTS)], scaling, [component for component in components if component != "cores"])
+    for axis in panels:
+        axis.set_axis_on() if axis.lines else axis.set_axis_off()  # off for missing components
+    for axis in panels[::4]:
+        axis.set_ylabel("time [s]")
+    return figure
+
+
+def _times(axis, component: str, rows) -> None:
+    """Draw the stages of one component; dotted: proportional to the size, or for cores the ideal speed-up."""
+    for (stage, found), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
+        label = _with_power(stage, found["seconds_exponent"].iloc[0])
+        axis.loglog(found["size"], found["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
+    ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
+    first, last = (rows[rows["size"] == end]["seconds"].max() for end in ends)
+    axis.loglog(
+        ends,
+        first / ends if component == "cores" else last * ends / ends[-1],
+        color=style.FAINT,
+        lw=0.9,
+        ls=":",
+        zorder=1,
+    )
+    axis.set(title=COMPONENTS[component][0], xlabel=f"{rows['unit'].iloc[0]}, n")
+    _finish(axis)
+
+
+def _memory(axis, scaling, components: list[str]) -> None:
+    """Draw the largest memory of each component at each size."""
+    for component in components:
+        rows = tables.where(scaling, component=component)
+        power = rows.loc[rows["memory_mb"].idxmax(), "memory_exponent"]
+        most = rows.groupby("size")["memory_mb"].max()
+        most = most[most >= LEAST_MB]
+        title, colour, marker = COMPONENTS[component]
+        if len(most):
+            label = _with_power(title, power)
+            axis.loglog(most.index, most, marker=marker, ms=4, lw=1.2, color=colour, label=label)
+    axis.set(title="memory", xlabel="size, n", ylabel="[MB]")
+    if axis.lines:
+        _finish(axis)
+
+
+def _with_power(name: str, power: float) -> str:
+    return f"{name}: n$^{{{power:.2f}}}$" if np.isfinite(power) else name
+
+
+def _finish(axis) -> None:
+    axis.legend(loc="upper left", fontsize=7.5)
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
+    style.plain_log(axis.xaxis)
+    style.plain_log(axis.yaxis)

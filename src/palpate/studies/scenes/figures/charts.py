@@ -1,0 +1,224 @@
+"""Energies of scenes, cost of their effects, and force on instruments."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
+
+from palpate.report import style, tables
+from palpate.report.number_format import percent, seconds
+from palpate.studies.scenes.measurements import whole
+
+_COLUMNS, _PANEL_INCHES = 3, (3.7, 2.4)
+_UNITS = (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9))
+_FREE = "gravity_j"  # potential without a natural zero: relative to its first value
+_BESIDES = ("scene", "time_s", "outer_work_j", "total_j", "gain_j")
+
+
+@style.figure("energy", tables=("energy",))
+def draw_energy(energy: pd.DataFrame) -> Figure:
+    """Draw one panel for each scene: every energy, their sum, and the sum minus the external work.
+
+    energy : the table of this name. Gravity's potential is relative to the first frame. Where the sum minus the
+    external work (black) rises, the scheme has created energy; where it falls, damping has dissipated it. A scene whose
+    elastic effect has no energy (shape matching) has neither sum nor black line, which would be incomplete.
+    """
+    names = tables.scenes(energy)
+    columns = min(_COLUMNS, len(names))
+    rows = -(-len(names) // columns)
+    figure = Figure(figsize=(_PANEL_INCHES[0] * columns, _PANEL_INCHES[1] * rows + 0.6), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axis, scene in zip(grid, names, strict=False):
+        _panel(axis, scene, counted(tables.where(energy, scene=scene)))
+    for axis in grid[len(names) :]:
+        axis.remove()
+    figure.legend(handles=_legend(energy), loc="outside lower center", ncols=5)
+    return figure
+
+
+def counted(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the energies [J] that one scene has, and ``balance_j``: their sum minus the external work."""
+    rows = rows.dropna(axis="columns", how="all").copy()
+    if _FREE in rows:
+        first = rows[_FREE].iloc[0]
+        rows[_FREE] -= first
+        rows["total_j"] -= first
+    return rows.assign(balance_j=rows["total_j"] - rows.get("outer_work_j", 0.0))
+
+
+def of_effects(table: pd.DataFrame) -> list[str]:
+    """Return the columns of kinetic energy and of the effects' energies, in order."""
+    return [c for c in table if c.endswith("_j") and c not in (*_BESIDES, "balance_j")]
+
+
+def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
+    """Draw one scene in the unit that suits its largest energy."""
+    parts = of_effects(rows)
+    drawn = [*parts, *(c for c in ("total_j", "outer_work_j") if c in rows)]
+    largest = float(np.nanmax(np.abs(rows[drawn].to_numpy())))
+    unit, factor = next(((u, f) for u, f in _UNITS if largest * f >= 1), _UNITS[-1])
+    t = rows["time_s"]
+    axis.axhline(0, color=style.FAINT, lw=0.6, zorder=1)
+    if whole(rows):
+        axis.plot(t, factor * rows["total_j"], color="#c4c4c4", lw=4, zorder=2)
+        axis.plot(t, factor * rows["balance_j"], color=style.INK, lw=1.1, zorder=4)
+    else:
+        note = "its elastic effect has no energy"
+        axis.text(0.03, 0.96, note, transform=axis.transAxes, va="top", fontsize=7, color="#666666")
+    for column in parts:
+        axis.plot(t, factor * rows[column], color=style.effect_colour(column.removesuffix("_j")), zorder=3)
+    if "outer_work_j" in rows and rows["outer_work_j"].any():
+        axis.plot(t, factor * rows["outer_work_j"], ls="--", color=style.effect_colour("outer_work"), zorder=3)
+    axis.set(title=scene, xlabel="time [s]", ylabel=f"energy [{unit}]", xlim=(t.min(), t.max()))
+
+
+def _legend(energy: pd.DataFrame) -> list[Line2D]:
+    """Return the handles of every energy in some scene, then of the sums; elastic effects share colour and line."""
+    names: dict[str, list[str]] = {}
+    for column in of_effects(energy.dropna(axis="columns", how="all")):
+        name = column.removesuffix("_j")
+        names.setdefault(style.effect_colour(name), []).append(name.replace("_", " "))
+    return [
+        *(Line2D([], [], color=colour, label=", ".join(sharing)) for colour, sharing in names.items()),
+        Line2D([], [], color="#c4c4c4", lw=4, label="sum"),
+        Line2D([], [], color=style.effect_colour("outer_work"), ls="--", label="external work"),
+        Line2D([], [], color=style.INK, lw=1.1, label="sum − external work"),
+    ]
+
+
+_INCHES, _BAR_INCHES = 9.0, 0.27
+_LEAST = 1e-4  # smaller errors are drawn here, so that an error near zero does not stretch the axis
+
+
+@style.figure("effects", tables=("effects",))
+def draw_effects(effects: pd.DataFrame) -> Figure:
+    """Draw one row of panels for each scene: the time per step, and beside it the error if the effect is left out.
+
+    effects : the table of this name. The error is the root mean square over frames and nodes, as a share of the
+    largest displacement; effects without one (the elastic one, the integrator, runs that fail) have a dash.
+    """
+    names = tables.scenes(effects)
+    parts = [tables.where(effects, scene=scene) for scene in names]
+    counts = [len(rows) for rows in parts]
+    height = _BAR_INCHES * sum(counts) + 0.5 * len(names) + 0.45
+    figure = Figure(figsize=(_INCHES, height), layout="constrained")
+    grid = figure.subplots(
+        len(names),
+        2,
+        squeeze=False,
+        sharey="row",
+        height_ratios=[_BAR_INCHES * n + 0.2 for n in counts],
+        width_ratios=[3, 2],
+    )
+    finite = effects["error_if_left_out"].replace([np.inf, -np.inf], np.nan)
+    top = max(1.0, 3 * float(np.nan_to_num(finite.max())))
+    for (left, right), scene, rows in zip(grid, names, parts, strict=True):
+        _bars(left, rows)
+        _dots(right, rows, top)
+        left.set_title(scene)
+    grid[-1, 0].set_xlabel("time per step [ms]")
+    grid[0, 1].set_title("error if left out [% of peak]")
+    return figure
+
+
+def _bars(axis, rows: pd.DataFrame) -> None:
+    """Draw the milliseconds per step in table order, with their share of the step."""
+    longest = rows["ms_per_step"].max()
+    for y, row in enumerate(rows.itertuples()):
+        axis.barh(y, row.ms_per_step, color=style.effect_colour(row.effect), height=0.7)
+        text = f"{seconds(1e-3 * row.ms_per_step)}, {percent(row.share_of_step)}"
+        axis.annotate(text, (row.ms_per_step, y), (4, 0), textcoords="offset points", va="center", fontsize=7)
+    axis.set_yticks(range(len(rows)), [name.replace("_", " ") for name in rows["effect"]])
+    axis.set(xlim=(0, 1.3 * longest), ylim=(len(rows) - 0.5, -0.5))
+    axis.grid(axis="y", visible=False)
+
+
+def _dots(axis, rows: pd.DataFrame, top: float) -> None:
+    """Draw the errors on a logarithmic scale that all scenes share."""
+    for y, row in enumerate(rows.itertuples()):
+        error = row.error_if_left_out
+        if np.isfinite(error):
+            drawn = 100 * max(error, _LEAST)
+            axis.plot([100 * _LEAST, drawn], [y, y], color="#cccccc", lw=1, zorder=2)
+            axis.plot(drawn, y, "o", color=style.effect_colour(row.effect), mec=style.INK, mew=0.5, ms=6, zorder=3)
+            axis.annotate(percent(error), (drawn, y), (6, 0), textcoords="offset points", va="center", fontsize=7)
+        else:
+            axis.annotate("–", (100 * _LEAST, y), (6, 0), textcoords="offset points", va="center", color="#666666")
+    axis.set(xscale="log", xlim=(100 * _LEAST, 1000 * top))
+    axis.xaxis.set_major_locator(LogLocator(numticks=20))
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.minorticks_off()
+    axis.grid(axis="y", visible=False)
+    axis.tick_params(axis="y", left=False, labelleft=False)
+
+
+_PARTS = (
+    ("force_x_n", "x", "#56b4e9"),
+    ("force_y_n", "y", "#e69f00"),
+    ("force_z_n", "z", "#009e73"),
+)
+_ROW_INCHES = 4.2
+"""[inch]"""
+
+
+@style.figure("contact_force", tables=("contact_force",))
+def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
+    """Draw for each instrument its force and depth below the surface at rest over time, and its force over depth.
+
+    An instrument without a depth has its force only; a scene in which no instrument moves has a panel with a note.
+
+    contact_force : the table of this name, which may have no rows
+    """
+    felt = tables.where(contact_force, scene=scene)
+    names = list(dict.fromkeys(felt["instrument"]))
+    if not names:
+        return _nothing(scene)
+    figure = Figure(figsize=(9.5, _ROW_INCHES * len(names)), layout="constrained")
+    for part, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
+        rows = tables.where(felt, instrument=name)
+        title = f"{scene}: force on the {name}"
+        if rows["depth_m"].notna().any():
+            _with_depth(part, rows, title)
+        else:
+            force = part.subplots()
+            _force(force, rows, f"{title}, which has no depth")
+            force.set(xlabel="time [s]")
+    return figure
+
+
+def _with_depth(part, rows: pd.DataFrame, title: str) -> None:
+    grid = part.add_gridspec(2, 2, width_ratios=[1.7, 1], height_ratios=[2, 1])
+    force, depth, loop = (part.add_subplot(grid[where]) for where in ((0, 0), (1, 0), (slice(None), 1)))
+    _force(force, rows, title)
+    force.sharex(depth)
+    force.tick_params(labelbottom=False)
+    t, millimetres = rows["time_s"], 1e3 * rows["depth_m"]
+    depth.fill_between(t, 0.0, millimetres.clip(lower=0.0), color="#d9d4cf")
+    depth.plot(t, millimetres, color=style.INK)
+    depth.set(xlabel="time [s]", ylabel="depth [mm]")
+    depth.margins(x=0.0)
+    touched = rows["force_n"] > 0.0
+    loop.plot(millimetres, rows["force_n"], color=style.FAINT, lw=0.8)
+    dots = loop.scatter(millimetres[touched], rows["force_n"][touched], c=t[touched], cmap="viridis", s=14, zorder=3)
+    if touched.any():
+        part.colorbar(dots, ax=loop, label="time [s]", shrink=0.8)
+    loop.set(title="force over depth", xlabel="depth below the surface at rest [mm]", ylabel="force [N]")
+
+
+def _force(axis, rows: pd.DataFrame, title: str) -> None:
+    """Draw magnitude and components over time, with the legend beside the panel."""
+    axis.plot(rows["time_s"], rows["force_n"], color=style.INK, lw=2, label="magnitude")
+    for column, label, colour in _PARTS:
+        axis.plot(rows["time_s"], rows[column], color=colour, label=label)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axis.set(title=title, ylabel="force [N]")
+    axis.margins(x=0.0)
+
+
+def _nothing(scene: str) -> Figure:
+    figure = Figure(figsize=(9.5, 1.2), layout="constrained")
+    axis = figure.add_subplot()
+    axis.set_axis_off()
+    axis.text(0.0, 0.5, f"{scene}: no instrument moves before the scene ends", va="center", transform=axis.transAxes)
+    return figure

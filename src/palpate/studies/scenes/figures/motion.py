@@ -1,0 +1,174 @@
+"""Pictures of a scene in motion: a row of stills, a short animation that loops, and a view that turns and plays."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from palpate.report import gif, panels, render, style, turnable
+from palpate.scenes.motion import Motion, Moved
+
+_INCHES, _PIXELS, _GIF_FRAMES = 1.9, 480, 30
+_ASPECTS = (0.6, 3.0)
+_COARSE = 800  # triangles; the edges of more would darken the picture
+
+
+@style.styled
+def stills(motion: Motion, count: int) -> Figure:
+    """Draw ``count`` moments in a row, coloured by displacement from the rest shape on one scale.
+
+    The moments are evenly spaced in both time and the distance that the surface travels, so that a fast press is not
+    missed, and one is that of the largest displacement. Dark balls are held nodes, the grey line is the outline of the
+    rest shape. Displacements are to scale.
+    """
+    scenery = Scenery(motion)
+    frames = _moments(motion, scenery.surface, count)
+    aspect = scenery.view.width / scenery.view.height
+    figure, axes = panels.grid(1, len(frames), aspect, _INCHES * min(1.0, aspect))
+    with render.Stage(*_size(aspect)) as stage:
+        rest = scenery.draw(stage, motion.rest, np.zeros(len(motion.rest)))
+        for axis, frame in zip(axes[0], frames, strict=True):
+            panels.place(axis, scenery.picture(stage, frame), f"{motion.times[frame]:.3g} s")
+            panels.outline(axis, rest)
+    axes[0, 0].set_title(motion.scene)
+    label = "displacement [mm]"
+    panels.colour_bar(figure, Normalize(0, scenery.limit), style.DISPLACEMENT, label)
+    return figure
+
+
+def animate(motion: Motion, path: str | Path) -> None:
+    """Write a looping GIF of at most 30 frames with the view and the colours of ``stills``."""
+    scenery = Scenery(motion)
+    frames = gif.evenly(len(motion.times), _GIF_FRAMES)
+    with render.Stage(*_size(scenery.view.width / scenery.view.height)) as stage:
+        gif.write([scenery.picture(stage, frame) for frame in frames], motion.times[frames], path)
+
+
+class Scenery:
+    """Common parts of all pictures of a motion: view, surface, displacements [mm], limit, held nodes and things."""
+
+    def __init__(self, motion: Motion):
+        self._motion = motion
+        self.surface = np.unique(motion.triangles)
+        moved = motion.positions - motion.rest
+        self.millimetres = 1e3 * np.linalg.norm(moved, axis=2)
+        self.limit = float(self.millimetres[:, self.surface].max()) or 1.0  # a body at rest has one colour
+        self.held = np.intersect1d(motion.held, self.surface)
+        cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
+        self.things = [_seen(thing, cloud) for thing in motion.obstacles]
+        peak = self.surface[np.argmax(self.millimetres[:, self.surface].max(axis=0))]
+        normal = _normal(motion.rest, motion.triangles, peak)
+        if any(thing.kind == "floor" for thing in self.things):
+            normal[motion.up] = max(normal[motion.up], 0.0)  # seen from below, a floor would hide everything
+        axes = render.directions(cloud, normal, motion.up)
+        view = render.frame(axes, [cloud, *(_corners(thing) for thing in self.things)])
+        low, high = _ASPECTS  # very high or very flat views get more space at the sides
+        self.view = replace(view, width=max(view.width, low * view.height), height=max(view.height, view.width / high))
+        self._ball = 0.011 * self.view.width
+
+    def picture(self, stage: render.Stage, frame: int) -> np.ndarray:
+        """Render one frame, (height, width, 3) uint8."""
+        things = [partial(render.Stage.rigid, points=t.positions[frame], thing=t) for t in self.things]
+        return self.draw(stage, self._motion.positions[frame], self.millimetres[frame], things)
+
+    def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray, things=()) -> np.ndarray:
+        """Render nodes (n, 3) [m], coloured by their displacement (n,) [mm], and ``things``, as ``picture`` does."""
+        motion = self._motion
+        actors = [
+            *things,
+            lambda s: s.surface(
+                nodes, motion.triangles, millimetres, (0, self.limit), style.DISPLACEMENT,
+                edges=len(motion.triangles) <= _COARSE,
+            )
+        ]  # fmt: skip
+        if len(self.held):
+            actors.append(lambda s: s.dots(nodes[self.held], self._ball))
+        return stage.picture(self.view, actors)
+
+
+def _seen(thing: Moved, cloud: np.ndarray) -> Moved:
+    """Return the thing as it is drawn: for a floor, the part below the points ``cloud`` (n, 3) [m]."""
+    if thing.kind != "floor":
+        return thing
+    up = int(np.argmin(np.ptp(thing.positions[0], axis=0)))
+    low, high = (np.delete(limit, up) for limit in (cloud.min(axis=0), cloud.max(axis=0)))
+    room = 0.1 * (high - low).max()
+    (a, b), (c, d) = low - room, high + room
+    level = np.insert(np.array([[a, b], [c, b], [c, d], [a, d]]), up, 0.0, axis=1)
+    heights = thing.positions[:, :1, up]
+    positions = np.repeat(level[None], len(heights), axis=0)
+    positions[:, :, up] = heights
+    return replace(thing, positions=positions, triangles=np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def _corners(thing: Moved) -> np.ndarray:
+    """Return the corners of boxes around all positions of a thing, (n, 3) [m]."""
+    places = thing.positions.reshape(-1, 3)
+    return np.vstack([places - thing.radius_m, places + thing.radius_m])
+
+
+def _normal(nodes: np.ndarray, triangles: np.ndarray, node: int) -> np.ndarray:
+    """Compute the surface's normal (3,) at a node; zero if its triangles have no area."""
+    around = triangles[(triangles == node).any(axis=1)]
+    a, b, c = nodes[around].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a).sum(axis=0)
+    return normal / (np.linalg.norm(normal) or 1.0)
+
+
+def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
+    """Choose frames from first to last, evenly spaced in the mean of relative time and distance; one is the peak."""
+    moved = motion.positions[:, surface] - motion.positions[0, surface]
+    peak = int(np.linalg.norm(moved, axis=2).max(axis=1).argmax())
+    steps = np.linalg.norm(np.diff(moved, axis=0), axis=2).mean(axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    time = motion.times - motion.times[0]
+    progress = time / (time[-1] or 1.0) + way / (way[-1] or 1.0)
+    frames = [int(np.argmin(np.abs(progress - target))) for target in np.linspace(0.0, progress[-1], count)]
+    if count > 2 and 0 < peak < len(time) - 1:
+        inner = 1 + int(np.argmin(np.abs(progress[frames[1:-1]] - progress[peak])))
+        frames[inner] = peak
+    return sorted(set(frames))
+
+
+def _size(aspect: float) -> tuple[int, int]:
+    """Return width and height of a picture [pixel]."""
+    return round(_PIXELS * min(1.0, aspect)), round(_PIXELS / max(1.0, aspect))
+
+
+_FRAMES = 60
+
+
+def write(motion: Motion, path: str | Path) -> None:
+    """Write at most 60 frames of the surface, coloured as in the stills, of the rigid things, and their times."""
+    scenery = Scenery(motion)
+    kept = np.array(gif.evenly(len(motion.times), _FRAMES))
+    norm = Normalize(0.0, scenery.limit)
+    renumber = np.full(len(motion.rest), -1)
+    renumber[scenery.surface] = np.arange(len(scenery.surface))
+    shades = turnable.shades(scenery.millimetres[np.ix_(kept, scenery.surface)], norm)
+    shades[:, renumber[scenery.held]] = turnable.HELD
+    positions, triangles = [motion.positions[np.ix_(kept, scenery.surface)]], [renumber[motion.triangles]]
+    for thing in scenery.things:
+        solids = [render.solid(thing.positions[frame], thing) for frame in kept]
+        points = np.array([solid.points for solid in solids])
+        triangles.append(solids[0].regular_faces + sum(part.shape[1] for part in positions))
+        positions.append(points)
+        shades = np.hstack([shades, np.full(points.shape[:2], turnable.THING, np.uint8)])
+    times = motion.times[kept]
+    pace, note = gif.pace(float(np.ptp(times)))
+    peak = int(np.argmax(scenery.millimetres[np.ix_(kept, scenery.surface)].max(axis=1)))
+    turnable.write(
+        turnable.Turnable(
+            scenery.view,
+            np.concatenate(positions, axis=1),
+            np.vstack(triangles),
+            shades,
+            len(triangles[0]),
+            turnable.legend("displacement [mm]", norm, style.DISPLACEMENT),
+            {"times_s": times.round(6).tolist(), "pace": pace, "note": note.removeprefix(", "), "start": peak},
+        ),
+        path,
+    )

@@ -1,0 +1,56 @@
+"""Settings of the scenes: what is simulated over time."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from palpate.errors import InputError, suggest
+from palpate.files import check_file
+from palpate.own_file import EFFECT_FUNCTIONS, check_source
+from palpate.scenes.scene import bodies_in
+from palpate.scenes.scene_check import check_effects, check_instruments, check_stiffness
+from palpate.scenes.settings import Scene
+from palpate.setting_types import Name
+
+Settings = Annotated[dict[Name, Scene], Field(min_length=1, description="What is simulated over time, by name")]
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError for the first scene that names what is not there."""
+    for name, scene in config["scenes"].items():
+        place = f"{file}: scenes.{name}"
+        _check_bodies(place, scene, config["bodies"])
+        _check_effects(place, scene, config["bodies"])
+        check_instruments(place, scene)
+        _check_files(place, scene, file.parent)
+
+
+def _check_bodies(place: str, scene: dict, bodies: dict) -> None:
+    for body in bodies_in(scene):
+        if body not in bodies:
+            remedy = suggest(body, list(bodies), "add it there, or name") if bodies else "add it there."
+            raise InputError(f"{place} names the body {body}, which is not under bodies; {remedy}")
+        finest = bodies[body].get("refinements", 0)
+        if scene["level"] > finest:
+            raise InputError(f"{place}.level is {scene['level']}, and {body} has levels 0 to {finest}.")
+
+
+def _check_effects(place: str, scene: dict, bodies: dict) -> None:
+    if isinstance(scene["effects"], str) and scene["effects"] != "auto":
+        raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
+    for name in scene.get("own_settings", {}):
+        if name not in scene.get("own", {}):
+            raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
+    check_effects(place, scene, bodies[scene["body"]])
+    check_stiffness(place, scene, bodies)
+
+
+def _check_files(place: str, scene: dict, folder: Path) -> None:
+    tools = scene.get("contact", {}).get("instruments", [])
+    files = {f"own.{name}": path for name, path in scene.get("own", {}).items()}
+    files |= {f"contact.instruments[{i}].file": tool["file"] for i, tool in enumerate(tools) if "file" in tool}
+    for name, path in files.items():
+        check_file(f"{place}.{name}", path, (folder / path).is_file())
+        if name.startswith("own."):
+            check_source(f"{place}.{name}", folder / path, EFFECT_FUNCTIONS, "see docs/add-an-effect.md")

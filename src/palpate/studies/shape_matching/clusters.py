@@ -1,0 +1,286 @@
+"""Deformations that modes of shape matching follow (figure 3.10), and columns in clusters (figure 3.11), paper 3."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.box import box
+from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles
+from palpate.effects import held, shape_matching, velocity_damping
+from palpate.effects.held import Held
+from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_clusters
+from palpate.errors import NotConverged
+from palpate.solvers import goal_position
+from palpate.solvers.system import System
+from palpate.table import Table
+
+BLOCK_SPACING_M, DIVISIONS = 0.02, (2, 2, 8)
+STRETCH, SHEAR, BEND_1_M, TWIST_1_M = 1.25, 0.4, 5.0, 8.0
+"""Stretch along z and shear of x with z, curvature of the axis, and angle a length, of the deformations."""
+
+
+def _linear(q: np.ndarray) -> np.ndarray:
+    """Displace by a stretch along z that keeps the volume, and a shear."""
+    across = STRETCH**-0.5 - 1.0
+    return q * [across, across, STRETCH - 1.0] + SHEAR * q[:, [2]] * [1.0, 0.0, 0.0]
+
+
+def _bent(q: np.ndarray) -> np.ndarray:
+    """Displace by a bend of the axis in x, to second order: the terms z² and xz."""
+    x, z = q[:, 0], q[:, 2]
+    return BEND_1_M * np.stack([0.5 * z**2, np.zeros_like(x), -x * z], axis=1)
+
+
+def _twisted(q: np.ndarray) -> np.ndarray:
+    """Displace by a twist around z, to second order: the terms yz and zx."""
+    x, y, z = q.T
+    return TWIST_1_M * np.stack([-y * z, x * z, np.zeros_like(x)], axis=1)
+
+
+DEFORMATIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "linear": _linear,
+    "bent": _bent,
+    "twisted": _twisted,
+    "combined": lambda q: _linear(q) + _bent(q) + _twisted(q),
+}
+
+DEFORMATION_MODES = Table(
+    "deformation_modes",
+    "The goals that each mode of shape matching has for a block that is deformed in four ways.",
+    """
+    deformation mode particle: a deformation, a mode of shape matching, and a particle
+    rest_x_m rest_y_m rest_z_m x_m y_m z_m goal_x_m goal_y_m goal_z_m: its place at rest, deformed, and its goal [m]
+    left: RMS distance from goals to particles / from rest to particles
+    """,
+)
+
+
+def deformation_modes() -> pd.DataFrame:
+    """Compute the goal of every particle of a block, by deformation and mode, with β = 1.
+
+    The columns are deformation, mode, particle, rest_x_m … rest_z_m, x_m … z_m, goal_x_m … goal_z_m, and left: the root
+    mean square distance from goals to particles over that from rest to particles.
+    """
+    body, tables = block(), []
+    q = body.nodes - body.nodes.mean(axis=0)
+    for deformation, displace in DEFORMATIONS.items():
+        moved = displace(q)
+        x = body.nodes + moved
+        for mode in TERMS:
+            settings = {"mode": mode, "alpha": 1.0, "beta": 1.0, "clusters": {"kind": "one"}}
+            goal = np.empty_like(x)
+            shape_matching.make(body, settings).goals(x, goal)
+            table = pd.DataFrame({"deformation": deformation, "mode": mode, "particle": np.arange(len(x))})
+            for name, places in (("rest_", body.nodes), ("", x), ("goal_", goal)):
+                table[[f"{name}{axis}_m" for axis in "xyz"]] = places
+            tables.append(table.assign(left=np.linalg.norm(goal - x) / np.linalg.norm(moved)))
+    return pd.concat(tables, ignore_index=True)
+
+
+def block() -> Particles:
+    """Make the block of 3 × 3 × 9 particles of equal mass."""
+    mesh = box([BLOCK_SPACING_M * n for n in DIVISIONS], list(DIVISIONS))
+    masses, held = np.full(len(mesh.nodes), 0.01), np.empty(0, dtype=np.int64)
+    return Particles("block", mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, Material(3000.0, 0.3, 1000.0))
+
+
+SPACING_M = 0.02
+LAYERS = 15
+EDGES_M = {1: 14 * SPACING_M, 2: 28 / 3 * SPACING_M, 5: 14 / 3 * SPACING_M}
+"""Sides of the cubes by the number of clusters that they form; neighbouring cubes overlap by half."""
+
+STEP_S, RATE_1_S = 1e-3, 100.0
+STILL_M, MOST_STEPS = 1e-12, 100_000
+
+CLUSTERS = Table(
+    "clusters",
+    "The rest position and the bent position of every particle of a column, for each number of clusters.",
+    """
+    clusters force_n particle: number of clusters, load on the top layer [N], and a particle
+    rest_x_m rest_y_m rest_z_m x_m y_m z_m: its place at rest and bent [m]
+    """,
+)
+
+
+def clustered_column(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
+    """Compute the equilibrium of every particle: clusters, force_n, particle, rest_x_m … rest_z_m, x_m, y_m, z_m.
+
+    The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; ``force_n`` [N] on the top
+    layer bends it along x. ``alpha`` and ``beta`` are its stiffness and deformation.
+    Raises NotConverged if a column does not come to rest.
+    """
+    body = column()
+    tables = []
+    for count, edge in EDGES_M.items():
+        cubes = {"kind": "cubes", "edge_m": edge, "overlap": 0.5}
+        settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
+        table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(body.nodes))})
+        table[["rest_x_m", "rest_y_m", "rest_z_m"]] = body.nodes
+        table[["x_m", "y_m", "z_m"]] = settle(body, shape_matching.make(body, settings), force_n)
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def column() -> Particles:
+    """Make the column of 2 × 2 × 15 particles, held at its foot."""
+    side, height = SPACING_M, (LAYERS - 1) * SPACING_M
+    mesh = box([side, side, height], [1, 1, LAYERS - 1])
+    soft = Material(3000.0, 0.3, 1000.0)
+    masses = np.full(len(mesh.nodes), soft.density_kg_m3 * side * side * height / len(mesh.nodes))
+    foot = np.flatnonzero(mesh.nodes[:, 2] == 0.0)
+    return Particles("column", mesh.nodes, masses, foot, mesh.triangles, mesh.tetrahedra, soft)
+
+
+def settle(
+    body: Particles,
+    matched: shape_matching.ShapeMatching,
+    force_n: float,
+    rate_1_s: float = RATE_1_S,
+    still_m: float = STILL_M,
+) -> np.ndarray:
+    """Compute the positions (n, 3) [m] of the column at rest, under ``force_n`` [N] along x on its top layer.
+
+    rate_1_s : decay of velocities [1/s]; still_m : movement in a step [m] below which it is at rest
+    Raises NotConverged if it does not come to rest.
+    """
+    top = body.nodes[:, 2] == body.nodes[:, 2].max()
+    effects = {
+        "shape_matching": matched,
+        "held": held.make(body, {}, None),
+        "push": _Push(np.outer(top, [force_n / top.sum(), 0.0, 0.0])),
+        "velocity_damping": velocity_damping.make(body, {"rate_1_s": rate_1_s}, None),
+    }
+    integrator = goal_position.make(System(body, effects), {})
+    x, v, history = body.nodes, np.zeros_like(body.nodes), []
+    for _ in range(MOST_STEPS):
+        x, v = integrator.step(x, v, STEP_S)
+        history.append(STEP_S * float(np.abs(v).max()) / body.size)
+        if history[-1] * body.size < still_m:
+            return x
+    raise NotConverged(f"the column still moves after {MOST_STEPS} steps; lower its load or damp it more", history)
+
+
+class _Push:
+    """A constant load (n, 3) [N]."""
+
+    def __init__(self, force: np.ndarray):
+        self._force = force
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        force += self._force
+
+
+KINDS = ("tetrahedra", "each_tetrahedron")
+"""Neighbourhoods until every tetrahedron is in one, and one neighbourhood for each tetrahedron."""
+
+QUICK_RATE_1_S, QUICK_STILL_M = 40.0, 1e-8
+"""Decay of velocities [1/s] and movement in a step [m] with which the column comes to rest quickly, within 1e-6 m."""
+
+START_M, GROWN, STEPS, WITHIN = 1e-7, 1e3, 600, 1e-3
+"""Of the search for the least unstable α: the disturbance [m], the growth that counts as unstable, within so many
+steps, and the relative width at which the search ends."""
+
+CLUSTER_GOALS = Table(
+    "cluster_goals",
+    "The column in clusters as the thesis has them, one a tetrahedron and added, beside fewer and averaged ones.",
+    """
+    kind goals: clusters that cover tetrahedra, or one for each; and goals averaged or added
+    clusters memberships clusters_mean clusters_most: clusters, their particles together, and clusters a particle
+    alpha_limit alpha_limit_measured: largest stable α, by the eigenvalue and simulated; inf above 1
+    alpha peak_m: of the loaded column, and its largest displacement [m]
+    drift: change of momentum in a step over the sum of what particles take up
+    """,
+)
+
+
+def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
+    """Measure the rows of cluster_goals.csv: one for each kind of cluster and way to combine their goals.
+
+    The column is that of ``clustered_column``, under the same force; with added goals α is ``alpha`` over the mean
+    number of clusters of a particle, for the same mean stiffness.
+    """
+    body, rows = column(), []
+    for kind in KINDS:
+        for overlap in OVERLAPS:
+            matched = _matched(body, kind, overlap, 1.0, beta)
+            shared = matched.clusters.shared_by
+            used = alpha / float(shared.mean()) if overlap == "sum" else alpha
+            rest = settle(body, _matched(body, kind, overlap, used, beta), force_n, QUICK_RATE_1_S, QUICK_STILL_M)
+            row = {"kind": kind, "goals": overlap, "clusters": len(matched.ranks)}
+            row |= {"memberships": len(matched.clusters.members)}
+            row |= {"clusters_mean": float(shared.mean()), "clusters_most": int(shared.max())}
+            limit = _predicted(body, matched)
+            row |= {"alpha_limit": limit, "alpha_limit_measured": _measured(body, kind, overlap, beta, limit)}
+            row |= {"alpha": used, "peak_m": float(np.linalg.norm(rest - body.nodes, axis=1).max())}
+            rows.append(row | {"drift": _drift(body, matched)})
+    return pd.DataFrame(rows)
+
+
+def _matched(body: Particles, kind: str, overlap: str, alpha: float, beta: float) -> ShapeMatching:
+    """Make the shape matching without the check of α, which is to be tried beyond."""
+    clusters = make_clusters(body, {"kind": kind})
+    return ShapeMatching(body, clusters, "quadratic", alpha, beta, overlap == "sum")
+
+
+def _predicted(body: Particles, matched: ShapeMatching) -> float:
+    """Compute 4/λ, λ being the largest eigenvalue of −∂(α (g − x))/∂x at rest for α = 1; inf if it is above 1."""
+    free = np.setdiff1d(np.arange(len(body.nodes)), body.held)
+    unknowns = (3 * free[:, None] + np.arange(3)).ravel()
+    pull = np.empty((len(unknowns), len(unknowns)))
+    for number, unknown in enumerate(unknowns):
+        moved = []
+        for sign in (1.0, -1.0):
+            x, goal = body.nodes.copy(), np.empty_like(body.nodes)
+            x.ravel()[unknown] += sign * START_M
+            matched.goals(x, goal)
+            moved.append(matched.alpha * (x - goal).ravel()[unknowns])
+        pull[:, number] = (moved[0] - moved[1]) / (2.0 * START_M)
+    limit = 4.0 / float(np.linalg.eigvals(pull).real.max())
+    return limit if limit <= 1.0 else np.inf
+
+
+def _measured(body: Particles, kind: str, overlap: str, beta: float, predicted: float) -> float:
+    """Search by bisection for the α from which on a small disturbance grows; inf if it does not at α = 1."""
+    if not _grows(body, _matched(body, kind, overlap, 1.0, beta)):
+        return np.inf
+    stable, unstable = 0.0, 1.0
+    if np.isfinite(predicted):  # nearly there, if theory is right; otherwise the search covers everything
+        for guess in (0.98 * predicted, 1.02 * predicted):
+            grows = _grows(body, _matched(body, kind, overlap, guess, beta))
+            stable, unstable = (stable, min(unstable, guess)) if grows else (max(stable, guess), unstable)
+    while unstable - stable > WITHIN * unstable:
+        middle = 0.5 * (stable + unstable)
+        if _grows(body, _matched(body, kind, overlap, middle, beta)):
+            unstable = middle
+        else:
+            stable = middle
+    return unstable
+
+
+def _grows(body: Particles, matched: ShapeMatching) -> bool:
+    """Return whether a small disturbance of the held, undamped column becomes GROWN times as large."""
+    effects: dict[str, Any] = {"shape_matching": matched, "held": Held(body.held)}
+    integrator = goal_position.make(System(body, effects), {})
+    disturbance = np.random.default_rng(0).normal(size=body.nodes.shape)
+    disturbance[body.held] = 0.0
+    x, v = body.nodes + START_M * disturbance, np.zeros_like(body.nodes)
+    for _ in range(STEPS):
+        try:
+            x, v = integrator.step(x, v, STEP_S)
+        except NotConverged:
+            return True
+        if np.abs(x - body.nodes).max() > GROWN * START_M:
+            return True
+    return False
+
+
+def _drift(body: Particles, matched: ShapeMatching) -> float:
+    """Measure how far momentum is from kept: Σ m (g − x) over Σ m |g − x|, in a column out of shape."""
+    x = body.nodes + 0.1 * body.size * np.random.default_rng(1).normal(size=body.nodes.shape)
+    goal = np.empty_like(x)
+    matched.goals(x, goal)
+    pull = body.masses[:, None] * (goal - x)
+    return float(np.linalg.norm(pull.sum(axis=0)) / np.linalg.norm(pull, axis=1).sum())

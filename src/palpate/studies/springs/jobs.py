@@ -1,0 +1,48 @@
+"""What the rules of the study call; palpate.run.jobs says how."""
+
+from pathlib import Path
+
+from palpate.run.job import rarely, use_threads, write_table
+
+
+def simulate_spring_reference(output, params):
+    from palpate.studies.springs.spring_experiment import experiment, save_references, simulate_references
+
+    found = experiment(params.calibration, params.poisson)
+    save_references(simulate_references(found, params.calibration["substeps"]), output[0])
+
+
+def fit_springs(input, output, params, wildcards, threads, say):
+    use_threads(threads)  # before numba is imported
+    from palpate.studies.springs.spring_experiment import experiment, load_references
+    from palpate.studies.springs.spring_fit import SEEDED, budget, tables
+
+    calibration, method = params.calibration, wildcards.method
+    seeds = range(params.seed, params.seed + (params.searches["seeds"] if method in SEEDED else 1))
+    references, found = load_references(input.reference), {}
+    for force in ("springs", "volume"):
+        folder = Path(output[force][0]).parent
+        found = tables(
+            experiment(calibration, calibration["material"]["poisson"]), method, force == "volume", references,
+            budget(params.searches), {one: folder / f"state_{one}.npz" for one in seeds},
+            rarely(say, f"{method}, {force}: seed, generation, best fitness"),
+        )  # fmt: skip
+        for path in output[force]:
+            write_table(found[Path(path).stem], path)
+
+
+def tabulate_spring_floor(output, params, wildcards):
+    from palpate.studies.springs.spring_experiment import (
+        experiment,
+        load_references,
+        save_references,
+        simulate_references,
+    )
+    from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
+
+    poisson = float(wildcards.poisson)
+    references = simulate_references(experiment(params.calibration, poisson), params.calibration["substeps"])
+    save_references(references, output.reference)
+    stiffest = experiment(params.calibration, INCOMPRESSIBLE).volume_n_m()
+    found, read = experiment(params.calibration, poisson), load_references(output.reference)
+    return {"floor": measure(found, read, stiffest, params.evaluations)}

@@ -1,0 +1,129 @@
+"""Estimate the error of answers: from the linear response alone, from one fine residual, or from a second answer.
+
+The second answer is that of quadratic elements one level coarser than the finest: ``Judge.from_coarser`` compares any
+answer with it, and what it takes is measured here. The residual is that of quadratic elements on the finest level, as
+training samples are simulated with; one multigrid cycle makes a displacement of it. What these elements cannot
+represent it does not see.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.error_bounds import COARSER, EVERY, RESIDUAL
+from palpate.benchmark.judge import Judge
+from palpate.benchmark.load import Load, loads_of
+from palpate.benchmark.model import Case, setting_text
+from palpate.errors import NotConverged
+from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
+from palpate.models.linear_fem import LinearFem
+from palpate.models.warped_compliance import WarpedResponse
+from palpate.solvers.equilibrium import FastEquilibrium
+
+CHEAP = ("linear", "turned", "distance")
+COLUMNS = ["split", "sample", "contact", "model", "setting", "estimate", "rms", "patch", "seconds"]
+"""``rms`` and ``patch``: the estimate of the error over the surface and at the patch, up to a factor."""
+SOLVED = ("fem_p1", "fem_p2", "linear_fem")
+"""The models whose residual is looked at: of others only the surface is known."""
+_LOOSE = 1e-4
+"""Tolerance of the linear response inside the body."""
+_ENOUGH, _TIMED = 1e-3, 5
+"""Residual over its load at which a second answer is exact enough, and how many of them are timed."""
+
+
+def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.DataFrame:
+    """Tabulate estimates of the errors of answers to all samples of ``judge`` and its ``more``: the columns COLUMNS.
+
+    linear : largest displacement of the linear response, over the size of the body
+    turned : RMS change of the linear response when it is turned with its own rotations, over its largest displacement
+    distance : of the contact from the nearest other one that is learnt from, over the size of the body
+    residual : RMS of what one cycle of multigrid makes of the fine residual, over the answer's largest displacement;
+        of the linear response, and of elements on the coarse level, for those of ``models``
+    coarser : what finding a second answer takes, without a value, as that differs from model to model
+    """
+    whole = [_of(case, part, models) for part in (judge, judge.more) if part]
+    return pd.concat(whole, ignore_index=True)
+
+
+def read_estimates(path: str | Path) -> pd.DataFrame:
+    """Read a file of ``estimates``: a setting may have no name, and a second answer has no value by itself."""
+    return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
+
+
+def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
+    loads = loads_of(judge.samples.contact, judge.samples.force)
+    rows = [*_cheap(case, loads), *_second(case, loads)]
+    if asked := [model for model in models if model in SOLVED]:
+        rows += _residuals(case, judge, loads, asked)
+    table = pd.DataFrame(rows, columns=["i", "model", "setting", "estimate", "rms", "patch", "seconds"])
+    number = table.pop("i").to_numpy(dtype=int)
+    asked_of = {"split": judge.split, "sample": judge.numbers[number], "contact": judge.samples.contact[number]}
+    return table.assign(**asked_of)[COLUMNS]
+
+
+def _cheap(case: Case, loads: list[Load]) -> Iterator[tuple]:
+    """Yield rows of the estimates of CHEAP: what they take is that of a stored response."""
+    stored, size = case.use_compliance(), case.body.fine.size
+    linear, turned = LinearFem(stored), WarpedResponse(case.meshes, stored)
+    nodes = case.body.coarse.nodes
+    learnt = np.unique(case.database.contact)
+    for i, load in enumerate(loads):
+        contact, force = load.single()
+        begin = perf_counter()
+        flat, warped = linear.predict(None, contact, force), turned.answer(contact, force)[0]
+        peak = float(np.linalg.norm(flat, axis=1).max())
+        change = float(np.sqrt(np.mean(np.sum((warped - flat) ** 2, axis=1)))) / peak
+        seconds = perf_counter() - begin
+        away = float(np.linalg.norm(nodes[learnt[learnt != contact]] - nodes[contact], axis=1).min())
+        for name, value in zip(CHEAP, (peak / size, change, away / size), strict=True):
+            yield i, EVERY, "", name, value, value, seconds
+
+
+def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
+    """Yield rows of the time that a second answer takes; none where the body has no level before the finest."""
+    level = len(case.body.levels) - 2
+    if level < 0:
+        return
+    coarser, up = Simulation(case, level, _ENOUGH, None, 2, FastEquilibrium), to_surface(case.body, level, 2)
+    chosen = np.unique(np.linspace(0, len(loads) - 1, _TIMED).round().astype(int))
+    for turn, i in enumerate((chosen[0], *chosen)):
+        begin = perf_counter()
+        try:
+            up @ coarser.displacement(loads[i])
+        except NotConverged:
+            continue
+        if turn:  # the first call compiles, and fills caches
+            yield i, EVERY, "", COARSER, np.nan, np.nan, perf_counter() - begin
+
+
+def _residuals(case: Case, judge: Judge, loads: list[Load], models: list[str]) -> Iterator[tuple]:
+    """Yield rows of the residual estimate, for the linear response and for elements on the coarse level."""
+    last = len(case.body.levels) - 1
+    fine, surface = Simulation(case, last, case.tolerance, order=2), case.body.fine.surface
+    for model in models:
+        setting = "default"
+        if model == "linear_fem":
+            answers = fine.linear_responses(loads, _LOOSE)
+        else:
+            answers = _coarse(case, loads, int(model[-1]))
+            setting = setting_text({"level": 0, "start": "rest", "tolerance": case.tolerance})
+        for i, (load, moved) in enumerate(zip(loads, answers, strict=True)):
+            begin = perf_counter()
+            lengths = np.linalg.norm(fine.correction(load, moved)[surface], axis=1)
+            peak = float(np.linalg.norm(moved[surface], axis=1).max())
+            seconds = perf_counter() - begin
+            means = [float(np.sqrt(np.mean(part**2))) / peak for part in (lengths, lengths[judge.patch[i]])]
+            yield i, model, setting, RESIDUAL, *means, seconds
+
+
+def _coarse(case: Case, loads: list[Load], order: int) -> Iterator[np.ndarray]:
+    """Yield converged answers of elements of ``order`` on the coarse level, at the nodes of the finest quadratic ones.
+
+    Displacements (n_nodes, 3) [m].
+    """
+    whole = with_unknowns(case.body, len(case.body.levels) - 1, 2)
+    coarse, up = Simulation(case, 0, case.tolerance, order=order), to_fine(whole, 0, order)
+    return (up @ coarse.displacement(load) for load in loads)

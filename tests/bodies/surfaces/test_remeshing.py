@@ -1,0 +1,133 @@
+"""Triangulation, decimation, relaxation and snapping of surfaces."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.mesh_quality import check_closed, quality
+from palpate.bodies.refinement import refine
+from palpate.bodies.surfaces.decimate import collapse, fibonacci_sphere, flip, remesh, triangulate, triangulate_evenly
+from palpate.bodies.surfaces.snap import WANTED_DEG, element_quality, relax, snapper
+from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
+from palpate.bodies.surfaces.triangles import vertex_normals, volume
+
+
+def corner_angles(points, triangles):
+    corners = points[triangles]
+    u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)))
+
+
+def test_spreads_evenly_over_a_stretched_sphere():
+    sphere = fibonacci_sphere(4000)
+    points = sphere * [3.0, 1.0, 0.7]
+    chosen, triangles = triangulate_evenly(points, triangulate(sphere), sphere, 100)
+    assert len(set(chosen.tolist())) == 100
+    assert len(triangles) == 196
+    assert corner_angles(points[chosen], triangles).min() > 25
+    lengths = np.linalg.norm(points[chosen][triangles] - points[chosen][np.roll(triangles, 1, 1)], axis=2)
+    assert lengths.max() < 3 * lengths.min()
+
+
+def test_flips_keep_the_surface_closed_and_improve_it():
+    sphere = fibonacci_sphere(200)
+    points, before = sphere * [1.0, 1.0, 0.3], triangulate(sphere)
+    after = flip(points, before)
+    ends = after[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    assert len(np.unique(ends, axis=0)) == len(ends) == 3 * len(before)
+    assert np.array_equal(np.unique(ends, axis=0), np.unique(ends[:, ::-1], axis=0))
+    assert corner_angles(points, after).min() >= corner_angles(points, before).min()
+
+
+@pytest.fixture
+def ball():
+    points = fibonacci_sphere(2000)
+    return points, triangulate(points)
+
+
+def test_collapses_to_any_count_that_a_closed_surface_can_have(ball):
+    points, triangles = collapse(*ball, 20)
+    assert (len(points), len(triangles)) == (20, 36)
+    check_closed("ball", points, triangles)
+    points, triangles = collapse(*ball, 3)
+    check_closed("ball", points, triangles)
+    assert np.bincount(triangles.ravel()).min() >= 4
+
+
+def test_a_needle_of_no_area_is_collapsed(ball):
+    points, triangles = ball
+    points[triangles[0, 1]] = points[triangles[0, 0]]
+    points, triangles = collapse(points, triangles, 1000)
+    lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
+    assert lengths.min() > 0.2 * lengths.mean()
+
+
+def test_vertices_end_on_the_dense_surface_and_evenly(ball):
+    points, triangles = remesh(*collapse(*ball, 600), *ball, 100)
+    check_closed("ball", points, triangles)
+    assert np.abs(np.linalg.norm(points, axis=1) - 1).max() < 0.005
+    assert volume(points, triangles) > 0.93 * 4 / 3 * np.pi
+    lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
+    assert lengths.std() < 0.2 * lengths.mean()
+    assert (np.einsum("ij,ij->i", vertex_normals(points, triangles), points) > 0.97).all()
+
+
+def test_a_flattened_element_opens_again():
+    points = fibonacci_sphere(60)
+    mesh = tetrahedralize(points, triangulate(points))
+    inner = np.setdiff1d(np.arange(len(mesh.nodes)), mesh.surface)
+    nodes = mesh.nodes.copy()
+    nodes[inner[0]] = 0.97 * points[np.argmin(np.linalg.norm(points - nodes[inner[0]], axis=1))]
+    before = element_quality(nodes, mesh.tetrahedra)
+    movable = np.isin(np.arange(len(nodes)), inner)
+    moved = relax(nodes, mesh.tetrahedra, movable, mesh.surface, None)
+    assert before.min() < 5
+    assert element_quality(moved, mesh.tetrahedra).min() >= WANTED_DEG
+    assert np.array_equal(moved[mesh.surface], mesh.nodes[mesh.surface])
+
+
+def test_the_quality_of_an_inverted_element_is_negative():
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    assert element_quality(corners, np.array([[0, 1, 2, 3]]))[0] > 50
+    assert element_quality(corners, np.array([[1, 0, 2, 3]]))[0] < -50
+
+
+COARSE, DENSE = fibonacci_sphere(60), fibonacci_sphere(8000)
+
+
+def nested(material, radius=1.0):
+    """A coarse ball of radius 1, refined twice onto a sphere of another."""
+    coarse = tetrahedralize(COARSE, triangulate(COARSE))
+    settle = snapper(radius * DENSE, DENSE)
+    held = np.array([0, 1, 59])
+    return nest("ball", coarse, 2, held, material), nest("ball", coarse, 2, held, material, settle)
+
+
+def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(material):
+    plain, snapped = nested(material)
+    missing = [4 / 3 * np.pi - mesh.volumes.sum() for mesh in snapped.levels]
+    for before, after in pairwise(missing):
+        # the facets' distance from the sphere is quadratic in their edge
+        assert before / after == pytest.approx(4, rel=0.1)
+    for mesh, old in zip(snapped.levels[1:], plain.levels[1:], strict=True):
+        assert np.abs(np.linalg.norm(mesh.nodes[mesh.surface], axis=1) - 1).max() < 1e-3
+        assert quality(mesh)["min_dihedral_deg"] > 10
+        assert quality(refine(mesh)[0])["min_dihedral_deg"] > 10
+        assert np.array_equal(mesh.surface, old.surface)
+
+
+def test_coarse_nodes_prolongations_and_anchors_stay(material):
+    plain, snapped = nested(material)
+    for mesh in snapped.levels:
+        assert np.array_equal(mesh.nodes[: len(snapped.coarse.nodes)], snapped.coarse.nodes)
+    assert (snapped.prolongation != plain.prolongation).nnz == 0
+    assert all(np.array_equal(*pair) for pair in zip(snapped.anchors, plain.anchors, strict=True))
+
+
+def test_no_element_is_inverted_for_a_surface_out_of_reach(material):
+    _, snapped = nested(material, radius=0.4)
+    for mesh in snapped.levels:
+        assert mesh.volumes.min() > 0
+        assert quality(mesh)["min_dihedral_deg"] > 5

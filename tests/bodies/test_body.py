@@ -1,0 +1,322 @@
+"""Bodies from entries and files, what holds them, and which nodes can be pressed."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist, pdist
+
+from palpate.bodies.body import nest
+from palpate.bodies.body_file import load, save
+from palpate.bodies.box import sheet
+from palpate.bodies.contacts import contacts_of, kept_contacts, pressed_contacts, row_of
+from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
+from palpate.bodies.refinement import finer
+from palpate.bodies.supports import Bed, choose_anchors, default_anchors
+from palpate.errors import InputError
+
+SPHERE = {"sphere": {"center_m": [-0.03, 0.05, 0.035], "radius_m": 0.045}}
+CYLINDER = {"kind": "cylinder", "length_m": 0.2, "radius_m": 0.03, "refinements": 1}
+LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2, "anchors": SPHERE}
+
+
+def counts(body):
+    table = mesh_sizes(body, {})
+    return table[["surface_nodes", "surface_triangles", "nodes", "tetrahedra"]].to_numpy().tolist()
+
+
+def check_nesting(body):
+    volume = body.coarse.volumes.sum()
+    for coarse, fine, prolongation in zip(body.levels, body.levels[1:], body.prolongations, strict=False):
+        assert np.array_equal(prolongation @ coarse.nodes, fine.nodes)
+        assert fine.volumes.min() > 0
+        assert fine.volumes.sum() == pytest.approx(volume, rel=1e-12)
+    n = len(body.coarse.nodes)
+    assert np.array_equal(body.fine.nodes[:n], body.coarse.nodes)
+    assert np.array_equal(body.anchors[-1][body.anchors[-1] < n], body.anchors[0])
+
+
+def test_cylinder(entry):
+    body = make_body("cylinder", entry | CYLINDER)
+    assert counts(body) == [[182, 360, 266, 936], [722, 1440, 1647, 7488]]
+    assert [len(held) for held in body.anchors] == [19, 61]
+    check_nesting(body)
+
+
+def test_liver(entry):
+    body = make_body("liver", entry | LIVER)
+    assert [row[:2] for row in counts(body)] == [[140, 276], [554, 1104], [2210, 4416]]
+    check_nesting(body)
+    held = np.intersect1d(body.anchors[0], body.coarse.surface)
+    assert 8 <= len(held) <= 0.2 * 140
+    # the bare area is at the back
+    assert body.coarse.normals[held].mean(axis=0)[1] > 0.5
+
+
+BED = {"sphere": {"center_m": [0.0, -0.03, 0.1], "radius_m": 0.05}, "stiffness_n_m3": 1e5}
+
+
+def test_a_body_on_a_bed_needs_no_anchors(entry):
+    free = {key: value for key, value in (entry | CYLINDER).items() if key != "anchors"}
+    body = make_body("cylinder", free | {"bed": BED})
+    assert [len(held) for held in body.anchors] == [0, 0]
+    assert body.bed.center_m.tolist() == [0.0, -0.03, 0.1] and body.bed.stiffness_n_m3 == 1e5
+    both = make_body("cylinder", entry | CYLINDER | {"bed": BED})
+    assert len(both.anchors[0]) == 19 and both.bed.radius_m == 0.05
+    assert make_body("cylinder", entry | CYLINDER).bed is None
+
+
+def test_box(entry):
+    body = make_body(
+        "bar", entry | {"kind": "box", "sizes_m": [0.1, 0.1, 0.3], "divisions": [2, 2, 6], "refinements": 1}
+    )
+    assert counts(body)[0] == [63 - 5, 2 * (4 + 4 + 4 * 12), 63, 144]
+    assert [len(held) for held in body.anchors] == [9, 25]
+    check_nesting(body)
+
+
+def test_sheet(entry):
+    entry = {key: value for key, value in entry.items() if key != "refinements"}
+    changes = {"kind": "sheet", "sizes_m": [0.3, 0.2], "divisions": [6, 4], "thickness_m": 0.001}
+    body = make_body("cloth", entry | changes | {"anchors": {"nodes": [0, 4]}})
+    assert counts(body) == [[35, 48, 35, 0]]
+    assert body.anchors[0].tolist() == [0, 4]
+    assert mesh_quality(body).empty
+
+
+@pytest.mark.parametrize("name", ["liver.msh", "liver_v4.1_bin.msh"])
+def test_liver_from_a_file(entry, shared_meshes, name):
+    changes = {"kind": "file", "path": str(shared_meshes / name), "scale_m": 0.03, "refinements": 2}
+    body = make_body("own", entry | changes | {"anchors": {"nodes": [3, 39, 64]}})
+    assert counts(body) == [[140, 276, 181, 596], [554, 1104, 1095, 4768], [2210, 4416, 7509, 38144]]
+    assert np.allclose(body.coarse.nodes[3], 0.03 * np.array([-0.642848, 2.34542, 2.57241]), rtol=1e-12)
+    assert body.anchors[0].tolist() == [3, 39, 64]
+    check_nesting(body)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"poisson": 0.5}, "poisson"),
+        ({"poisson": -1}, "poisson"),
+        ({"poisson": float("nan")}, "poisson"),
+        ({"young_pa": -3000}, "young_pa"),
+        ({"young_pa": float("inf")}, "young_pa"),
+        ({"density_kg_m3": 0}, "density_kg_m3"),
+        ({"kind": "sponge"}, "kind 'sponge'"),
+        ({"anchors": {"nodes": [266]}}, r"anchors\.nodes names 266"),
+    ],
+)
+def test_bad_entries(entry, change, message):
+    with pytest.raises(InputError, match=f"^body b: {message}"):
+        make_body("b", entry | CYLINDER | change)
+
+
+@pytest.fixture
+def stored(cube, material, tmp_path):
+    body = nest("cube", cube, 2, np.arange(4), material)
+    save(body, tmp_path / "body.h5")
+    return body, tmp_path / "body.h5"
+
+
+def test_round_trip(stored):
+    body, path = stored
+    found = load(path)
+    assert (found.name, found.material, len(found.levels)) == ("cube", body.material, 3)
+    for mine, theirs in zip(body.levels, found.levels, strict=True):
+        assert np.array_equal(mine.nodes, theirs.nodes)
+        assert np.array_equal(mine.tetrahedra, theirs.tetrahedra)
+    assert all(map(np.array_equal, body.anchors, found.anchors))
+    assert abs(body.prolongation - found.prolongation).max() == 0
+
+
+@pytest.mark.parametrize("facing", [None, np.array([0.0, 0.0, -1.0])])
+def test_a_bed_comes_back_and_finer_keeps_it(cube, material, tmp_path, facing):
+    bed = Bed(np.array([0.5, 0.5, 0.0]), 0.8, 1e5, facing)
+    save(nest("cube", cube, 1, np.empty(0, dtype=int), material, bed=bed), tmp_path / "bedded.h5")
+    body = load(tmp_path / "bedded.h5")
+    for found in (body.bed, finer(body).bed):
+        assert np.array_equal(found.center_m, bed.center_m)
+        assert (found.radius_m, found.stiffness_n_m3) == (0.8, 1e5)
+        assert found.facing is None if facing is None else np.array_equal(found.facing, facing)
+    assert [len(held) for held in body.anchors] == [0, 0] and body.anchors[0].dtype.kind == "i"
+
+
+def test_densities_of_a_ct_come_back_and_finer_keeps_them(cube, material, tmp_path):
+    body = nest("cube", cube, 1, np.arange(4), material)
+    body = replace(body, densities=[1000.0 + level.nodes[:, 0] for level in body.levels])
+    save(body, tmp_path / "weighed.h5")
+    found = load(tmp_path / "weighed.h5")
+    assert all(map(np.array_equal, body.densities, found.densities))
+    assert finer(found).densities[2] == pytest.approx(1000.0 + finer(body).fine.nodes[:, 0])
+    assert len(found.up_to(0).densities) == len(found.up_to(0).levels) == len(found.up_to(0).anchors) == 1
+    with h5py.File(tmp_path / "weighed.h5", "a") as file:
+        del file["level_1/densities_kg_m3"]
+        file["level_1/densities_kg_m3"] = np.ones(3)
+    with pytest.raises(InputError, match="densities_kg_m3 do not fit the nodes"):
+        load(tmp_path / "weighed.h5")
+
+
+def test_a_sheet_comes_back(material, tmp_path):
+    cloth = sheet([0.3, 0.2], [2, 2], 0.001)
+    save(nest("cloth", cloth, 0, np.array([0]), material), tmp_path / "cloth.h5")
+    body = load(tmp_path / "cloth.h5")
+    assert np.array_equal(body.coarse.nodes, cloth.nodes)
+    assert np.array_equal(body.coarse.triangles, cloth.triangles)
+    assert body.coarse.thickness_m == 0.001
+    assert (body.anchors[0].tolist(), body.prolongations) == ([0], [])
+
+
+def test_same_body_gives_the_same_bytes(stored, tmp_path):
+    body, path = stored
+    save(body, tmp_path / "again.h5")
+    assert (tmp_path / "again.h5").read_bytes() == path.read_bytes()
+
+
+def test_a_failed_write_leaves_nothing(stored, tmp_path):
+    body, path = stored
+    body.levels.append(None)
+    with pytest.raises(ValueError, match="zip"):
+        save(body, tmp_path / "half.h5")
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_another_version_is_refused(stored):
+    _, path = stored
+    with h5py.File(path, "a") as file:
+        file.attrs["version"] = 0
+    with pytest.raises(InputError, match="version is not 6"):
+        load(path)
+
+
+def test_nan_is_refused_by_name(stored):
+    _, path = stored
+    with h5py.File(path, "a") as file:
+        file["level_1/nodes"][3, 0] = np.nan
+    with pytest.raises(InputError, match="/level_1/nodes"):
+        load(path)
+
+
+def test_a_cut_file_is_refused(stored):
+    _, path = stored
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(InputError, match=r"body\.h5 is damaged \(.*truncated.*\); delete it and type make\.$"):
+        load(path)
+    with pytest.raises(InputError, match=r"body\.h5 is missing; type make, which makes it\.$"):
+        load(path.parent / "missing" / "body.h5")
+
+
+def test_three_rules_find_the_same_face(cube):
+    plane = choose_anchors("cube", {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}}, cube)
+    numbers = choose_anchors("cube", {"nodes": [3, 0, 1, 2]}, cube)
+    sphere = choose_anchors("cube", {"sphere": {"center_m": [0.5, 0.5, 0], "radius_m": 0.8}}, cube)
+    assert plane.tolist() == numbers.tolist() == sphere.tolist() == [0, 1, 2, 3]
+    far = choose_anchors("cube", {"plane": {"axis": "x", "side": "max", "depth_m": 0.01}}, cube)
+    assert far.tolist() == [1, 3, 5, 7]
+
+
+def test_several_rules_hold_what_any_of_them_holds(cube):
+    ends = [{"plane": {"axis": "x", "side": side, "depth_m": 0.01}} for side in ("min", "max")]
+    assert choose_anchors("cube", {"several": [ends[1], {"nodes": [0]}]}, cube).tolist() == [0, 1, 3, 5, 7]
+    with pytest.raises(InputError, match="several holds every node of the surface"):
+        choose_anchors("cube", {"several": ends}, cube)
+
+
+def test_new_nodes_are_held_between_held_ones(cube, material):
+    body = nest("cube", cube, 1, np.arange(4), material)
+    assert np.array_equal(body.anchors[1], np.flatnonzero(body.fine.nodes[:, 2] == 0))
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        ({"nodes": [1, 8]}, r"anchors\.nodes names 8"),
+        ({"nodes": list(range(8))}, r"nodes holds every node of the surface, .* hold fewer: the body is 1 × 1"),
+        ({"nodes": [-1, 2, 3]}, "names -1"),
+        ({"nodes": [1.5, 2, 3]}, r"names 1\.5"),
+        ({"nodes": []}, r"anchors\.nodes holds no node"),
+        ({"sphere": {"center_m": [9, 9, 9], "radius_m": 1}}, r"anchors\.sphere holds no node"),
+        ({"nodes": [0, 1]}, "turn about the held nodes; hold three"),
+        ({"nodes": [0], "plane": {}}, "exactly one of nodes, plane, sphere and several"),
+        ({"several": [{"nodes": [0]}, {"nodes": [9]}]}, "names 9"),
+        ({"several": []}, r"anchors\.several holds no node"),
+        ({"several": [{"nodes": [0, 1, 2]}, {"box": {}}]}, "exactly one of nodes, plane, sphere and several"),
+        ({"box": {}}, "exactly one of nodes, plane, sphere and several"),
+    ],
+)
+def test_a_rule_that_cannot_hold_the_body(cube, rule, message):
+    with pytest.raises(InputError, match=f"^body cube: .*{message}"):
+        choose_anchors("cube", rule, cube)
+
+
+def test_three_nodes_on_a_line_do_not_hold():
+    nodes = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    mesh = TetMesh(nodes, np.array([[0, 1, 3, 4], [1, 2, 3, 4]]))
+    with pytest.raises(InputError, match="not on a line"):
+        choose_anchors("bar", {"nodes": [0, 1, 2]}, mesh)
+
+
+def test_a_sheet_may_hang_by_a_line():
+    held = choose_anchors(
+        "cloth", {"plane": {"axis": "x", "side": "min", "depth_m": 0.0}}, sheet([0.2, 0.1], [4, 2], 0.001)
+    )
+    assert held.tolist() == [0, 1, 2]
+
+
+def test_every_piece_must_be_held(cube):
+    two = TetMesh(
+        np.vstack([cube.nodes, cube.nodes + np.array([3, 0, 0])]), np.vstack([cube.tetrahedra, cube.tetrahedra + 8])
+    )
+    with pytest.raises(InputError, match="no node of the piece of node 8, one of 2;"):
+        choose_anchors("two", {"nodes": [0, 1, 2, 3]}, two)
+    assert len(choose_anchors("two", {"plane": {"axis": "z", "side": "min", "depth_m": 0}}, two)) == 8
+
+
+def test_without_a_rule_the_low_end_of_the_longest_side_is_held(cube):
+    long = TetMesh(cube.nodes * [1, 1, 3], cube.tetrahedra)
+    with pytest.warns(UserWarning, match=r"^anchors is not given; the nodes within 0\.3 m of its lowest z, "):
+        rule = default_anchors("cube", long)
+    assert choose_anchors("cube", rule, long).tolist() == [0, 1, 2, 3]
+
+
+def test_free_surface_nodes_have_their_rows(slab):
+    contacts = contacts_of(slab)
+    assert contacts.tolist() == [node for node in slab.coarse.surface if node not in slab.anchors[0]]
+    assert [row_of(contacts, int(node)) for node in contacts] == list(range(len(contacts)))
+
+
+@pytest.mark.parametrize("which", ["held", "inside", "far", "negative"])
+def test_other_nodes_are_refused(slab, which):
+    contact = {
+        "held": slab.anchors[0][0],
+        "inside": np.setdiff1d(np.arange(len(slab.coarse.nodes)), slab.coarse.surface)[0],
+        "far": len(slab.coarse.nodes),
+        "negative": -1,
+    }[which]
+    with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node of the mesh"):
+        row_of(contacts_of(slab), int(contact), "slab, ")
+
+
+def test_kept_contacts_are_pressed_ones_and_no_more_than_there_are(slab):
+    able = pressed_contacts(slab, contacts_of(slab))
+    assert np.array_equal(kept_contacts(slab, 1000), able)
+    assert np.array_equal(kept_contacts(slab, None), contacts_of(slab))
+    few = kept_contacts(slab, 7)
+    assert len(few) == 7 and (np.diff(few) > 0).all() and np.isin(few, able).all()
+    assert np.isin(kept_contacts(slab, 6), few).all()
+
+
+def test_kept_contacts_are_spread_evenly(beam):
+    """No contact is farther from a kept one than those are from each other, and chance leaves larger gaps."""
+
+    def gap(kept):
+        return cdist(beam.coarse.nodes[able], beam.coarse.nodes[kept]).min(axis=1).max()
+
+    able = pressed_contacts(beam, contacts_of(beam))
+    kept = kept_contacts(beam, 20)
+    assert gap(kept) <= pdist(beam.coarse.nodes[kept]).min() * (1 + 1e-12)
+    random = np.random.default_rng(1)
+    assert gap(kept) < 0.7 * np.mean([gap(random.choice(able, 20, replace=False)) for _ in range(50)])

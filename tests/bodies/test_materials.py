@@ -1,0 +1,299 @@
+"""Relaxation against integrals and limits, and regions of other materials."""
+
+import warnings
+
+import gmsh
+import meshio
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from palpate.bodies.body_file import load, save
+from palpate.bodies.box import box
+from palpate.bodies.ct.synthetic_abdomen import LESION
+from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material, Series, prony_fault
+from palpate.bodies.mesh_quality import dihedral_angles
+from palpate.bodies.refinement import finer
+from palpate.bodies.regions import share_inside
+from palpate.errors import InputError
+
+SERIES = Series([0.3, 0.2], [0.1, 2.0])
+
+
+def test_the_modulus_falls_from_its_first_value_to_its_last():
+    assert SERIES.modulus(0.0) == pytest.approx(1 / (1 - 0.5), rel=1e-14)
+    assert SERIES.modulus(1e9) == pytest.approx(1.0, rel=1e-14)
+    t = np.linspace(0.0, 3.0, 50)
+    of_first = 1.0 - 0.3 * (1 - np.exp(-t / 0.1)) - 0.2 * (1 - np.exp(-t / 2.0))
+    assert SERIES.modulus(t) == pytest.approx(of_first / 0.5, rel=1e-13)
+
+
+@pytest.mark.parametrize("h", [1e-4, 0.05, 1.0, 30.0])
+def test_a_step_is_the_integral_over_an_even_change_of_strain(h):
+    a, b = SERIES.factors(h)
+    for tau, kept, gained in zip(SERIES.times_s, a, b, strict=True):
+        memory, _ = quad(lambda t, tau=tau: np.exp(-(h - t) / tau) / h, 0.0, h, points=[max(0.0, h - 20 * tau)])
+        assert gained == pytest.approx(memory, rel=1e-9)
+        assert kept == pytest.approx(np.exp(-h / tau), rel=1e-14)
+
+
+@pytest.mark.parametrize("span", [0.0, 1e-300, 1e-17, 1e-9, 1e-3, 1.0, 50.0, 1e3, 1e12, 1e300])
+def test_a_branch_takes_energy_from_every_step(span):
+    """a ≤ b ≤ 1 makes both parts of the argument in Prony hold: a² / b ≤ 1 before, and b ≤ 1 after."""
+    (a,), (b,) = Series([0.5], [1.0]).factors(span)
+    assert 0.0 <= a <= b <= 1.0
+    assert b > 0.0 and (span < 1e3 or b == pytest.approx(1.0 / span, rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("shares", "times", "said"),
+    [
+        ([0.5], [1.0, 2.0], "shares has 1 numbers and times_s 2; give one"),
+        ([], [], "shares has 0 numbers and times_s 0; give one"),
+        ([0.5, -0.1], [1.0, 2.0], "shares has -0.1; give numbers above 0"),
+        ([0.5, 0.495], [1.0, 2.0], "shares has the sum 0.995, of which 0.99 is the most"),
+        ([float("nan")], [1.0], "shares has nan"),
+        ([0.5], [0.0], "times_s has 0; give times"),
+        ([0.5], [float("inf")], "times_s has inf; give times"),
+    ],
+)
+def test_a_series_that_is_none_is_refused(shares, times, said):
+    assert prony_fault({"shares": shares, "times_s": times}).startswith(said)
+
+
+STIFF = 30000.0
+BALL = {"center_m": [0.05, 0.05, 0.05], "radius_m": 0.03}
+
+
+@pytest.fixture
+def block(entry):
+    """A cube of 10 cm whose ball of 3 cm is ten times as stiff."""
+    return entry | {
+        "kind": "box",
+        "sizes_m": [0.1, 0.1, 0.1],
+        "divisions": [8, 8, 8],
+        "regions": {"tumour": {"sphere": BALL, "young_pa": STIFF}},
+    }
+
+
+@pytest.fixture(scope="module")
+def two_cubes(tmp_path_factory):
+    """A gmsh file of two cubes side by side, of 1 mm, with a physical group each; all of it has a third group."""
+    path = tmp_path_factory.mktemp("tagged") / "cubes.msh"
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    first, second = (gmsh.model.occ.addBox(i, 0, 0, 1, 1, 1) for i in range(2))
+    gmsh.model.occ.fragment([(3, first)], [(3, second)])
+    gmsh.model.occ.synchronize()
+    for tag, volumes, name in ((7, [first], "left"), (9, [second], "right"), (11, [first, second], "")):
+        gmsh.model.addPhysicalGroup(3, volumes, tag, name)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
+    gmsh.model.mesh.generate(3)
+    gmsh.write(str(path))
+    gmsh.finalize()
+    return path
+
+
+@pytest.fixture
+def tagged(entry):
+    def make(path, **regions):
+        given = {name: {"young_pa": STIFF} | rule for name, rule in regions.items()}
+        anchors = {"plane": {"axis": "z", "side": "min", "depth_m": 0.03}}
+        file = {"kind": "file", "path": str(path), "scale_m": 0.05, "anchors": anchors, "regions": given}
+        return make_body("cubes", entry | file)
+
+    return make
+
+
+def middles(mesh):
+    return mesh.nodes[mesh.tetrahedra].mean(axis=1)
+
+
+def test_a_sphere_holds_the_elements_that_are_in_it_by_half(block):
+    body = make_body("block", block)
+    tissue, mesh = body.tissue(0), body.coarse
+    assert [each.young_pa for each in tissue.materials] == [3000, STIFF]
+    assert set(np.unique(tissue.young_pa)) == {3000, STIFF}
+    distance = np.linalg.norm(middles(mesh) - 0.05, axis=1)
+    assert (tissue.region[distance < 0.024] == 1).all() and (tissue.region[distance > 0.036] == 0).all()
+    ball = 4 / 3 * np.pi * 0.03**3
+    assert mesh.volumes[tissue.region == 1].sum() == pytest.approx(ball, rel=0.05)
+
+
+def test_a_share_of_an_element_is_that_of_its_volume():
+    mesh = box([1.0, 1.0, 1.0], [1, 1, 1])
+    shares = share_inside(mesh, lambda points: points[:, 0] < 0.45)
+    assert shares @ mesh.volumes == pytest.approx(0.45, abs=0.04)
+    samples = np.random.default_rng(1).dirichlet(np.ones(4), 20000)
+    for corners, share in zip(mesh.nodes[mesh.tetrahedra], shares, strict=True):
+        assert share == pytest.approx((samples @ corners[:, 0] < 0.45).mean(), abs=0.15)
+
+
+def test_parts_of_a_refined_element_have_its_material(block):
+    body = make_body("block", block | {"divisions": [3, 3, 3], "refinements": 2})
+    for level, mesh in enumerate(body.levels):
+        corners = body.coarse.nodes[body.coarse.tetrahedra]
+        # the parent is the coarse element that contains the middle
+        steps = np.linalg.inv(np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 2))
+        for middle, number in zip(middles(mesh)[::7], body.tissue(level).region[::7], strict=True):
+            inner = np.einsum("eij,ej->ei", steps, middle - corners[:, 0])
+            parent = np.argmax(np.minimum(inner.min(axis=1), 1 - inner.sum(axis=1)))
+            assert number == body.regions.region[parent]
+    assert np.array_equal(finer(body).tissue(3).region, np.repeat(body.tissue(2).region, 8))
+    deepest = [mesh.volumes[body.tissue(i).region == 1].sum() for i, mesh in enumerate(body.levels)]
+    assert deepest == pytest.approx([deepest[0]] * 3, rel=1e-12)
+
+
+def test_the_first_region_wins_and_constants_default_to_the_body_s(block):
+    inner = {"center_m": [0.05, 0.05, 0.05], "radius_m": 0.02}
+    rules = {
+        "core": {"sphere": inner, "young_pa": 1e5, "poisson": 0.45, "density_kg_m3": 1200},
+        "rim": {"sphere": BALL, "young_pa": 1e4},
+    }
+    tissue = make_body("block", block | {"regions": rules}).tissue(0)
+    assert tissue.materials[1:] == (Material(1e5, 0.45, 1200), Material(1e4, 0.3, 1000))
+    mesh = box([0.1] * 3, [8, 8, 8])
+    assert (tissue.region[np.linalg.norm(middles(mesh) - 0.05, axis=1) < 0.014] == 1).all()
+    assert set(tissue.region) == {0, 1, 2}
+
+
+def test_regions_come_back_from_a_file(block, tmp_path):
+    body = make_body("block", block | {"refinements": 1})
+    save(body, tmp_path / "body.h5")
+    found = load(tmp_path / "body.h5")
+    for level in (0, 1):
+        assert np.array_equal(found.tissue(level).shear_pa, body.tissue(level).shear_pa)
+        assert np.array_equal(found.tissue(level).lame_pa, body.tissue(level).lame_pa)
+    assert found.regions.materials == body.regions.materials
+
+
+def test_an_organ_is_meshed_finely_where_a_region_is(entry):
+    organ = entry | {
+        "kind": "liver",
+        "length_m": 0.2,
+        "anchors": {"plane": {"axis": "y", "side": "max", "depth_m": 0.05}},
+    }
+    plain = make_body("liver", organ)
+    sphere = {"center_m": [0.02, -0.02, 0.02], "radius_m": 0.012}
+    # its volume is right to an eighth, and a seventh of it is elsewhere
+    with pytest.warns(UserWarning, match=r"tumour have 6\.\d+ mL, and what is asked 7\.\d+ mL; 0\.9\d+ mL"):
+        body = make_body("liver", organ | {"regions": {"tumour": {"sphere": sphere, "young_pa": STIFF}}})
+    held = body.coarse.volumes[body.tissue(0).region == 1].sum()
+    assert held == pytest.approx(4 / 3 * np.pi * 0.012**3, rel=0.15)
+    assert len(plain.coarse.tetrahedra) < len(body.coarse.tetrahedra) < 3 * len(plain.coarse.tetrahedra)
+    assert np.array_equal(body.coarse.nodes[body.coarse.surface], plain.coarse.nodes[plain.coarse.surface])
+    assert dihedral_angles(body.coarse).min() > 8.0
+
+
+def test_physical_groups_of_a_gmsh_file_are_tags(tagged, two_cubes):
+    for tag in (9, "right"):
+        body = tagged(two_cubes, half={"tag": tag})
+        assert np.array_equal(body.tissue(0).region == 1, middles(body.coarse)[:, 0] > 0.05)
+    # groups may overlap, and the first region wins
+    tissue = tagged(two_cubes, left={"tag": "left"}, whole={"tag": 11, "young_pa": 9e4}).tissue(0)
+    assert set(tissue.region) == {1, 2}
+
+
+@pytest.mark.parametrize("suffix", ["vtk", "vtu", "mesh"])
+def test_cell_data_are_tags(tagged, tmp_path, suffix):
+    mesh = box([1.0, 1.0, 1.0], [2, 2, 2])
+    right = middles(mesh)[:, 0] > 0.5
+    name = "medit:ref" if suffix == "mesh" else "region"
+    data = {name: [np.where(right, 5, 2)]} | ({} if suffix == "mesh" else {"quality": [np.full(len(right), 0.3)]})
+    meshio.Mesh(mesh.nodes, [("tetra", mesh.tetrahedra)], cell_data=data).write(tmp_path / f"cube.{suffix}")
+    body = tagged(tmp_path / f"cube.{suffix}", half={"tag": 5})
+    assert np.array_equal(body.tissue(0).region == 1, right)
+
+
+def test_geometrical_tags_of_a_real_mesh(shared_meshes, tagged):
+    path = shared_meshes / "liver.msh"
+    with pytest.raises(InputError, match=r"no tetrahedron has the tag 77; there are \d+ \(596") as caught:
+        tagged(path, part={"tag": 77})
+    tag = int(str(caught.value).split("there are ")[1].split()[0])
+    assert (tagged(path, part={"tag": tag}).tissue(0).region == 1).all()
+
+
+def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
+    anchors = {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}}
+    body = make_body(
+        "abdomen",
+        entry
+        | {"kind": "ct", "threshold_hu": [30, 120], "surface_nodes": 140, "anchors": anchors}
+        | {"regions": {"lesion": {"label": "lesion", "young_pa": STIFF}}},
+    )
+    mesh, inside = body.coarse, body.tissue(0).region == 1
+    volumes = mesh.volumes[inside]
+    middle = volumes @ middles(mesh)[inside] / volumes.sum()
+    assert np.linalg.norm(middle - LESION[0]) < 0.002
+    assert volumes.sum() == pytest.approx(4 / 3 * np.pi * np.prod(LESION[1]), rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        ({}, r"body block: regions\.part has none of them; give exactly one of tag, sphere and label\.$"),
+        ({"sphere": BALL, "tag": 1}, r"has tag and sphere; give exactly one of"),
+        ({"tag": 1}, r"has a tag, and a body of kind box has none; give a sphere\.$"),
+        ({"label": 1}, r"has a label, and a body of kind box has none; give a sphere\.$"),
+        ({"sphere": BALL | {"center_m": [1, 1, 1]}}, "holds no tetrahedron by half"),
+        ({"sphere": BALL, "young_pa": -1}, r"regions\.part: young_pa is -1; give a positive number\.$"),
+        ({"sphere": BALL, "poisson": 0.5}, r"regions\.part: poisson is 0\.5; give a number above -1 and below 0\.5"),
+        ({"sphere": BALL, "density_kg_m3": np.nan}, r"regions\.part: density_kg_m3 is nan; give a positive number\.$"),
+    ],
+)
+def test_a_wrong_region_is_refused(block, rule, message):
+    with pytest.raises(InputError, match=message):
+        make_body("block", block | {"regions": {"part": {"young_pa": STIFF} | rule}})
+
+
+def test_a_region_inside_one_before_it_is_refused(block):
+    rules = {name: {"sphere": BALL | {"radius_m": r}, "young_pa": 1e4} for name, r in (("all", 0.03), ("core", 0.02))}
+    with pytest.raises(InputError, match=r"regions\.core holds no tetrahedron that is not in a region before it"):
+        make_body("block", block | {"regions": rules})
+
+
+def test_a_region_that_the_mesh_is_too_coarse_for_is_told(block):
+    small = {"tumour": {"sphere": BALL | {"radius_m": 0.025}, "young_pa": STIFF}}
+    coarse = block | {"divisions": [4, 4, 4], "regions": small}
+    with pytest.warns(UserWarning, match=r"bodies\.block: regions .* tumour have [\d.]+ mL, and what is"):
+        make_body("block", coarse)
+
+
+def test_a_region_that_reaches_the_surface_by_its_elements_alone_is_told(block):
+    """The ball ends 3 mm below the top, where elements are 12.5 mm high; one that is cut by the top is asked for."""
+    for height, told in ((0.077, True), (0.085, False), (0.055, False)):
+        sphere = {"center_m": [0.05, 0.05, height], "radius_m": 0.02}
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            make_body("block", block | {"regions": {"lump": {"sphere": sphere, "young_pa": STIFF}}})
+        said = [str(one.message) for one in caught if "on the body's surface" in str(one.message)]
+        assert len(said) == told and all("tetrahedra of lump have 5 nodes" in text for text in said)
+
+
+def test_a_contrast_beyond_what_is_tested_is_told(block):
+    with pytest.warns(UserWarning, match=r"moduli of block differ by a factor of 1e\+05, and solvers are"):
+        make_body("block", block | {"regions": {"bone": {"sphere": BALL, "young_pa": 3e8}}})
+
+
+def test_tags_of_what_has_none_are_refused(tagged, two_cubes, tmp_path):
+    with pytest.raises(InputError, match=r"no tetrahedron has the tag rigth \(did you mean right\?\); there are 11 \("):
+        tagged(two_cubes, half={"tag": "rigth"})
+    mesh = box([1.0, 1.0, 1.0], [2, 2, 2])
+    cells = [("tetra", mesh.tetrahedra)]
+    whole = np.arange(len(mesh.tetrahedra))
+    meshio.Mesh(mesh.nodes, cells).write(tmp_path / "bare.vtk")
+    with pytest.raises(InputError, match=r"bare\.vtk: its tetrahedra have no tags, or give the region by a sphere\.$"):
+        tagged(tmp_path / "bare.vtk", half={"tag": 1})
+    meshio.Mesh(mesh.nodes, cells, cell_data={"a": [whole], "b": [whole]}).write(tmp_path / "two.vtk")
+    with pytest.raises(InputError, match=r"its cell data a, b could all be tags; name the right one region, or give"):
+        tagged(tmp_path / "two.vtk", half={"tag": 1})
+    meshio.Mesh(mesh.nodes, [("triangle", mesh.triangles)]).write(tmp_path / "skin.stl")
+    with pytest.raises(InputError, match=r"skin\.stl: it has no tetrahedra and so no tags; give the region"):
+        tagged(tmp_path / "skin.stl", half={"tag": 1})
+
+
+def test_tags_of_a_remeshed_file_are_refused(entry, two_cubes):
+    file = entry | {"kind": "file", "path": str(two_cubes), "scale_m": 0.05, "surface_nodes": 30, "snap": False}
+    with pytest.raises(InputError, match=r"regions\.half\.tag counts elements of a mesh that is remeshed; leave"):
+        make_body("cubes", file | {"regions": {"half": {"tag": 9, "young_pa": STIFF}}})

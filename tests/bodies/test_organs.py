@@ -1,0 +1,256 @@
+"""Organs of smooth shape: counts, angles, and finer meshes against formulas of their surfaces."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from palpate.bodies import smooth_surface
+from palpate.bodies.body_file import load, save
+from palpate.bodies.make_body import make_body
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import quality
+from palpate.bodies.organs import SAMPLES, coarse_body, kidney_shape, liver_shape, stomach_shape
+from palpate.bodies.refinement import finer, refine, with_midpoints
+from palpate.bodies.smooth_surface import SmoothSurface, organ_shape
+from palpate.bodies.surfaces.decimate import fibonacci_sphere
+from palpate.errors import InputError
+from palpate.solvers.equilibrium import Equilibrium
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    return coarse_body(liver_shape, 0.2)
+
+
+def test_counts_are_the_papers_on_every_level(coarse):
+    middle, _ = refine(coarse)
+    fine, _ = refine(middle)
+    counts = [(len(mesh.surface), len(mesh.triangles)) for mesh in (coarse, middle, fine)]
+    assert counts == [(140, 276), (554, 1104), (2210, 4416)]
+    assert min(mesh.volumes.min() for mesh in (coarse, middle, fine)) > 0
+
+
+def test_right_lobe_is_large_and_left_lobe_thin(coarse):
+    centres = coarse.nodes[coarse.tetrahedra].mean(axis=1)
+    right = centres[:, 0] < 0
+    assert coarse.volumes[right].sum() > 2 * coarse.volumes[~right].sum()
+    x, _, z = coarse.nodes.T
+    assert np.ptp(z[x > 0.06]) < 0.5 * np.ptp(z[x < 0])
+
+
+MATERIAL = {"young_pa": 3000.0, "poisson": 0.3, "density_kg_m3": 1000.0}
+ORGANS = {
+    "liver": (liver_shape, 0.2),
+    "kidney": (kidney_shape, 0.11),
+    "stomach": (stomach_shape, 0.25),
+}
+
+
+@pytest.fixture(scope="module", params=ORGANS)
+def organ(request):
+    """Its name, coarse mesh, shape and length."""
+    shape, length = ORGANS[request.param]
+    return request.param, coarse_body(shape, length), shape, length
+
+
+@pytest.fixture(scope="module")
+def smooth(organ):
+    name, coarse, _, length = organ
+    anchors = {"sphere": {"center_m": coarse.nodes[coarse.surface[0]].tolist(), "radius_m": 0.3 * length}}
+    return make_body(
+        "own", {"kind": name, "length_m": length, "refinements": 2, "smooth": True, "anchors": anchors, **MATERIAL}
+    )
+
+
+def smooth_points(shape, length, count=200_000):
+    points = shape(fibonacci_sphere(count))
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (points - (low + high) / 2) * (length / (high - low).max())
+
+
+def test_counts_sizes_and_angles(organ):
+    name, coarse, _, length = organ
+    assert (len(coarse.surface), len(coarse.triangles)) == (140, 276)
+    assert 140 < len(coarse.nodes) < 200
+    assert coarse.size == pytest.approx(length, rel=0.01)
+    for mesh in (coarse, refine(coarse)[0]):
+        found = quality(mesh)
+        assert found["min_dihedral_deg"] > 15 and found["min_radius_ratio"] > 0.3
+    litres = {"liver": (1.0, 1.6), "kidney": (0.1, 0.2), "stomach": (1.0, 2.0)}[name]
+    assert litres[0] < 1e3 * coarse.volumes.sum() < litres[1]
+
+
+def test_it_is_the_same_every_time_and_scales(organ):
+    _, coarse, shape, length = organ
+    again = coarse_body(shape, length)
+    assert np.array_equal(again.nodes, coarse.nodes) and np.array_equal(again.tetrahedra, coarse.tetrahedra)
+    assert np.allclose(coarse_body(shape, 2 * length).nodes, 2 * coarse.nodes, rtol=0, atol=1e-12)
+
+
+def test_shapes_keep_their_outside_out(organ):
+    """The volume that the dense surface encloses, with its sign: a mirrored map would turn normals inward."""
+    from palpate.bodies.surfaces.decimate import triangulate
+
+    _, coarse, shape, length = organ
+    sphere = fibonacci_sphere(SAMPLES)
+    a, b, c = (smooth_points(shape, length, SAMPLES)[triangulate(sphere)[:, i]] for i in range(3))
+    volume = np.einsum("ij,ij->", np.cross(a, b), c) / 6
+    # the coarse mesh cuts off what bulges
+    assert 0.9 < coarse.volumes.sum() / volume < 1.0
+
+
+def test_smooth_levels_lie_on_the_shape_and_are_well_shaped(organ, smooth):
+    from scipy.spatial import cKDTree
+
+    _, coarse, shape, length = organ
+    tree = cKDTree(smooth_points(shape, length))
+    finest = tree.query(smooth.fine.nodes[smooth.fine.surface])[0]
+    assert finest.max() < 0.005 * length
+    assert np.array_equal(smooth.coarse.nodes, coarse.nodes)
+    middle = smooth.levels[1]
+    on = tree.query(middle.nodes[middle.surface])[0]
+    flat = tree.query(refine(coarse)[0].nodes[middle.surface])[0]
+    assert np.quantile(on, 0.95) < 0.005 * length < 0.5 * flat.max()
+    # the least is at the tip of the outlet of the stomach
+    assert min(quality(mesh)["min_dihedral_deg"] for mesh in smooth.levels) > 14
+    assert middle.volumes.sum() > 1.03 * coarse.volumes.sum()
+
+
+def test_kidney_has_a_hollow_and_stomach_a_bend():
+    """The middle of the line between the ends lies outside: nearer to the hollow side than the surface is."""
+    bean, bent = coarse_body(kidney_shape, 0.11), coarse_body(stomach_shape, 0.25)
+    low, high = bean.nodes[:, 2] < -0.035, bean.nodes[:, 2] > 0.035
+    ends = (bean.nodes[low, 0].min() + bean.nodes[high, 0].min()) / 2
+    middle = np.abs(bean.nodes[:, 2]) < 0.012
+    assert bean.nodes[middle, 0].min() > ends + 0.005
+    x, _, z = bent.nodes.T
+    # the outlet points to the patient's right and is thinner than the fundus
+    assert np.ptp(z[x < -0.07]) < 0.5 * np.ptp(x[z > 0.05])
+    # nothing of it is on the right above the outlet
+    assert x[z > 0.02].min() > -0.03 and x.min() < -0.1
+
+
+LENGTH, RADIUS = 0.2, 0.03
+ENTRY = {
+    "kind": "cylinder", "length_m": LENGTH, "radius_m": RADIUS, "young_pa": 3000.0, "poisson": 0.3,
+    "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+}  # fmt: skip
+
+
+def bar(smooth, refinements):
+    return make_body("bar", ENTRY | {"refinements": refinements, "smooth": smooth})
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """The bar of facets and the round one, of three levels."""
+    return bar(False, 2), bar(True, 2)
+
+
+def surface_area(mesh):
+    corners = mesh.nodes[mesh.triangles]
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+
+
+def test_volume_and_area_of_a_round_bar_converge_with_order_2_and_those_of_facets_do_not(pair):
+    exact = np.pi * RADIUS**2 * LENGTH, 2 * np.pi * RADIUS * (LENGTH + RADIUS)
+    for true, of in zip(exact, (lambda mesh: mesh.volumes.sum(), surface_area), strict=True):
+        facets, smooth = (np.array([1 - of(mesh) / true for mesh in body.levels]) for body in pair)
+        assert np.ptp(facets) < 1e-12 and facets[0] > 0.01
+        assert np.allclose(np.log2(smooth[:-1] / smooth[1:]), 2.0, atol=0.02)
+        assert smooth[0] == pytest.approx(facets[0]) and 0 < smooth[2] < 4e-3
+
+
+def test_a_round_bar_has_round_sides_flat_ends_and_sound_elements(pair):
+    facets, smooth = pair
+    for flat, mesh in zip(facets.levels, smooth.levels, strict=True):
+        x, y, z = mesh.nodes[mesh.surface].T
+        side = (z > 1e-9) & (z < LENGTH - 1e-9)
+        assert np.abs(np.hypot(x, y)[side] - RADIUS).max() < 1e-12
+        rim = np.arctan2(y, x)[~side & (np.hypot(x, y) > (1 - 1e-9) * RADIUS)]
+        assert np.allclose(np.bincount(np.round(rim * len(rim) / 4 / np.pi).astype(int) % (len(rim) // 2)), 2)
+        assert np.allclose(mesh.nodes[:, 2], flat.nodes[:, 2], atol=1e-15)  # an end's nodes stay within its plane
+        assert quality(mesh)["min_dihedral_deg"] > 30 and mesh.volumes.min() > 0
+
+
+def twist_per_length(body, level):
+    """Twist of the bar's middle half [rad/m] under a unit torque at its free end, by quadratic elements."""
+    problem = Equilibrium(with_midpoints(body, level), level, order=2)
+    nodes = problem.mesh.nodes
+    end = np.flatnonzero(nodes[:, 2] > LENGTH - 1e-9)
+    load = np.zeros_like(nodes)
+    load[end] = np.cross([0.0, 0.0, 1.0], nodes[end])
+    load *= 1e-6 / np.cross(nodes, load)[:, 2].sum()
+    moved = problem.solve(load, 1e-6).x - nodes
+
+    def turned(z):
+        on = np.flatnonzero((np.abs(nodes[:, 2] - z) < 1e-9) & (np.hypot(*nodes[:, :2].T) > RADIUS / 4))
+        return np.mean(np.cross(nodes[on], moved[on])[:, 2] / (nodes[on, :2] ** 2).sum(axis=1))
+
+    low, high = 4 * LENGTH / 13, 9 * LENGTH / 13
+    return (turned(high) - turned(low)) / (high - low) / 1e-6
+
+
+def test_twist_of_a_round_bar_converges_to_coulombs_formula_and_that_of_facets_does_not():
+    shear = 3000.0 / 2.6
+    exact = 1.0 / (shear * np.pi * RADIUS**4 / 2.0)
+    facets, smooth = (
+        [twist_per_length(body, level) / exact - 1.0 for level in (0, 1)] for body in (bar(False, 1), bar(True, 1))
+    )
+    assert smooth[0] == pytest.approx(facets[0], rel=1e-6) and abs(facets[1] - facets[0]) < 0.01 < 0.05 < facets[1]
+    assert facets[0] / smooth[1] == pytest.approx(4.0, rel=0.15)
+
+
+@pytest.mark.parametrize("kind", smooth_surface.ORGANS)
+def test_new_surface_nodes_of_an_organ_satisfy_its_formula(kind):
+    """By an optimizer that looks for the place of the sphere, from the nearest of random ones."""
+    shape, surface = organ_shape(kind), SmoothSurface(kind, 0.2)
+    coarse = coarse_body(shape, 0.2)
+    halved, _ = refine(coarse)
+    first = len(coarse.nodes)
+    moved = surface.snap(halved, first)
+    assert np.array_equal(moved.nodes[:first], coarse.nodes) and moved.volumes.min() > 0
+    assert quality(moved)["min_dihedral_deg"] > 15
+    box = shape(fibonacci_sphere(SAMPLES))
+    low, high = box.min(axis=0), box.max(axis=0)
+
+    def places(directions):
+        on = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        return (shape(on) - (low + high) / 2) * (0.2 / (high - low).max())
+
+    starts = np.random.default_rng(0).normal(size=(20_000, 3))
+    tried = places(starts)
+    new = moved.surface[moved.surface >= first]
+    assert np.linalg.norm(moved.nodes[new] - halved.nodes[new], axis=1).max() > 2e-3
+    for node in moved.nodes[new[:: len(new) // 6]]:
+        start = starts[np.argmin(np.linalg.norm(tried - node, axis=1))]
+        found = least_squares(lambda s, node=node: 1e3 * (places(s[None])[0] - node), start, xtol=1e-15, ftol=1e-15)
+        assert np.linalg.norm(found.fun) < 1e-6  # a nanometre; facets are millimetres away
+
+
+def test_finer_levels_are_on_the_surface_too_and_a_file_keeps_it(tmp_path):
+    body = bar(True, 1)
+    save(body, tmp_path / "body.h5")
+    assert body.smooth == load(tmp_path / "body.h5").smooth == SmoothSurface("cylinder", RADIUS)
+    made, once = finer(load(tmp_path / "body.h5")), bar(True, 2)
+    assert np.array_equal(made.fine.nodes, once.fine.nodes)
+    flat = bar(False, 1)
+    save(flat, tmp_path / "flat.h5")
+    assert flat.smooth is None is load(tmp_path / "flat.h5").smooth
+
+
+def test_levels_for_quadratic_elements_are_halfway_where_the_body_has_none():
+    body = bar(True, 1)
+    whole = with_midpoints(body, 1)
+    assert np.allclose(whole.fine.nodes, whole.prolongations[1] @ body.fine.nodes) and whole.smooth is None
+    assert with_midpoints(body, 0) is body
+    assert np.array_equal(with_midpoints(body, 2).levels[2].nodes, finer(body).fine.nodes)
+
+
+def test_bad_elements_are_refused(monkeypatch):
+    """A surface that is moved through the body."""
+    mesh, _ = refine(bar(False, 0).coarse)
+    inverted = TetMesh(mesh.nodes * [1.0, 1.0, -1.0], mesh.tetrahedra)
+    monkeypatch.setattr(smooth_surface, "_snapper", lambda surface: lambda mesh, first: inverted)
+    with pytest.raises(InputError, match=r"elements with dihedral angles of .*; give smooth: false"):
+        SmoothSurface("cylinder", RADIUS).snap(mesh, 266)

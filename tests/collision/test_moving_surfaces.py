@@ -1,0 +1,69 @@
+"""The scenes deform, meet, and are the same every time."""
+
+import numpy as np
+import pytest
+
+from palpate.collision.moving_surfaces import SOUP_GRID, crossing_waves, liver_surface, scenes
+from palpate.collision.triangles.brute_force import crossing
+
+NAMES = ["two_livers", "instrument_press", "folding_sheet", "random_soup"]
+
+
+@pytest.fixture(scope="module")
+def small():
+    return {scene.name: scene for scene in scenes(0, seed=1)}
+
+
+def test_there_are_four(small):
+    assert list(small) == NAMES
+
+
+@pytest.mark.parametrize("refinements", [0, 1])
+def test_a_liver_has_four_times_as_many_triangles_each_time(refinements):
+    points, triangles = liver_surface(refinements)
+    assert len(triangles) == 276 * 4**refinements
+    assert np.array_equal(np.unique(triangles), np.arange(len(points)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bodies_move_are_finite_and_meet(small, name):
+    scene = small[name]
+    start, later = scene.at(0.0), scene.at(0.7)
+    assert len(start) == len(scene.triangles) == (1 if name == "folding_sheet" else 2)
+    for before, after, triangles in zip(start, later, scene.triangles, strict=True):
+        assert np.isfinite(after).all() and triangles.max() < len(after)
+        assert np.linalg.norm(after - before, axis=1).max() > 1e-3
+    assert len(crossing(later, scene.triangles))
+
+
+@pytest.mark.parametrize("name", NAMES[:3])
+def test_bodies_deform_but_the_instrument_does_not(small, name):
+    scene = small[name]
+    for body, triangles in enumerate(scene.triangles):
+        lengths = [np.linalg.norm(np.diff(scene.at(t)[body][triangles[:, :2]], axis=1), axis=2) for t in (0.2, 0.6)]
+        changed = np.abs(lengths[1] - lengths[0]).max()
+        assert changed < 1e-12 if (name, body) == ("instrument_press", 0) else changed > 1e-4
+
+
+def test_the_same_seed_gives_the_same_soup(small):
+    again, other = scenes(0, seed=1)[3], scenes(0, seed=2)[3]
+    for first, second, third in zip(small["random_soup"].at(0.5), again.at(0.5), other.at(0.5), strict=True):
+        assert np.array_equal(first, second)
+        assert not np.array_equal(first, third)
+
+
+def test_soup_has_points_and_segments_and_keeps_to_its_grid(small):
+    scene = small["random_soup"]
+    points = scene.at(0.3)[0]
+    assert np.array_equal(np.round(points * SOUP_GRID), points * SOUP_GRID)
+    different = [len(np.unique(corners, axis=0)) for corners in points[scene.triangles[0]]]
+    assert {1, 2, 3} <= set(different)
+
+
+def test_waves_have_about_as_many_triangles_as_asked_and_pairs_grow_as_their_root():
+    pairs = []
+    for number in (1000, 16_000):
+        scene = crossing_waves(number)
+        assert sum(map(len, scene.triangles)) == pytest.approx(number, rel=0.05)
+        pairs.append(len(crossing(scene.at(0.0), scene.triangles)))
+    assert pairs[1] / pairs[0] == pytest.approx(4.0, rel=0.2)

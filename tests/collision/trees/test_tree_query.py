@@ -1,0 +1,229 @@
+"""The broad phase against a test of every pair of roots."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from palpate.collision.trees import tree_query
+from palpate.collision.trees.tree import STRUCTURES, Tree
+from palpate.collision.trees.tree_query import (
+    StoppedTree,
+    candidates,
+    crossing_pairs,
+    overlapping_trees,
+    overlaps,
+    volume_pairs,
+)
+from palpate.errors import InputError
+
+TETRAHEDRON = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
+
+
+def bodies(structure, count, size):
+    rng = np.random.default_rng(0)
+    return [Tree(rng.uniform(-5, 5, 3) + size * rng.normal(size=(4, 3)), TETRAHEDRON, structure) for _ in range(count)]
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_pairs_are_exactly_those_of_overlapping_roots(structure, monkeypatch):
+    trees = bodies(structure, 40, 1.0)
+    expected = [(i, j) for i, j in combinations(range(40), 2) if tree_query._roots_overlap(trees[i], trees[j])]
+    tests = []
+    monkeypatch.setattr(
+        tree_query, "_roots_overlap", lambda a, b, meet=tree_query._roots_overlap: tests.append(1) or meet(a, b)
+    )
+    pairs = overlapping_trees(trees)
+    assert pairs.tolist() == [list(pair) for pair in expected] and 10 < len(pairs) < 600
+    assert len(pairs) <= len(tests) < 40 * 39 // 2
+    searched = [(i, j) for i, j in combinations(range(40), 2) if len(candidates(trees[i], trees[j])[0])]
+    assert set(searched) <= set(expected)
+
+
+def test_bodies_that_do_not_overlap_cost_no_search_of_their_trees():
+    trees = bodies("composite", 2, 0.1)
+    trees[1].refit(trees[0].points + 100.0)
+    assert overlapping_trees(trees).shape == (0, 2)
+    assert candidates(*trees)[1] == 1
+
+
+def test_empty_and_few_trees():
+    empty = Tree(np.empty((0, 3)), np.empty((0, 3)))
+    assert (
+        overlapping_trees([]).shape
+        == overlapping_trees([empty]).shape
+        == overlapping_trees([empty, empty]).shape
+        == (0, 2)
+    )
+    tree = bodies("composite", 1, 1.0)[0]
+    assert overlapping_trees([tree, empty, tree]).tolist() == [[0, 2]]
+
+
+def test_structures_that_cannot_be_tested_are_refused():
+    with pytest.raises(InputError, match="cannot be searched"):
+        overlapping_trees([bodies("obb", 1, 1.0)[0], bodies("dop14", 1, 1.0)[0]])
+
+
+LAYERS = (0, 1, 3, 6, 99)
+KINDS = [
+    ("sphere", (0, 0)),
+    ("aabb", (0, 0)),
+    ("composite", (1, 1)),
+    ("composite", (3, 4)),
+    ("obb", (0, 0)),
+    ("dop14", (0, 0)),
+]
+
+
+def bumpy(seed, shift=0.0):
+    """Make points and triangles of a bumpy ball."""
+    random = np.random.default_rng(seed)
+    points = random.normal(size=(150, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    triangles = ConvexHull(points).simplices.astype(np.int64)
+    return points * random.uniform(0.8, 1.0, (150, 1)) + [shift, 0.3, 0.2], triangles
+
+
+@pytest.fixture(scope="module")
+def balls():
+    return bumpy(1), bumpy(2, 1.3)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_each_triangle_is_in_one_leaf_of_at_most_as_many_as_the_layer_allows(balls, layer):
+    points, triangles = balls[0]
+    tree, whole = StoppedTree(points, triangles, layer, "aabb"), Tree(points, triangles, "aabb")
+    leaves = tree.leaf_of()
+    assert len(np.unique(leaves)) <= 2**layer
+    assert tree.height == min(layer, whole.height)
+    for leaf in np.unique(leaves):
+        corners = points[triangles[leaves == leaf]].reshape(-1, 3)
+        assert np.array_equal(tree.boxes[leaf], [*corners.min(axis=0), *corners.max(axis=0)])
+    if layer > whole.height:
+        assert np.array_equal(tree.nodes, whole.nodes)
+
+
+@pytest.mark.parametrize(("structure", "depths"), KINDS)
+def test_no_crossing_pair_is_outside_the_pairs_of_leaves(balls, structure, depths):
+    whole = [Tree(*ball, structure, depths) for ball in balls]
+    true, _ = crossing_pairs(*whole)
+    assert len(true) > 20
+    before = 0
+    for layer in LAYERS:
+        trees = [StoppedTree(*ball, layer, structure, depths) for ball in balls]
+        pairs, tests = volume_pairs(*trees)
+        found = {tuple(pair) for pair in pairs.tolist()}
+        assert len(found) == len(pairs)
+        one, other = (tree.leaf_of()[true[:, side]] for side, tree in enumerate(trees))
+        assert set(zip(one.tolist(), other.tolist(), strict=True)) <= found
+        assert tests > before or layer == 99
+        before = tests
+        assert np.array_equal(crossing_pairs(*trees)[0], true)
+    # below the whole tree's height leaves are single triangles
+    alike = np.column_stack([tree.order[tree.nodes[pairs[:, side], 1]] for side, tree in enumerate(trees)])
+    assert np.array_equal(alike[np.lexsort(alike.T[::-1])], candidates(*whole)[0])
+
+
+def test_a_refit_is_the_same_as_a_new_fit_of_the_same_split(balls):
+    points, triangles = balls[0]
+    tree = StoppedTree(points, triangles, 4, depths=(2, 2))
+    moved = points + 0.05 * np.sin(3.0 * points[:, [1, 2, 0]])
+    tree.refit(moved)
+    leaves = tree.leaf_of()
+    for leaf in np.unique(leaves):
+        corners = moved[triangles[leaves == leaf]].reshape(-1, 3)
+        assert np.array_equal(tree.boxes[leaf], [*corners.min(axis=0), *corners.max(axis=0)])
+    tree.rebuild(moved)
+    assert np.array_equal(tree.volumes[:, 0], tree.nodes[:, 0])
+
+
+def test_an_empty_tree_overlaps_nothing(balls):
+    nothing = StoppedTree(np.zeros((0, 3)), [], 3)
+    pairs, tests = volume_pairs(nothing, StoppedTree(*balls[0], 3))
+    assert pairs.shape == (0, 2) and tests == 0
+
+
+@pytest.mark.parametrize("layer", [-1, 1.5, None, "2"])
+def test_a_layer_is_a_count(balls, layer):
+    with pytest.raises(InputError, match="give how many levels are kept below its root"):
+        StoppedTree(*balls[0], layer)
+
+
+def test_volumes_of_other_kinds_are_refused(balls):
+    with pytest.raises(InputError, match="cannot be searched against"):
+        volume_pairs(StoppedTree(*balls[0], 2, "obb"), StoppedTree(*balls[1], 2, "aabb"))
+
+
+CORNER = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+ROOT = np.zeros((1, 2), dtype=np.int64)
+VOLUME_CONTACTS_STRUCTURES = {"sphere": "sphere", "aabb": "aabb", "both": "composite"}
+
+
+def tree(points, structure):
+    return StoppedTree(points, FACES, 0, VOLUME_CONTACTS_STRUCTURES[structure], (0, 1))
+
+
+def overlapping(one, points, other, shift):
+    one.refit(points + shift)
+    return len(volume_pairs(one, other)[0]) > 0
+
+
+@pytest.mark.parametrize("first", VOLUME_CONTACTS_STRUCTURES)
+@pytest.mark.parametrize("second", VOLUME_CONTACTS_STRUCTURES)
+def test_the_depth_is_the_way_out(first, second):
+    random = np.random.default_rng(3)
+    for _ in range(50):
+        a, b = (random.uniform(0.3, 1.0, 3) * CORNER + random.uniform(0.0, 0.4, 3) for _ in range(2))
+        one, other = tree(a, first), tree(b, second)
+        (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
+        assert np.linalg.norm(direction) == pytest.approx(1.0, abs=1e-12) and depth > 0.0
+        assert overlapping(one, a, other, (1 - 1e-9) * depth * direction)
+        assert not overlapping(one, a, other, (1 + 1e-9) * depth * direction)
+        # the other way round it points the other way
+        one.refit(a)
+        (back,), (turned,), (same,) = overlaps(other, one, ROOT)
+        assert same == pytest.approx(depth, rel=1e-12)
+        if first == second:
+            assert back == pytest.approx(place, abs=1e-12)
+        assert turned == pytest.approx(-direction, abs=1e-12)
+
+
+def test_spheres_in_closed_form():
+    one, other = tree(CORNER, "sphere"), tree(CORNER + np.array([1.0, 0.0, 0.0]), "sphere")
+    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
+    # about the middle of the box, through the corners
+    assert depth == pytest.approx(np.sqrt(3.0) - 1.0, rel=1e-12)
+    assert direction == pytest.approx([-1.0, 0.0, 0.0], abs=1e-12)
+    assert place == pytest.approx([1.0, 0.5, 0.5], abs=1e-12)
+
+
+def test_boxes_in_closed_form():
+    one, other = tree(CORNER, "aabb"), tree(CORNER + np.array([0.2, -0.1, 0.7]), "aabb")
+    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
+    assert depth == pytest.approx(0.3, rel=1e-12)
+    assert direction == pytest.approx([0.0, 0.0, -1.0], abs=0.0)
+    assert place == pytest.approx([0.6, 0.45, 0.85], rel=1e-12)
+
+
+def test_a_sphere_over_a_box_in_closed_form():
+    # radius √3/2 about (0.5, 0.5, 1.7), over a box that ends at z = 1
+    one, other = tree(CORNER + np.array([0.0, 0.0, 1.2]), "sphere"), tree(CORNER, "aabb")
+    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
+    assert depth == pytest.approx(np.sqrt(0.75) - 0.7, rel=1e-12)
+    assert direction == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+    assert place == pytest.approx([0.5, 0.5, 1.0 - depth / 2], rel=1e-12)
+
+
+def test_one_sphere_in_another_of_the_same_centre():
+    one, other = tree(CORNER, "sphere"), tree(0.5 * CORNER + 0.25, "sphere")
+    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
+    assert depth == pytest.approx(1.5 * np.sqrt(0.75), rel=1e-12)
+    assert np.linalg.norm(direction) == 1.0 and place == pytest.approx([0.5, 0.5, 0.5], abs=1e-12)
+
+
+def test_other_volumes_give_no_contacts():
+    one = StoppedTree(CORNER, FACES, 0, "obb")
+    with pytest.raises(InputError, match="make it of sphere, aabb or composite"):
+        overlaps(one, one, ROOT)

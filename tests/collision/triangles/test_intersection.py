@@ -1,0 +1,244 @@
+"""Orientation signs against Python's integers: near zero, and from the least double to the greatest."""
+
+import runpy
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.collision.triangles.intersection import crossing_segments, pairs_intersect, triangle_pairs_intersect
+from palpate.collision.triangles.predicates import TERMS_2D, TERMS_3D, new_accumulator, orient2d, orient3d
+from palpate.errors import InputError
+
+GREATEST, LEAST = np.finfo(float).max, 5e-324
+
+
+def sign(rows):
+    """Compute the sign of the determinant of vectors to the first of the points ``rows``, as fractions."""
+    rows = [[Fraction(float(c)) for c in row] for row in rows]
+    p, q, *r = [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
+    if not r:
+        value = p[0] * q[1] - p[1] * q[0]
+    else:
+        (r,) = r
+        value = sum(p[i] * (q[(i + 1) % 3] * r[(i + 2) % 3] - q[(i + 2) % 3] * r[(i + 1) % 3]) for i in range(3))
+    return (value > 0) - (value < 0)
+
+
+def sets(rng, kind, n=300):
+    points = rng.normal(size=(n, 4, 3))
+    if kind == "near a plane":
+        weights = rng.dirichlet(np.ones(3), n)
+        points[:, 3] = np.einsum("nk,nkc->nc", weights, points[:, :3])
+    if kind == "on a line":
+        points[:, 2:] = points[:, :1] + rng.integers(-4, 5, (n, 2, 1)) * (points[:, 1] - points[:, 0])[:, None]
+    if kind == "lattice":
+        points = rng.integers(-2, 3, points.shape).astype(float)
+    if kind == "lattice of tiny numbers":
+        points = rng.integers(-3, 4, points.shape) * LEAST
+    if kind == "lattice of huge numbers":
+        points = rng.integers(-3, 4, points.shape) * (GREATEST / 4)
+    if kind == "of all sizes":
+        points *= 10.0 ** rng.integers(-300, 300, points.shape)
+        points[rng.random(points.shape) < 0.3] = 0.0
+    if kind == "extreme":
+        points = rng.choice([0.0, LEAST, -LEAST, 1.0, -1.0, GREATEST, -GREATEST], points.shape)
+    return points
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "random",
+        "near a plane",
+        "on a line",
+        "lattice",
+        "lattice of tiny numbers",
+        "lattice of huge numbers",
+        "of all sizes",
+        "extreme",
+    ],
+)
+def test_signs_agree_with_integer_arithmetic(kind):
+    rng, sums = np.random.default_rng(1), new_accumulator()
+    for points in sets(rng, kind):
+        assert orient3d(points, 0, 1, 2, 3, sums) == sign(points)
+        for axis in range(3):
+            assert orient2d(points, 0, 1, 2, axis, sums) == sign(np.roll(points[:3], -axis - 1, axis=1)[:, :2])
+        assert not sums.any()
+
+
+def test_swapping_two_points_turns_the_sign():
+    rng, sums = np.random.default_rng(2), new_accumulator()
+    for points in sets(rng, "near a plane"):
+        found = orient3d(points, 0, 1, 2, 3, sums)
+        assert orient3d(points, 1, 0, 2, 3, sums) == orient3d(points, 0, 1, 3, 2, sums) == -found
+        assert orient3d(points, 2, 3, 0, 1, sums) == found
+
+
+def test_one_unit_in_the_last_place_is_seen():
+    """The sum of 0.1 and 0.2 is not 0.3 in doubles, so that point is above the line."""
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.3, 0.1 + 0.2, 0.0]])
+    assert orient2d(points, 0, 1, 2, 2, new_accumulator()) == 1
+
+
+def test_products_are_those_of_determinants():
+    """The tables' products sum to the determinants, with integers from 1 on that make each product different."""
+    points = np.array([[2, 7, 11], [3, 19, 5], [23, 29, 13], [31, 17, 37]])
+    volume = sum(s * points[i, 0] * points[j, 1] * points[k, 2] for s, i, j, k in TERMS_3D)
+    assert volume == round(np.linalg.det(points[1:] - points[0]))
+    area = sum(s * points[i, 0] * points[j, 1] for s, i, j in TERMS_2D)
+    assert area == round(np.linalg.det((points[1:3] - points[0])[:, :2]))
+
+
+EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
+FLAT = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+
+
+@pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
+def test_every_order_agrees_with_integer_arithmetic(kind):
+    wrong, hits = EXACT["compare"](kind, 700, np.random.default_rng(11))
+    assert wrong == 0
+    assert hits > 0
+
+
+@pytest.mark.parametrize(
+    ("corners", "intersect"),
+    [
+        ([[1, 1, -1], [1, 1, 1], [5, 5, 0]], True),
+        ([[1, 1, 0], [1, 1, 3], [2, 1, 3]], True),
+        ([[1, 1, 1e-300], [1, 1, 3], [2, 1, 3]], False),
+        ([[0, 0, 0], [-1, -1, 2], [-1, -2, 2]], True),
+        ([[0, 4, 0], [4, 0, 0], [4, 4, 0]], True),
+        ([[2, 2, 0], [4, 4, 0], [5, 4, 0]], True),
+        ([[2, np.nextafter(2, 3), 0], [4, 4, 0], [5, 4, 0]], False),
+        ([[1, 1, 0], [1.5, 1, 0], [1, 1.5, 0]], True),
+        ([[5, 0, 0], [9, 0, 0], [5, 4, 0]], False),
+        ([[1, 1, 0]] * 3, True),
+        ([[2, 2, 0]] * 3, True),
+        ([[3, 2, 0]] * 3, False),
+        ([[1, 1, -1], [1, 1, 1], [1, 1, 1]], True),
+        ([[1, 1, -1], [1, 1, 0], [1, 1, 1]], True),
+        ([[-1, 1, -1], [-1, 1, 0], [-1, 1, 1]], False),
+        ([[-1, 2, 0], [9, 2, 0], [-1, 2, 0]], True),
+        ([[0.5, 0.5, 1e300], [0.5, 0.5, -1e-300], [9e300, 9e300, 1e300]], True),
+    ],
+)
+def test_by_hand(corners, intersect):
+    b = np.array(corners, dtype=float)
+    assert triangle_pairs_intersect([FLAT], [b]) == [intersect]
+    assert triangle_pairs_intersect([b], [FLAT]) == [intersect]
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "intersect"),
+    [
+        ([(0, 0, 0), (2, 2, 2)], [(0, 2, 1), (2, 0, 1)], True),
+        ([(0, 0, 0), (2, 2, 2)], [(0, 2, 1), (2, 0, 2)], False),
+        ([(0, 0, 0), (2, 2, 2)], [(1, 1, 1), (3, 3, 3)], True),
+        ([(0, 0, 0), (2, 2, 2)], [(3, 3, 3), (4, 4, 4)], False),
+        ([(0, 0, 0), (2, 2, 2)], [(0, 0, 1), (2, 2, 3)], False),
+        ([(0, 0, 0), (2, 2, 2)], [(1, 1, 1), (1, 1, 1)], True),
+        ([(0, 0, 0), (2, 2, 2)], [(1, 1, 2), (1, 1, 2)], False),
+        ([(1, 1, 1), (1, 1, 1)], [(1, 1, 1), (1, 1, 1)], True),
+        ([(1, 1, 1), (1, 1, 1)], [(1, 1, 2), (1, 1, 2)], False),
+    ],
+)
+def test_segments_and_points(a, b, intersect):
+    for p in ([a[0], a[0], a[1]], [a[1], a[0], a[1]]):
+        for q in ([b[0], b[1], b[1]], [b[1], b[0], b[0]]):
+            assert triangle_pairs_intersect([p], [q]) == [intersect]
+
+
+def test_indexed_triangles_are_the_same_pairs():
+    rng = np.random.default_rng(3)
+    points, others = rng.normal(size=(2, 60, 3))
+    triangles, faces = rng.integers(0, 60, (40, 3)), rng.integers(0, 60, (50, 3))
+    pairs = np.column_stack([rng.integers(0, 40, 500), rng.integers(0, 50, 500)])
+    found = pairs_intersect(points, triangles, others, faces, pairs)
+    expected = triangle_pairs_intersect(points[triangles[pairs[:, 0]]], others[faces[pairs[:, 1]]])
+    assert np.array_equal(found, expected)
+    assert 0 < found.sum() < 500
+
+
+def test_no_pairs_are_no_answers():
+    none = np.empty((0, 3, 3))
+    assert triangle_pairs_intersect(none, none).shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "words"),
+    [
+        (np.zeros((3, 3)), np.zeros((3, 3)), r"give \(n, 3, 3\)"),
+        (np.zeros((2, 3, 3)), np.zeros((3, 3, 3)), "are not pairs"),
+        (np.zeros((1, 3, 3)), "text", "Triangles b are not numbers"),
+        (np.full((1, 3, 3), "1.0"), np.zeros((1, 3, 3)), "Triangles a are not numbers"),
+        (np.zeros((2, 3, 3)), np.full((2, 3, 3), np.nan), "Triangle 0 of b has a coordinate that is not finite"),
+        (np.array([FLAT, np.full((3, 3), np.inf)]), np.zeros((2, 3, 3)), "Triangle 1 of a"),
+    ],
+)
+def test_bad_triangles_are_named(a, b, words):
+    with pytest.raises(InputError, match=words):
+        triangle_pairs_intersect(a, b)
+
+
+def weights(triangles, points):
+    """Compute barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), and heights over the planes."""
+    p, u, v = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    normal = np.cross(u, v)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    s, t, h = np.linalg.solve(np.stack([u, v, normal], axis=2), (points - p)[:, :, None])[:, :, 0].T
+    return np.column_stack([1 - s - t, s, t]), h
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0**-1000, 2.0**990])
+def test_ends_lie_on_both_triangles_and_on_an_edge_of_one(scale):
+    a, b = np.random.default_rng(4).normal(size=(2, 3000, 3, 3))
+    hit, ends = crossing_segments(a * scale, b * scale)
+    assert np.array_equal(hit, triangle_pairs_intersect(a, b))
+    a, b, ends = a[hit], b[hit], ends[hit] / scale
+    for end in (0, 1):
+        in_a, above_a = weights(a, ends[:, end])
+        in_b, above_b = weights(b, ends[:, end])
+        assert max(np.abs(above_a).max(), np.abs(above_b).max()) < 1e-13
+        # both ends of the common segment: inside both triangles, and on the boundary of one
+        np.testing.assert_allclose(np.minimum(in_a.min(axis=1), in_b.min(axis=1)), 0.0, atol=1e-12)
+    middle = ends.mean(axis=1)
+    assert (weights(a, middle)[0] > 0).all()
+    assert (weights(b, middle)[0] > 0).all()
+
+
+def test_by_hand_of_crossing_segments():
+    flat = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    others = np.array(
+        [
+            [[1, 1, -1], [1, 1, 1], [9, 1, 0]],
+            [[1, 1, 0], [2, 2, 1], [1, 2, 1]],
+            [[1, 0, 0], [2, 0, 0], [1, 0, 1]],
+            [[1, 1, -1], [1, 1, 1], [1, 1, 1]],
+            [[1, 1, 0], [2, 1, 0], [1, 2, 0]],
+            [[1, 1, 1], [2, 1, 1], [1, 2, 1]],
+        ],
+        dtype=float,
+    )
+    hit, ends = crossing_segments(np.repeat(flat[None], len(others), axis=0), others)
+    assert hit.tolist() == [True, True, True, True, False, False]
+    expected = [[[1, 1, 0], [3, 1, 0]], [[1, 1, 0]] * 2, [[1, 0, 0], [2, 0, 0]], [[1, 1, 0]] * 2]
+    found = np.sort(ends, axis=1)
+    assert np.array_equal(found[:4], expected)
+    assert not found[4:].any()
+
+
+@pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
+def test_degenerate_pairs_have_finite_ends_within_both_boxes(kind):
+    pairs = kind(np.random.default_rng(6), 500)
+    a, b = pairs[:, :3], pairs[:, 3:]
+    hit, ends = crossing_segments(a, b)
+    assert not (hit & ~triangle_pairs_intersect(a, b)).any()
+    assert np.isfinite(ends).all()
+    a, b, ends = a[hit], b[hit], ends[hit]
+    low = np.minimum(a.min(axis=1), b.min(axis=1))[:, None]
+    high = np.maximum(a.max(axis=1), b.max(axis=1))[:, None]
+    lost = 1e-320 * np.maximum(np.abs(low), np.abs(high)).max(axis=2, keepdims=True)
+    assert ((low - lost <= ends) & (ends <= high + lost)).all()

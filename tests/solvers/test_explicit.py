@@ -1,0 +1,297 @@
+"""Explicit steps: what they keep, how exact they are, and when they blow up."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles, particles_of
+from palpate.effects import kelvin, shape_matching, springs
+from palpate.effects.gravity import Gravity
+from palpate.effects.held import Held
+from palpate.effects.shape_matching import rotations
+from palpate.effects.springs import Springs
+from palpate.effects.velocity_damping import VelocityDamping
+from palpate.errors import InputError, NotConverged
+from palpate.solvers import goal_position, symplectic_euler
+from palpate.solvers.system import System, stable_step
+
+K, M1, M2, REST = 7.0, 0.2, 0.3, 0.1
+REDUCED = M1 * M2 / (M1 + M2)
+
+
+def pair(held=False, ratio=0.0):
+    """Two masses on a spring along x, alone in space or with the first held."""
+    nodes = np.array([[0.0, 0.0, 0.0], [REST, 0.0, 0.0]])
+    none = np.empty((0, 3), dtype=np.int64)
+    particles = Particles(
+        "pair", nodes, np.array([M1, M2]), np.empty(0, int), none, np.empty((0, 4), int), Material(1.0, 0.0, 1.0)
+    )
+    effects = {"springs": Springs(np.array([[0, 1]]), np.array([K]), np.array([REST]))}
+    if ratio:
+        effects["kelvin"] = kelvin.make(particles, {"ratio": ratio}, effects["springs"])
+    if held:
+        effects["held"] = SimpleNamespace(fixed=np.array([0]))
+    return System(particles, effects)
+
+
+def energy(system, x, v):
+    return system.energy(x) + 0.5 * float(np.vdot(system.masses[:, None] * v, v))
+
+
+def fastest(integrator, x, v, h, steps):
+    """The largest speed along the way, which ends once it is far beyond that at the start."""
+    largest = 0.0
+    for _ in range(steps):
+        x, v = integrator.step(x, v, h)
+        largest = max(largest, float(np.abs(v).max()))
+        if largest > 1e-3:
+            break
+    return largest
+
+
+def test_energy_of_a_pair_does_not_drift_over_1e5_steps():
+    system = pair()
+    integrator = symplectic_euler.make(system, {})
+    x, v = system.particles.nodes.copy(), np.array([[-0.05, 0.02, 0.0], [0.07, 0.0, -0.03]])  # it swings and turns
+    h = 1e-3 * math.sqrt(REDUCED / K)
+    first, worst = energy(system, x, v), 0.0
+    for step in range(100_000):
+        x, v = integrator.step(x, v, h)
+        if step % 20 == 0:
+            worst = max(worst, abs(energy(system, x, v) / first - 1.0))
+    assert worst < 1e-3
+    assert worst > 1e-9  # it does swing
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_period_of_a_pair(held):
+    """2π sqrt(m/k) with the reduced mass, or that of the one that moves; crossings of rest found by interpolation."""
+    system = pair(held)
+    integrator = symplectic_euler.make(system, {})
+    expected = 2 * math.pi * math.sqrt((M2 if held else REDUCED) / K)
+    x, v = system.particles.nodes.copy(), np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    h, crossings, last = expected / 500, [], 0.0
+    for step in range(1, 5300):
+        x, v = integrator.step(x, v, h)
+        stretch = x[1, 0] - x[0, 0] - REST
+        if last < 0.0 <= stretch:
+            crossings.append((step - stretch / (stretch - last)) * h)
+        last = stretch
+    periods = np.diff(crossings)
+    assert len(periods) >= 8
+    assert periods.mean() == pytest.approx(expected, rel=1e-4)
+
+
+def test_momentum_and_angular_momentum_are_kept(slab, rotation):
+    particles = particles_of(slab, 0, False)
+    elastic = springs.make(particles, {})
+    system = System(particles, {"springs": elastic, "kelvin": kelvin.make(particles, {"ratio": 0.05}, elastic)})
+    integrator = symplectic_euler.make(system, {})
+    random = np.random.default_rng(4)
+    x, v = particles.nodes @ rotation(1.0).T, np.cross([1.0, -2.0, 3.0], particles.nodes) + np.array([0.3, 0.2, 0.1])
+    x, v = x + 0.002 * random.normal(size=x.shape), v + 0.1 * random.normal(size=x.shape)
+    mass = particles.masses[:, None]
+    momentum, spin = (mass * v).sum(axis=0), np.cross(x, mass * v).sum(axis=0)
+    for _ in range(2000):
+        x, v = integrator.step(x, v, 0.3 * integrator.limit_s)
+    assert np.abs((mass * v).sum(axis=0) - momentum).max() < 1e-10 * np.linalg.norm(momentum)
+    assert np.abs(np.cross(x, mass * v).sum(axis=0) - spin).max() < 1e-10 * np.linalg.norm(spin)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.2, 1.0, 5.0])
+def test_limit_of_a_pair_is_exact(ratio):
+    """Just below it the motion stays, just above it grows without end."""
+    system = pair(held=True, ratio=ratio)
+    integrator = symplectic_euler.make(system, {})
+    rate = 2 * ratio * math.sqrt(K * REDUCED) / M2
+    assert integrator.limit_s**2 * K / M2 + 2 * integrator.limit_s * rate == pytest.approx(4.0, rel=1e-12)
+    for part, grows in ((0.99, False), (1.01, True)):
+        v = np.array([[0.0, 0.0, 0.0], [1e-9, 0.0, 0.0]])
+        assert (fastest(integrator, system.particles.nodes, v, part * integrator.limit_s, 2000) > 1e-5) == grows
+
+
+def test_limit_of_a_body_is_where_it_blows_up(slab):
+    particles = particles_of(slab, 0, False)
+    system = System(particles, {"springs": springs.make(particles, {}), "held": SimpleNamespace(fixed=slab.anchors[0])})
+    integrator = symplectic_euler.make(system, {})
+    random = np.random.default_rng(5)
+    for part, grows in ((0.98, False), (1.02, True)):
+        v = 1e-9 * random.normal(size=particles.nodes.shape)
+        assert (fastest(integrator, particles.nodes, v, part * integrator.limit_s, 1000) > 1e-5) == grows
+
+
+def test_limit_by_iteration_is_that_of_all_eigenvalues(slab, monkeypatch):
+    particles = particles_of(slab, 0, False)
+    elastic = springs.make(particles, {})
+    system = System(particles, {"springs": elastic, "kelvin": kelvin.make(particles, {"ratio": 0.2}, elastic)})
+    iterated = stable_step(system)
+    assert iterated == stable_step(system)
+    monkeypatch.setattr("palpate.solvers.system.DENSE_UNKNOWNS", 10_000)
+    assert iterated == pytest.approx(stable_step(system), rel=1e-5)
+
+
+def test_nothing_stiff_has_no_limit(slab):
+    particles = particles_of(slab, 0, False)
+    assert stable_step(System(particles, {"held": SimpleNamespace(fixed=np.array([0]))})) == math.inf
+
+
+def test_blowing_up_is_said_not_returned():
+    system = pair()
+    integrator = symplectic_euler.make(system, {})
+    x, v = system.particles.nodes.copy(), np.array([[0.0, 0, 0], [1.0, 0, 0]])
+    with pytest.raises(NotConverged, match="diverged"), np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(2000):
+            x, v = integrator.step(x, v, 10 * integrator.limit_s)
+
+
+CLUSTERS = {
+    "one": {"kind": "one"},
+    "tetrahedra": {"kind": "tetrahedra"},
+    "cubes": {"kind": "cubes", "edge_m": 0.09, "overlap": 0.5},
+}
+MODES = ["rigid", "linear", "quadratic"]
+STARTS = ["point", "line", "plane", "inverted", "inside out", "random"]
+
+
+@pytest.fixture(scope="module")
+def particles(slab):
+    return particles_of(slab, 0, surface=False)
+
+
+def start(particles, kind):
+    random, middle = np.random.default_rng(0), particles.nodes.mean(axis=0)
+    if kind == "random":
+        return middle + random.uniform(-10, 10, particles.nodes.shape) * particles.size
+    squeeze = {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0], "inverted": [-1, 1, 1]}
+    return middle + (particles.nodes - middle) * squeeze.get(kind, [-1, -1, -1])
+
+
+def integrator(particles, mode, kind="one", alpha=0.5, **others):
+    settings = {"mode": mode, "alpha": alpha, "beta": 0.5, "clusters": CLUSTERS[kind]}
+    effects = {"shape_matching": shape_matching.make(particles, settings)} | others
+    return goal_position.make(System(particles, effects), {})
+
+
+def misfit(particles, x):
+    """How far ``x`` is from the rest shape, moved and turned, relative to its size."""
+    rest, now = particles.nodes - particles.nodes.mean(axis=0), x - x.mean(axis=0)
+    turn = rotations((now.T @ rest)[None])[0]
+    return np.abs(now - rest @ turn.T).max() / particles.size
+
+
+@pytest.mark.parametrize("kind", CLUSTERS)
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("h", [1e-4, 1e-2, 10.0])
+def test_stable_and_back_to_its_shape_from_every_start(particles, mode, kind, h):
+    """With a damping of a twentieth a step, however long a step is."""
+    damping = VelocityDamping(particles.masses, 0.05 / h)
+    for begin in STARTS:
+        x = start(particles, begin)
+        v, widest = np.zeros_like(x), 3.0 * max(particles.size, np.ptp(x, axis=0).max())
+        stepper = integrator(particles, mode, kind, 0.5, velocity_damping=damping)
+        for _ in range(1200):
+            x, v = stepper.step(x, v, h)
+            assert np.ptp(x, axis=0).max() < widest
+        assert misfit(particles, x) < 1e-9, begin
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("alpha", [0.1, 0.5, 1.0])
+def test_bounded_from_every_start_without_damping(particles, mode, alpha):
+    """A start at a point is the hardest: it comes back there, where any rotation is as good."""
+    for begin in STARTS:
+        x = start(particles, begin)
+        v, widest = np.zeros_like(x), (60.0 if alpha == 1.0 else 20.0) * max(particles.size, np.ptp(x, axis=0).max())
+        stepper = integrator(particles, mode, "one", alpha)
+        for _ in range(1000):
+            x, v = stepper.step(x, v, 0.01)
+            assert np.ptp(x, axis=0).max() < widest, begin
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_alpha_one_is_there_at_once(particles, kind):
+    x = start(particles, kind)
+    x, _ = integrator(particles, "rigid", alpha=1.0).step(x, np.zeros_like(x), 10.0)
+    assert misfit(particles, x) < 1e-13
+
+
+@pytest.mark.parametrize("alpha", [0.01, 0.5, 1.0])
+def test_a_small_swing_neither_grows_nor_decays(particles, alpha):
+    """[[1, −α/h], [h, 1 − α]] keeps |u|² − α u·d + α |d|², of the step u = h v and the distance d to the goal."""
+    h, middle = 0.02, particles.nodes.mean(axis=0)
+    stepper, x, v = integrator(particles, "rigid", alpha=alpha), middle + 1.01 * (particles.nodes - middle), None
+    v, kept = np.zeros_like(x), []
+    for _ in range(2000):
+        goals = np.empty_like(x)
+        stepper._system.elastic.goals(x, goals)
+        u, d = h * v, x - goals
+        kept.append(particles.masses @ (u * u - alpha * u * d + alpha * d * d).sum(axis=1))
+        x, v = stepper.step(x, v, h)
+    assert np.ptp(kept) < 1e-9 * kept[0]
+
+
+def test_the_period_is_that_of_the_eigenvalues(particles):
+    """They are exp(± iφ) with cos φ = 1 − α/2."""
+    alpha, middle = 0.2, particles.nodes.mean(axis=0)
+    stepper, stretches = integrator(particles, "rigid", alpha=alpha), []
+    x, v = middle + 1.01 * (particles.nodes - middle), np.zeros_like(particles.nodes)
+    for _ in range(3000):
+        x, v = stepper.step(x, v, 0.01)
+        stretches.append(np.ptp(x[:, 0]) / np.ptp(particles.nodes[:, 0]) - 1.0)
+    turns = np.flatnonzero(np.diff(np.signbit(stretches)))
+    assert (turns[-1] - turns[0]) / (len(turns) - 1) == pytest.approx(np.pi / math.acos(1 - alpha / 2), rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", CLUSTERS)
+def test_momentum_and_angular_momentum_are_kept_of_goal_position(particles, kind):
+    random = np.random.default_rng(1)
+    x = particles.nodes + 0.1 * particles.size * random.normal(size=particles.nodes.shape)
+    v = random.normal(size=x.shape)
+    stepper, m = integrator(particles, "quadratic", kind), particles.masses[:, None]
+    before = np.concatenate([(m * v).sum(axis=0), np.cross(x, m * v).sum(axis=0)])
+    for _ in range(500):
+        x, v = stepper.step(x, v, 0.01)
+    after = np.concatenate([(m * v).sum(axis=0), np.cross(x, m * v).sum(axis=0)])
+    assert np.abs(after - before).max() < 1e-10 * np.abs(before).max()
+
+
+def test_weight_makes_it_fall_and_held_nodes_stay(particles):
+    weight = Gravity(particles, np.array([0.0, 0.0, -9.81]))
+    x, v = particles.nodes, np.zeros_like(particles.nodes)
+    stepper = integrator(particles, "rigid", gravity=weight)
+    for _ in range(10):
+        x, v = stepper.step(x, v, 0.1)
+    assert np.abs(v - [0.0, 0.0, -9.81]).max() < 1e-12
+    fixed = np.array([0, 3, 5])
+    stepper = integrator(particles, "rigid", gravity=weight, held=Held(fixed))
+    for _ in range(10):
+        x, v = stepper.step(x, np.ones_like(v), 0.1)
+        assert np.array_equal(v[fixed], np.zeros((3, 3)))
+    assert np.abs(x[fixed] - (particles.nodes[fixed] - [0, 0, 9.81 * 0.55])).max() < 1e-12
+
+
+def test_a_step_leaves_what_it_was_given_alone(particles):
+    x, v = start(particles, "inverted"), np.ones_like(particles.nodes)
+    before = x.copy()
+    integrator(particles, "linear").step(x, v, 0.01)
+    assert np.array_equal(x, before) and np.array_equal(v, np.ones_like(v))
+
+
+class _Runaway:
+    def add_force(self, x, v, force):
+        force[0] += np.inf
+
+
+def test_says_so_when_a_force_runs_away(particles):
+    stepper, x, v = integrator(particles, "rigid", runaway=_Runaway()), particles.nodes, np.zeros_like(particles.nodes)
+    with pytest.raises(NotConverged, match="grows"):
+        for _ in range(10):
+            x, v = stepper.step(x, v, 1.0)
+
+
+def test_needs_goals(particles):
+    with pytest.raises(InputError, match="shape_matching"):
+        goal_position.make(System(particles, {"gravity": Gravity(particles, np.zeros(3))}), {})

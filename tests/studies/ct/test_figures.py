@@ -1,0 +1,96 @@
+"""The classification makes nothing opaque between the organ and its neighbours."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.ct.image import Image
+from palpate.bodies.material import Material
+from palpate.report import render, style
+from palpate.studies.ct import figures
+from palpate.studies.ct.imaging import Pictures
+
+
+def test_between_the_organ_and_anything_else_is_nothing_opaque_but_the_organ(scan):
+    values = figures.values(*scan)
+    corners, _, opacities = zip(*figures.CLASSES, strict=True)
+    opaque = np.interp(values, corners, opacities)
+    assert (values[scan[1]].mean() < -1600) and opaque[scan[1]].mean() > 0.5
+    rim = ~scan[1] & (values < -300) & (scan[0].hu > -200)
+    assert opaque[rim].max() <= 0.7
+    assert figures.values(scan[0], np.zeros_like(scan[1])).max() == 500
+
+
+def test_an_mri_shows_no_bone_and_no_air(scan):
+    """Its grey values have no unit: what is brighter than the background is between skin and muscle."""
+    image, mask = scan
+    mri = replace(image, hu=(image.hu + 1100).astype(np.int16), modality="mri")
+    corners, _, opacities = zip(*figures.CLASSES, strict=True)
+    opaque = np.interp(figures.values(mri, np.zeros_like(mask)), corners, opacities)
+    assert (opaque[image.hu < -900] == 0).all() and 0 < opaque[image.hu > -200].max() < 0.02
+    assert figures.values(mri, mask)[mask].mean() < -1600
+
+
+def test_pictures_and_lines_are_drawn(ct_results, tmp_path):
+    pictures = {name: np.full((30, 40, 3), 0.5) for name in ("a", "b", "c")}
+    image = Image(np.full((5, 20, 30), 7, dtype=np.int16), np.zeros(3), np.full(3, 0.002), modality="mri")
+    liver = np.zeros(image.hu.shape, dtype=bool)
+    liver[1:4, 5:15, 5:20] = True
+    shown = Pictures(pictures, np.full((30, 40), 0.4), [(image, liver), (image, ~liver & False)], liver)
+    figure = figures.draw_ct_imaging(shown, ct_results["mask_interpolation"])
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert titles[:4] == ["a", "b", "c", "samples taken of each ray"]
+    lines = figure.axes[-1] if figure.axes[-1].get_xlabel() == "n" else figure.axes[-2]
+    assert [line.get_ydata().tolist() for line in lines.lines[:2]] == [[0.99, 0.97], [0.9, 0.85]]
+    style.save(figure, tmp_path / "ct_imaging")
+
+
+def test_the_outline_is_where_the_organ_is(scan):
+    figure = figures.draw_ct_slices(*scan, "ball")
+    axial, coronal, sagittal = figure.axes
+    assert axial.yaxis_inverted() and not coronal.yaxis_inverted()
+    for axis, across, up in ((axial, 0.0, -8.0), (coronal, 0.0, 0.0), (sagittal, -8.0, 0.0)):
+        ends = np.vstack([path.vertices for path in axis.collections[0].get_paths()])
+        assert ends.mean(axis=0) == pytest.approx([across, up], abs=2.0)
+        assert np.ptp(ends, axis=0) == pytest.approx([36, 36], abs=4.1)
+
+
+def test_an_mri_is_drawn_in_its_own_range(scan):
+    mri = replace(scan[0], hu=(scan[0].hu + 1000).astype(np.int16), modality="mri")
+    limits = figures.draw_ct_slices(mri, scan[1], "ball").axes[0].images[0].get_clim()
+    assert limits == (0, np.percentile(mri.hu, 99))
+    assert figures.draw_ct_slices(*scan, "ball").axes[0].images[0].get_clim() == (-160, 240)
+
+
+def test_ray_casting_shows_the_organ_bone_and_gaps_and_repeats(scan):
+    image, mask = scan
+    view = render.View(np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.zeros(3), 0.1, 0.1)
+    pictures = []
+    for shown in (mask, mask, np.zeros_like(mask)):
+        with render.Stage(100, 100) as stage:
+            pictures.append(stage.picture(view, [lambda s, m=shown: s.volume(figures._volume(image, m))]))
+    assert np.array_equal(pictures[0], pictures[1])
+    middle, corner = pictures[0][50, 50].astype(int), pictures[0][3, 3]
+    assert middle[0] > 1.8 * middle[2] and (corner == 255).all()  # the organ is red, the gap is white
+    covered = (np.abs(pictures[0].astype(int) - pictures[2]).max(axis=2) > 25).mean()
+    assert covered == pytest.approx(np.pi * 0.018**2 / 0.1**2, rel=0.3)
+    bone = pictures[2][50, 50].astype(int)
+    assert np.ptp(bone) < np.ptp(middle) / 2  # grey-white, through muscle
+    side = pictures[2][50, 25]
+    assert side.min() > bone.min()  # muscle and skin alone let more of the white ground through
+
+
+def test_pictures_are_saved(scan, box, tmp_path):
+    body = nest("ball", box([2, 2, 2], [0.03, 0.03, 0.03]), 1, np.arange(9), Material(3000.0, 0.3, 1000.0))
+    figure = figures.draw_ct_volume_rendering(*scan, body)
+    assert len([axis for axis in figure.axes if axis.images]) == 3
+    assert figure.axes[2].get_xlabel() == f"fine surface: {len(body.fine.surface)} nodes"
+    style.save(figure, tmp_path / "ct_volume_ball")
+
+
+def test_masses_are_drawn_with_and_without_the_rim(ct_results):
+    deviation = figures.draw_node_mass(ct_results["node_mass"]).axes[0]
+    dashed, plain = deviation.lines[:2]
+    assert plain.get_ydata().tolist() == [2.0, 0.1] and dashed.get_ydata().tolist() == [-9.0, -1.0]

@@ -1,0 +1,138 @@
+"""The work–precision diagram of enrichment names failures and frame budgets."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+from fixtures.drawn import texts
+
+from palpate.errors import InputError
+from palpate.report import style
+from palpate.studies.enrichment.figures import bodies, charts
+
+
+def test_failures_and_budgets_are_named(results):
+    tables = (results[n] for n in ("enrichment_accuracy", "online_cost", "fem_cost"))
+    figure = charts.draw_accuracy_vs_online_cost(*tables)
+    assert len(figure.axes) == 4 * 2
+    assert texts(figure).count("failed: POD + RBF") == 4
+    assert {"1 ms", "16.7 ms", "100 ms", "fine FEM", "Pareto front"} <= set(texts(figure))
+
+
+def test_exponents_are_drawn(results, tmp_path):
+    style.save(charts.draw_complexity(results["complexity"]), tmp_path / "complexity")
+
+
+def test_deformed_bodies_shows_different_contacts_and_true_errors(body, database, predictions_file, tmp_path):
+    found = bodies.read(predictions_file, "paper", "samples", bodies.DEFORMED_BY)
+    figure = bodies.draw_deformed_bodies(body, database, found, rows=2)
+    pictures = [axis for axis in figure.axes if axis.images]
+    assert len(pictures) == 2 * 6
+    shown = [int(t.split(":")[0].split()[1]) for t in texts(figure) if t.startswith("sample")]
+    assert len(set(database.contact[shown])) == 2
+    assert (np.diff(database.peaks[shown]) >= 0).all()
+    i = shown[0]
+    rms = np.sqrt(np.mean(np.sum(database.fine[i] ** 2, axis=1)))
+    wrong = 100 * 0.3 * (1 + i / 10) * rms / database.peaks[i]
+    assert f"error {wrong:.2g} % of peak" in texts(figure)
+    style.save(figure, tmp_path / "deformed")
+
+
+def test_error_over_body_ranks_each_method(body, database, predictions_file):
+    found = bodies.read(predictions_file, "paper", "samples", bodies.JUDGED)
+    figure = bodies.draw_error_over_body(body, database, {"paper protocol, samples held out": found})
+    samples = [int(t.split(":")[0].split()[1]) for t in texts(figure) if t.startswith("sample")]
+    assert samples == [0, 4, 7] * 3  # conftest: the later the sample the worse
+
+
+def test_times_are_drawn_over_peaks_in_millimetres(results, tmp_path):
+    figure = charts.draw_fem_cost(results["fem_cost"], results["sample_peaks"])
+    np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [4, 5, 6, 7])
+    style.save(figure, tmp_path / "fem_cost")
+
+
+def test_mesh_levels_counts(body):
+    written = "\n".join(texts(bodies.draw_mesh_levels([body])))
+    for mesh in body.levels:
+        assert f"surface: {len(mesh.surface):,} nodes, {len(mesh.triangles):,} triangles" in written
+        assert f"volume: {len(mesh.nodes):,} nodes, {len(mesh.tetrahedra):,} tetrahedra" in written
+
+
+def test_reads_the_methods_asked_for(predictions_file, database):
+    found = bodies.read(predictions_file, "paper", "samples", ["detail_correction", "interpolation"])
+    assert list(found) == ["detail_correction", "interpolation"]
+    assert found["detail_correction"].predicted.shape == (5, len(database.nodes_fine_surface), 3)
+
+
+def test_a_missing_file_or_group_is_named(predictions_file, tmp_path):
+    with pytest.raises(InputError, match=r"nothing\.h5 is missing"):
+        bodies.read(tmp_path / "nothing.h5", "paper", "samples", ["detail_correction"])
+    with pytest.raises(InputError, match="live/contacts/detail_correction"):
+        bodies.read(predictions_file, "live", "contacts", ["detail_correction"])
+
+
+def test_a_wrong_shape_is_named(tmp_path):
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        file["live/contacts/detail_correction/sample"] = np.arange(3)
+        file["live/contacts/detail_correction/predicted"] = np.zeros((2, 7, 3))
+    with pytest.raises(InputError, match=r"live/contacts/detail_correction/predicted has shape \(2, 7, 3\)"):
+        bodies.read(tmp_path / "p.h5", "live", "contacts", ["detail_correction"])
+
+
+def test_rows_go_from_local_to_global(results):
+    figure = charts.draw_premises(results["premises"], results["premise_bodies"])
+    left, right = figure.axes
+    labels = [label.get_text() for label in left.get_yticklabels()]
+    assert [label.split("\n")[0] for label in labels] == ["pad", "bent", "own*"]
+    assert labels[0].endswith("20 % of the surface moves")
+    ordered = style.look("ordered_nonnegative_a").colour
+    marks = [line for line in right.lines if line.get_color() == ordered and line.get_marker() == "s"]
+    assert [line.get_xdata()[0] for line in marks] == pytest.approx([0.2, 0.9, 1.0])
+
+
+def test_vectors_of_two_presses_are_drawn_where_least_and_most_moves(results):
+    figure = charts.draw_feature_vectors(results["feature_vectors"], results["premise_bodies"])
+    assert len(figure.axes) == 2 * 3 and all(len(axis.lines) == 2 for axis in figure.axes)
+    assert figure.axes[0].get_ylabel().startswith("own") and figure.axes[3].get_ylabel().startswith("pad")
+    assert figure.axes[1].get_title(loc="left") == "contact-ordered\n0.00 apart"
+    assert figure.axes[0].get_title(loc="left") != "unordered\n0.00 apart"
+
+
+def test_a_ratio_beyond_the_scale_is_marked_at_its_end(results):
+    rows = results["premises"].copy()
+    rows.loc[(rows["features"] == "framed") & (rows["weights"] == "linear"), ["ratio", "ratio_low", "ratio_high"]] = 1e5
+    right = charts.draw_premises(rows, results["premise_bodies"]).axes[1]
+    ends = [line for line in right.lines if line.get_marker() == ">"]
+    assert len(ends) == 3 and all(line.get_xdata()[0] < right.get_xlim()[1] for line in ends)
+
+
+CAPTIONS = Path(__file__).parents[4] / "src/palpate/studies"
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return yaml.safe_load((CAPTIONS / "enrichment/published.yaml").read_text(encoding="utf-8"))
+
+
+def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results, paper):
+    figure = charts.draw_sigma_sweep(results["sigma_sweep"], results["enrichment_accuracy"], published=paper)
+    assert len(figure.axes) == 4 * 3
+    liver, own = figure.axes[0], figure.axes[6]
+    marks = {line.get_marker(): line.get_xdata()[0] for line in liver.lines if line.get_marker() in ("o", "D")}
+    assert marks["o"] == pytest.approx(1.0)  # conftest: 0.01 m at a median distance of 0.01 m
+    assert marks["D"] == pytest.approx(paper["sigma"]["value"] * paper["sigma"]["unit_m"]["liver"] / 0.01)
+    assert "D" not in {line.get_marker() for line in own.lines}
+
+
+def test_timing_bars_has_two_bars_only_where_the_paper_has_a_number(results):
+    liver, own = charts.draw_timing_bars(results["enrichment_timing"]).axes
+    assert (len(liver.patches), len(own.patches)) == (5 + 3, 5)
+
+
+def test_two_drawings_of_one_table_are_the_same_bytes(results, tmp_path):
+    for name in "ab":
+        style.save(charts.draw_timing_bars(results["enrichment_timing"]), tmp_path / name)
+    for suffix in ("png", "svg"):
+        assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()

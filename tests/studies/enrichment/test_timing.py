@@ -1,0 +1,101 @@
+"""Known exponents are found again, with an interval that means what it says."""
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.studies.enrichment import timing
+from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows, fit_exponents
+
+R, K = (grid.ravel() for grid in np.meshgrid([300.0, 600, 1200, 2400, 4800], [25.0, 50, 100, 200]))
+
+
+@pytest.mark.parametrize(("a", "b"), [(1, 2), (1, 1), (0.3, 2.7)])
+def test_exact_exponents(a, b):
+    found, half = fit_exponents(R, K, 3e-9 * R**a * K**b)
+    assert found == pytest.approx([a, b], abs=1e-10)
+    assert half == pytest.approx([0, 0], abs=1e-10)
+
+
+def test_intervals_cover_the_truth_19_times_in_20():
+    random = np.random.default_rng(0)
+    inside = np.zeros(2)
+    for _ in range(1000):
+        found, half = fit_exponents(R, K, 1e-9 * R * K**2 * np.exp(0.1 * random.normal(size=len(R))))
+        inside += np.abs(found - [1, 2]) <= half
+    assert inside / 1000 == pytest.approx([0.95, 0.95], abs=0.02)
+
+
+def test_rows_put_the_papers_order_beside_the_measured_one():
+    rows = [
+        (name, r, k, 1e-9 * r * k * np.log(r))
+        for name, operation in OPERATIONS.items()
+        for r in operation.lengths
+        for k in (25, 50, 100, 200)
+    ]
+    table = complexity_rows(pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"])).set_index("operation")
+    sorting = table.loc["sorting"]
+    assert sorting["exponent_r"] == pytest.approx(sorting["paper_exponent_r"]) and sorting["exponent_r"] > 1
+    assert table.loc["building_w", ["paper_exponent_r", "paper_exponent_k"]].tolist() == pytest.approx([1, 1])
+    assert table.loc["building_a", ["paper_exponent_r", "paper_exponent_k"]].tolist() == pytest.approx([1, 2])
+    assert (table["exponent_k_low"] <= table["exponent_k"]).all()
+
+
+@pytest.mark.parametrize("name", list(OPERATIONS))
+def test_every_operation_runs(name):
+    OPERATIONS[name].prepare(30, 5, np.random.default_rng(0))()
+
+
+@pytest.fixture
+def asked() -> list:
+    return []
+
+
+@pytest.fixture
+def db():
+    return SimpleNamespace(
+        coarse=lambda protocol: np.full((6, 2, 3), {"paper": 1.0, "live": 2.0}[protocol]),
+        contact=np.arange(6),
+        force=np.zeros((6, 3)),
+    )
+
+
+@pytest.fixture
+def methods(asked):
+    """The methods of the paper's table and linear FEM, which note what they are asked."""
+
+    def method(name):
+        return SimpleNamespace(predict=lambda coarse, contact, force: asked.append((name, coarse[0, 0], contact)))
+
+    names = [*timing.PAPERS_TABLE.values(), "linear_fem"]
+    return {protocol: {name: method(name) for name in names} for protocol in ("paper", "live")}
+
+
+def test_samples_go_from_the_smallest_to_the_largest_peak():
+    peaks = np.array([5.0, 1, 4, 2, 3, 9, 8, 7, 6])
+    test = np.array([0, 2, 3, 4, 5, 6, 7, 8])
+    chosen = timing.choose_samples(peaks, test)
+    assert len(chosen) == 5
+    assert peaks[chosen[0]] == 2 and peaks[chosen[-1]] == 9
+    assert (np.diff(peaks[chosen]) > 0).all()
+
+
+def test_all_in_is_a_coarse_simulation_and_then_ours(db, methods, asked):
+    coarse = [lambda i=i: asked.append(("coarse", i)) for i in range(5)]
+    fine = [lambda: None] * 5
+    table = timing.timing_table(db, methods, fine, coarse, range(5), "bar", 1, {})
+    assert list(table["method"]) == ["fine_fem", "unordered", "contact_ordered", "detail_correction", "live_all_in"]
+    pairs = [(a, b) for a, b in pairwise(asked) if a[0] == "coarse"]
+    assert pairs and all(b == ("detail_correction", 2.0, a[1]) for a, b in pairs)
+
+
+def test_live_costs_include_the_coarse_simulation_except_for_linear_fem(db, methods, monkeypatch):
+    monkeypatch.setattr(timing, "measure", lambda call, repeats: SimpleNamespace(median_s=1.0, p95_s=2.0))
+    table = timing.cost_table(db, methods, [lambda: None], range(5), "bar", 1).set_index(["protocol", "method"])
+    assert table.loc[("paper", "detail_correction"), "online_median_s"] == 1.0
+    assert table.loc[("live", "detail_correction"), "online_median_s"] == 2.0
+    assert table.loc[("live", "detail_correction"), "online_p95_s"] == 3.0
+    assert table.loc[("live", "linear_fem"), "online_median_s"] == 1.0

@@ -1,0 +1,29 @@
+"""Errors beside a measured body are drawn where they are, hollow for a modulus as given."""
+
+import numpy as np
+from fixtures.drawn import texts
+
+from palpate.report import style
+from palpate.studies.measured import figures
+
+
+def test_a_panel_a_case_and_quantity(measured_table, tmp_path):
+    figure = figures.draw_measured(measured_table, scene="beam")
+    titles = [axis.get_title("left") for axis in figure.axes]
+    assert (
+        titles[0] == "gravity: place" and titles[-1] == "load: creep" and len(titles) == 8
+    )  # none of what nobody measured
+    place = figure.axes[4]
+    drawn = {(line.get_xdata()[0], line.get_mfc()) for line in place.lines if line.get_marker() == "h"}
+    assert drawn == {(-4.0, "white"), (-5.0, "#111111")}
+    assert np.allclose(place.patches[0].get_extents().transformed(place.transData.inverted()).width, 2.0)
+    assert "quadratic elements (P2), 1701 nodes" in texts(figure) and "not measured" in texts(figure)
+    assert "repeats: 2\u00a0%" in texts(figure)
+    style.save(figure, tmp_path / "measured_beam")
+
+
+def test_settings_have_names(measured_table):
+    rows = measured_table.assign(setting="level=0 poisson=0.45 step_s=0.002 damping=mass creep").itertuples()
+    assert figures.named(next(rows)) == (
+        "quadratic elements (P2), 1701 nodes, ν = 0.45, steps of 2 ms, mass damping, before creep"
+    )

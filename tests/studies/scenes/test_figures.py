@@ -1,0 +1,242 @@
+"""The force on an instrument is drawn over time and depth."""
+
+from dataclasses import replace
+
+import matplotlib.text
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+from palpate.report import render, style, tables
+from palpate.scenes.motion import Motion, Moved
+from palpate.studies.scenes.figures import charts, motion
+
+
+@pytest.fixture
+def felt() -> pd.DataFrame:
+    t = np.linspace(0.0, 1.0, 21)
+    depth = 0.02 * np.sin(np.pi * t) - 0.005
+    force = 40.0 * depth.clip(min=0.0)
+    across = dict.fromkeys(("force_x_n", "force_y_n"), np.zeros(21))
+    table = pd.DataFrame({"time_s": t, **across, "force_z_n": force, "force_n": force, "depth_m": depth})
+    return table.assign(scene="palpation", instrument="finger")
+
+
+def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
+    figure = charts.draw_contact_force(felt, scene="palpation")
+    force, depth, loop = figure.axes[:3]
+    assert force.lines[0].get_ydata().max() == pytest.approx(0.6)
+    assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
+    assert len(loop.collections[0].get_offsets()) == (felt["force_n"] > 0.0).sum()
+    style.save(figure, tmp_path / "felt")
+
+
+def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, tmp_path):
+    plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
+    other = felt.assign(scene="other", instrument="hook")
+    figure = charts.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert [title for title in titles if "force on" in title] == [
+        "palpation: force on the finger",
+        "palpation: force on the plate, which has no depth",
+    ]
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
+    assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
+    style.save(figure, tmp_path / "felt")
+    for axis in (figure.axes[0], figure.axes[-1]):
+        assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
+
+
+def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
+    felt.iloc[:0].to_csv(tmp_path / "charts.csv", index=False)
+    empty = tables.read(tmp_path / "charts.csv", rows=False)
+    for table in (felt, empty):
+        figure = charts.draw_contact_force(table, scene="other")
+        assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
+        style.save(figure, tmp_path / "nothing")
+    style.save(charts.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
+
+
+def texts(axis):
+    """What is written into a panel."""
+    return [t.get_text().replace("\u00a0", " ") for t in axis.findobj(matplotlib.text.Annotation)]
+
+
+def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp_path):
+    figure = charts.draw_effects(scene_results["effects"])
+    press, press_error, sag, sag_error = figure.axes
+    np.testing.assert_allclose([bar.get_width() for bar in press.patches], [0.75, 0.05, 0.2])
+    assert texts(press) == ["750 µs, 75 %", "50 µs, 5 %", "200 µs, 20 %"]
+    assert texts(press_error) == ["–", "100 %", "< 0.001 %"]
+    assert texts(sag_error) == ["–", "100 %", "4000 %", "–"]
+    assert [t.get_text() for t in sag.get_yticklabels()] == ["corotational", "gravity", "held", "integrator"]
+    low, high = press_error.get_xlim()
+    assert (low, high) == sag_error.get_xlim()
+    assert high > 4000
+    style.save(figure, tmp_path / "effects")
+
+
+def test_no_error_is_off_the_axis(scene_results):
+    effects = scene_results["effects"].assign(error_if_left_out=1e-9)
+    for axis in charts.draw_effects(effects).axes[1::2]:
+        dots = [line.get_xdata()[0] for line in axis.lines if line.get_marker() == "o"]
+        assert dots and min(dots) >= axis.get_xlim()[0]
+
+
+def test_balance_is_the_sum_minus_the_work_and_gravity_begins_at_zero(scene_results):
+    table = scene_results["energy"]
+    press, sag = (charts.counted(table[table["scene"] == scene]) for scene in ("press", "sag"))
+    np.testing.assert_allclose(press["balance_j"], -0.5e-3 * press["time_s"], atol=1e-15)
+    assert sag["gravity_j"].iloc[0] == 0 and sag["total_j"].iloc[0] == 0
+    assert sag["gravity_j"].iloc[-1] == pytest.approx(-2e-3)
+    assert charts.of_effects(press) == ["kinetic_j", "springs_j"]
+    assert charts.of_effects(sag) == ["kinetic_j", "gravity_j", "corotational_j"]
+
+
+def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
+    figure = charts.draw_energy(scene_results["energy"])
+    press, sag = figure.axes
+    assert (press.get_title(loc="left"), sag.get_title(loc="left")) == ("press", "sag")
+    assert press.get_ylabel() == "energy [mJ]"
+    # zero, sum, balance, kinetic, springs, outer work; zero, sum, balance, kinetic, corotational, gravity
+    assert (len(press.lines), len(sag.lines)) == (6, 6)
+    np.testing.assert_allclose(press.lines[2].get_ydata()[-1], -0.5)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "springs, corotational" in labels and "gravity" in labels and "sum − external work" in labels
+    style.save(figure, tmp_path / "energy")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 7])
+def test_any_number_of_scenes_has_its_panels(scene_results, count):
+    press = scene_results["energy"].query("scene == 'press'")
+    table = pd.concat([press.assign(scene=f"scene{i}") for i in range(count)])
+    assert len(charts.draw_energy(table).axes) == count
+
+
+def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
+    press = scene_results["energy"].query("scene == 'press'").drop(columns="springs_j")
+    assert not charts.whole(charts.counted(press))
+    (axis,) = charts.draw_energy(press).axes
+    assert len(axis.lines) == 3  # zero, kinetic, outer work
+    assert [text.get_text() for text in axis.texts] == ["its elastic effect has no energy"]
+
+
+def shown(axis):
+    """How many pixels of a still are not white, and the mean row of them in the body's right half."""
+    ink = axis.images[0].get_array().min(axis=2) < 250
+    rows, columns = np.nonzero(ink)
+    return ink.sum(), rows[columns > np.median(columns)].mean()
+
+
+def test_stills_begin_and_end_the_motion_and_do_not_miss_its_peak(sagging):
+    figure = motion.stills(sagging, 5)
+    stills, bar = figure.axes[:5], figure.axes[5]
+    times = [float(axis.get_xlabel().removesuffix(" s")) for axis in stills]
+    assert times == sorted(times) and times[0] == 0 and times[-1] == 1
+    assert 0.5 in times
+    peak_mm = 1e3 * np.linalg.norm(sagging.positions - sagging.positions[0], axis=2).max()
+    assert bar.get_xlim() == pytest.approx((0, peak_mm))
+
+
+def test_a_short_press_and_a_long_fall_are_shown(sagging):
+    """The peak is one of the stills however short it lasts, and a body that falls far still has a picture."""
+    positions = sagging.positions[:1].repeat(31, axis=0)
+    positions[7, :, 2] -= 3.0
+    figure = motion.stills(replace(sagging, positions=positions), 4)
+    assert f"{sagging.times[7]:.3g} s" in [axis.get_xlabel() for axis in figure.axes]
+    width, height = figure.axes[0].get_window_extent().size
+    assert width > 100 and height < 400
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_seen_from_above_unless_what_moves_looks_down(side):
+    """A plate that lies flat, pressed on its upper or its lower face."""
+    nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0]])
+    triangles = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])[:, ::side]
+    positions = np.stack([nodes, nodes])
+    positions[1, 4, 2] = -0.2 * side
+    cells = triangles, np.empty((0, 4), dtype=int)
+    pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], *cells, np.arange(4), pd.DataFrame())
+    assert np.sign(motion.Scenery(pressed).view.axes[2, 2]) == side
+
+
+def test_what_bends_down_is_seen_to_bend_down(sagging):
+    (size, rest), *_, (_, lowest), _, (_, back) = (shown(axis) for axis in motion.stills(sagging, 5).axes[:5])
+    assert size > 5000
+    assert lowest > rest + 20
+    assert back == pytest.approx(rest, abs=0.5)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [1, -1])
+def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
+    way = np.zeros_like(sagging.positions)
+    way[:, :, axis] = sign * 0.05 * sagging.times[:, None]
+    moved = replace(sagging, positions=sagging.positions[0] + way, up=axis)
+    view = motion.Scenery(moved).view
+    assert abs(view.axes[1, axis]) > 0.9  # up or down, 20° off at most
+    across = moved.positions.reshape(-1, 3) - view.centre
+    assert np.abs(across @ view.axes[0]).max() < view.width / 2
+    assert np.abs(across @ view.axes[1]).max() < view.height / 2
+
+
+def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideways(sagging):
+    nodes, up = sagging.rest, np.eye(3)[2]
+    bulge = (nodes[:, 2] == nodes[:, 2].min()) & (nodes[:, 1] == nodes[:, 1].max())
+    positions = nodes + 0.2 * sagging.times[:, None, None] * bulge[:, None] * [1.0, 0.0, 0.0]
+    corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
+    floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
+    sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
+    view = motion.Scenery(sliding).view
+    assert view.axes[2] @ up > 0.3 and view.axes[1] @ up > 0.9
+    colours = motion.stills(sliding, 3).axes[0].images[0].get_array()
+    assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
+
+
+def test_both_sides_of_a_sheet_are_lit():
+    nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    below = np.diag([-1.0, 1, -1])
+    with render.Stage(60, 60) as stage:
+        greys = [
+            stage.picture(
+                render.View(axes, nodes.mean(axis=0), 1.5, 1.5),
+                [lambda s: s.surface(nodes, triangles, None, None, None)],
+            )[30, 30].mean()
+            for axes in (np.eye(3), below)
+        ]
+    assert greys[0] == pytest.approx(greys[1], rel=0.02) and greys[0] > 150
+
+
+def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(sagging, tmp_path):
+    sagging = replace(sagging, times=sagging.times[::5], positions=sagging.positions[::5])
+    for name in "ab":
+        motion.animate(sagging, tmp_path / f"{name}.gif")
+    data = (tmp_path / "a.gif").read_bytes()
+    assert data == (tmp_path / "b.gif").read_bytes()
+    assert len(data) <= 1_500_000
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "b.gif"]
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.info["loop"] == 0
+        assert max(gif.size) >= 480 and gif.n_frames == len(sagging.times)
+        lows = []
+        for frame in (0, 3, 6):
+            gif.seek(frame)
+            rows, columns = np.nonzero(np.asarray(gif.convert("L"))[24:] < 245)
+            lows.append(rows[columns > np.median(columns)].mean())
+    assert lows[1] > lows[0] + 20
+    assert lows[2] == pytest.approx(lows[0], abs=0.5)
+
+
+def test_what_never_moves_and_nothing_held_can_be_drawn(sagging, tmp_path):
+    still = replace(
+        sagging, positions=sagging.positions[:1].repeat(4, axis=0), times=sagging.times[:4], held=np.array([])
+    )
+    figure = motion.stills(still, 3)
+    assert figure.axes[0].get_xlabel() == "0 s"
+    style.save(figure, tmp_path / "still")
+    motion.animate(still, tmp_path / "still.gif")
+    # all particles at one point to begin with
+    burst = replace(sagging, positions=sagging.positions * np.linspace(0, 1, 31)[:, None, None])
+    motion.stills(burst, 3)

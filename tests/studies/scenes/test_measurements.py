@@ -1,0 +1,219 @@
+"""What an effect costs, and what leaving it out does."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.bodies.particles import Particles, particles_of
+from palpate.scenes.motion import Motion, Moved, load, save
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import Scene
+from palpate.studies.scenes.measurements import (
+    ENERGY_BALANCE,
+    FAILS,
+    HOLDS,
+    REST,
+    UNKNOWN,
+    closed,
+    contact_force,
+    cost,
+    energy_balance,
+    left_out,
+    nearest,
+    warn_of_gain,
+)
+
+LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
+LOAD |= {"hold_s": 1, "release_s": 0.1}
+SETTINGS = {
+    "gravity": {"acceleration_m_s2": [0.0, 0.0, -0.5]},
+    "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02},
+    "push": {"loads": [LOAD]},
+}
+EFFECTS = ["corotational", "gravity", "held", "push", "rayleigh"]
+SAG = Scene("sag", EFFECTS, "backward_euler", 0.02, 1.0, frames=20, settings=SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def particles(slab) -> Particles:
+    return particles_of(slab, 0, surface=False)
+
+
+@pytest.fixture(scope="module")
+def errors(particles):
+    return left_out(SAG, particles, run(SAG, particles).motion).set_index("effect")
+
+
+def test_without_weight_a_sagging_body_stays_put(errors):
+    # no displacement instead of one that is near its peak for most of the time and grows along the body
+    assert 0.2 < errors.loc["gravity", "error_if_left_out"] < 1.0
+
+
+def test_without_anchors_a_body_falls_farther_than_it_bends(errors):
+    assert errors.loc["held", "error_if_left_out"] > errors.loc["gravity", "error_if_left_out"]
+
+
+def test_an_effect_of_no_strength_is_not_missed(errors):
+    assert errors.loc["push", "error_if_left_out"] == 0.0
+
+
+def test_what_cannot_be_left_out_says_why(errors, particles):
+    assert list(errors.index) == EFFECTS
+    assert np.isnan(errors.loc["corotational", "error_if_left_out"])
+    assert errors.loc["corotational", "note"] == "it holds the body together"
+    assert (errors["note"].iloc[1:] == "").all()
+    assert (errors["scene"] == "sag").all()
+    hasty = replace(
+        SAG, integrator="symplectic_euler", step_s=1e-4, duration_s=1e-3, effects=["corotational", "gravity"]
+    )
+    whole = run(hasty, particles).motion
+    table = left_out(replace(hasty, step_s=0.05), particles, whole).set_index("effect")
+    assert np.isnan(table.loc["gravity", "error_if_left_out"])
+    assert "stable up to" in table.loc["gravity", "note"]
+
+
+def test_shares_make_a_whole_step(particles):
+    table = cost(replace(SAG, duration_s=0.1), particles, repeats=3).set_index("effect")
+    assert list(table.index) == [*EFFECTS, REST]
+    assert table["share_of_step"].sum() == pytest.approx(1.0, rel=1e-12)
+    assert (table["ms_per_step"] >= 0.0).all()
+    np.testing.assert_allclose(table["ms_per_step"] / table["ms_per_step"].sum(), table["share_of_step"], rtol=1e-12)
+    assert table.loc["held", "ms_per_step"] == 0.0
+
+
+def test_memory_is_what_an_effect_holds_itself(particles):
+    memory = cost(replace(SAG, duration_s=0.04), particles, repeats=1).set_index("effect")["memory_kb"]
+    assert memory["held"] == 0.0  # its anchors are the body's
+    # a force a node, and the acceleration
+    assert memory["gravity"] == pytest.approx((particles.nodes.nbytes + 24) / 1024, rel=0.01)
+    assert memory["corotational"] >= (4 * 3 + 1) * 8 * len(particles.tetrahedra) / 1024  # gradients and volumes
+    assert np.isnan(memory[REST])
+
+
+def test_a_scene_that_stands_still_has_no_error_and_says_why(particles):
+    still = replace(SAG, effects=["corotational", "held", "push"], duration_s=0.1)
+    table = left_out(still, particles, run(still, particles).motion).set_index("effect")
+    assert np.isnan(table.loc["push", "error_if_left_out"])
+    assert table.loc["push", "note"] == "the scene is still"
+
+
+ROWS = {"scene": "a", "time_s": [0.0, 1.0, 2.0], "kinetic_j": 0.0, "springs_j": [0.0, 1.0, 0.5]}
+ROWS |= {"outer_work_j": [0.0, 2.0, 1.0], "total_j": [0.0, 1.0, 0.5], "gain_j": 0.0}
+
+
+def judged(**changed):
+    found = energy_balance(pd.DataFrame(ROWS | changed), {"a": "symplectic_euler"})
+    assert list(found) == ENERGY_BALANCE.columns
+    return found.iloc[0]
+
+
+@pytest.mark.parametrize(("gain", "verdict"), [(0.0, HOLDS), (1.9e-6, HOLDS), (2.1e-6, FAILS)])
+def test_a_millionth_of_the_largest_work_is_allowed(gain, verdict):
+    row = judged(gain_j=[0.0, gain, gain])
+    assert (row["verdict"], row["work_j"], row["gain_of_work"]) == (verdict, 2.0, gain / 2.0)
+    assert not row["guaranteed"]
+
+
+def test_the_weight_does_work_too_and_the_potentials_zero_does_not_matter():
+    assert judged(gravity_j=[7.0, 6.0, 4.0], outer_work_j=0.0)["work_j"] == 3.0
+    assert judged(gravity_j=[7.0, 6.0, 4.0])["work_j"] == 4.0
+
+
+def test_a_scene_without_work_is_measured_by_the_range_of_its_energy():
+    assert judged(outer_work_j=0.0, gain_j=0.1)["gain_of_work"] == 0.1
+    assert judged(outer_work_j=0.0, total_j=3.0)["verdict"] == HOLDS
+
+
+def test_nothing_is_known_without_the_elastic_energy():
+    row = energy_balance(pd.DataFrame(ROWS | {"gain_j": 1.0}).drop(columns="springs_j"), {"a": "goal_position"}).iloc[0]
+    assert row["verdict"] == UNKNOWN and row[["gain_j", "gain_of_work"]].isna().all()
+
+
+def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
+    scene = Scene("a", ["springs"], "bdf2", 0.1, 1.0)
+    energies = pd.DataFrame(ROWS | {"gain_j": 0.1}).drop(columns="scene")
+    with pytest.warns(UserWarning, match=r"^scenes\.a: nothing proves that steps of bdf2 make no energy, and one made"):
+        warn_of_gain(scene, energies)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_gain(replace(scene, integrator="backward_euler"), energies)
+        warn_of_gain(scene, energies.assign(gain_j=1e-9))
+
+
+@pytest.fixture
+def motion(box) -> Motion:
+    """A rod of radius 1 cm that comes down on a box of 20 × 10 × 8 cm, 3 cm into its top, and a floor at rest."""
+    mesh = box([4, 2, 2], [0.2, 0.1, 0.08])
+    times = np.linspace(0.0, 1.0, 6)
+    rod = np.array([[0.08, 0.05, 0.1], [0.12, 0.05, 0.1]]) - np.array([0, 0, 0.04]) * times[:, None, None]
+    floor = np.repeat(np.array([[[-1.0, -1, 0], [2, -1, 0], [-1, 2, 0]]]), 6, axis=0)
+    things = (
+        Moved("finger", "capsule", 0.01, rod, np.array([[0, 1, 1]])),
+        Moved("floor_1", "floor", 0.0, floor, np.array([[0, 1, 2]])),
+    )
+    steps = np.linspace(0.1, 1.0, 10)
+    observed = pd.DataFrame({"time_s": steps})
+    for i, axis in enumerate("xyz"):
+        observed[f"finger_{axis}_m"] = rod[0].mean(axis=0)[i] - 0.04 * steps * (axis == "z")
+        observed[f"finger_force_{axis}_n"] = {"x": 3.0, "y": 0.0, "z": 4.0}[axis]
+        observed[f"floor_1_{axis}_m"] = floor[0].mean(axis=0)[i]
+        observed[f"floor_1_force_{axis}_n"] = 1.0
+    contacts = pd.DataFrame({"first": ["box"], "second": ["finger"], "gap_m": [1e-4], "time_s": [1.0]})
+    energy = pd.DataFrame({"time_s": times, "kinetic_j": 0.0})
+    positions = np.repeat(mesh.nodes[None], 6, axis=0)
+    cells = mesh.triangles, mesh.tetrahedra
+    return Motion("press", times, positions, mesh.nodes, *cells, np.arange(3), energy, things, observed, contacts)
+
+
+def test_depth_is_below_the_surface_at_rest_and_only_what_moves_feels(motion):
+    felt = contact_force(motion)
+    assert set(felt["instrument"]) == {"finger"} and len(felt) == 10
+    # the rod's lowest line starts 1 cm above the top and comes down by 4 cm in a second
+    assert felt["depth_m"].to_numpy() == pytest.approx(0.04 * felt["time_s"].to_numpy() - 0.01, abs=1e-12)
+    assert felt["force_n"].to_numpy() == pytest.approx(5.0)
+
+
+def test_nearest_is_signed_and_forgets_no_change_of_sides(box):
+    mesh = box([4, 2, 2], [0.2, 0.1, 0.08])
+    corners = mesh.nodes[mesh.triangles]
+    ways = np.array([[0.1, 0.05, 0.07], [0.1, 0.05, 0.1], [0.23, 0.14, 0.04], [0.1, 0.05, 0.04], [0.1, 0.05, 0.05]])
+    assert nearest(np.zeros((1, 3)), ways, corners) == pytest.approx([-0.01, 0.02, 0.05, -0.04, -0.03], abs=1e-12)
+    rng = np.random.default_rng(3)
+    points, walk = rng.uniform(0.0, 0.1, (5, 3)), rng.normal(0.0, 0.01, (60, 3)).cumsum(axis=0)
+    outside = np.maximum(np.abs(points + walk[:, None] - [0.1, 0.05, 0.04]) - [0.1, 0.05, 0.04], 0.0)
+    depth = (np.array([0.1, 0.05, 0.04]) - np.abs(points + walk[:, None] - [0.1, 0.05, 0.04])).min(axis=2)
+    signed = np.where(depth > 0.0, -depth, np.linalg.norm(outside, axis=2))
+    assert nearest(points, walk, corners) == pytest.approx(signed.min(axis=1), abs=1e-12)
+
+
+def test_a_floor_and_an_open_surface_give_no_depth(motion, box):
+    finger, floor = motion.obstacles
+    up = replace(floor, positions=floor.positions + 0.01 * motion.times[:, None, None] * [0.0, 0.0, 1.0])
+    seen = motion.observed.assign(floor_1_z_m=0.01 * motion.observed["time_s"])
+    felt = contact_force(replace(motion, obstacles=(finger, up), observed=seen))
+    assert felt.groupby("instrument")["depth_m"].count().to_dict() == {"finger": 10, "floor_1": 0}
+    assert closed(motion.triangles) and not closed(motion.triangles[1:])
+    felt = contact_force(replace(motion, triangles=motion.triangles[1:]))
+    assert felt["depth_m"].isna().all() and (felt["force_n"] == 5.0).all()
+
+
+def test_what_comes_home_at_every_kept_frame_still_moves(motion):
+    """Frames are kept seldom; the steps between them show that the finger went somewhere."""
+    finger = motion.obstacles[0]
+    still = replace(finger, positions=finger.positions[:1].repeat(6, axis=0))
+    assert len(contact_force(replace(motion, obstacles=(still,)))) == 10
+
+
+def test_a_motion_keeps_its_instruments_and_contacts(motion, tmp_path):
+    save(motion, tmp_path / "motion.h5")
+    again = load(tmp_path / "motion.h5")
+    assert [(t.name, t.kind, t.radius_m) for t in again.obstacles] == [
+        ("finger", "capsule", 0.01),
+        ("floor_1", "floor", 0.0),
+    ]
+    np.testing.assert_array_equal(again.obstacles[0].positions, motion.obstacles[0].positions)
+    pd.testing.assert_frame_equal(again.contacts, motion.contacts, check_dtype=False)
+    pd.testing.assert_frame_equal(contact_force(again), contact_force(motion))

@@ -1,0 +1,3 @@
+from palpate.run.job import call
+
+call(snakemake)

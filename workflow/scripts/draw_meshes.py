@@ -1,7 +1,0 @@
-from palpate.bodies.body_file import load
-from palpate.report import style
-from palpate.run.job import job, stem
-from palpate.studies.enrichment.figures import mesh_levels
-
-with job(snakemake.log[0]):
-    style.save(mesh_levels.draw([load(path) for path in snakemake.input.bodies]), stem(snakemake.output))

@@ -102,7 +102,7 @@ def test_a_heavy_report_warns_in_the_log_and_on_the_page(results_folder, monkeyp
 
 
 def test_what_failed_is_listed(page):
-    failed = page[page.index('id="failures_section"') :]
+    failed = page[page.index('<section id="limits">') :]
     assert failed.count("<td>POD + RBF</td>") == 8  # see conftest: on one body, in 2 regimes, 2 protocols, 2 splits
     assert "7 crossing pairs missed, 3 reported wrongly" in failed
     assert "8 in “Paper 1: enriching a coarse simulation”, 1 in “Paper 3: collision”" in page.split("<nav")[0]

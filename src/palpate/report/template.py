@@ -148,7 +148,7 @@ class Markdown(Html):
 
     def finding(self, caller: Callable[[], str]) -> _Text:
         self.findings.append(" ".join(caller().split()))
-        return _Text(f"**{self.findings[-1]}**")
+        return _Text(f"\n\n**{self.findings[-1]}**\n\n")
 
     def answer(self, picture: str, alt: str, caption: str, caller: Callable[[], str]) -> _Text:
         return _Text("")

@@ -12,7 +12,7 @@ from palpate.studies.enrichment import claims
 from palpate.studies.enrichment.claims import FEATURES, SIGMA, TIMES_AS_FAST, UNIT_M, limit, method
 from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows
 
-PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/enrichment/captions/published.yaml")
+PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/enrichment/published.yaml")
 
 
 def accuracy(cylinder, liver):

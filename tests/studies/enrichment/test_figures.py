@@ -113,7 +113,7 @@ CAPTIONS = Path(__file__).parents[4] / "src/palpate/studies"
 
 @pytest.fixture(scope="module")
 def paper():
-    return yaml.safe_load((CAPTIONS / "enrichment/captions/published.yaml").read_text(encoding="utf-8"))
+    return yaml.safe_load((CAPTIONS / "enrichment/published.yaml").read_text(encoding="utf-8"))
 
 
 def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results, paper):

@@ -11,7 +11,7 @@ from palpate.report.claims import CONFIRMED, REFUTED
 from palpate.studies.shape_matching import claims
 from palpate.studies.shape_matching.claims import FRAMES_1_S, experiments
 
-PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/shape_matching/captions/published.yaml")
+PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/shape_matching/published.yaml")
 
 
 def verdict(tables, claim):

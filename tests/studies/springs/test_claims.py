@@ -9,7 +9,7 @@ from palpate.files import read_yaml
 from palpate.report.claims import CONFIRMED, NOT_TESTABLE, REFUTED
 from palpate.studies.springs.claims import FITNESS_M, GENERATIONS, SECONDS, presses, searches
 
-PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/springs/captions/published.yaml")
+PAPER = read_yaml(Path(__file__).parents[3] / "src/palpate/studies/springs/published.yaml")
 
 
 def verdict(tables, claim):

@@ -19,7 +19,7 @@ READINGS = ("nonnegative_a", "nonnegative_b")
 FEATURES = {"cylinder": "clearly better", "liver": "comparable"}
 """Contact-ordered against unordered features, figure 4."""
 SIGMA, UNIT_M = 0.2, {"cylinder": 0.2, "liver": 0.0309}
-"""The best width in figure 4, in the mesh's own units, and those units (captions/published.yaml)."""
+"""The best width in figure 4, in the mesh's own units, and those units (published.yaml)."""
 TIMES_AS_FAST = {"cylinder": ("table 5", 0.107 / 0.023), "liver": ("table 4", 0.603 / 0.128)}
 """Unordered over contact-ordered query."""
 HELD = {"cylinder": "held at one end", "liver": "held in one place"}

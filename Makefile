@@ -105,7 +105,7 @@ bench: $(STAMP)  ## time element kernels; scenes against loops by hand; Hertz; a
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
 snapshot: $(STAMP)  ## write docs/results.md from the results of make, or of make full with RESULTS=.full/results
-	@$(BIN)/python -m palpate.report.results_markdown $(RESULTS) docs
+	@$(BIN)/python -m palpate.report.snapshot $(RESULTS) docs
 
 lock:  ## write environment.lock and tests/environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
@@ -119,7 +119,7 @@ tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that co
 	@$(RUN) tidy $(FLAGS)
 
 clean:  ## delete the results, and keep the environment
-	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report.html) \
+	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report.html report.md) \
 	.smoke .full .slurm .example .snakemake
 
 distclean: clean  ## delete the environment, too

@@ -179,3 +179,12 @@ def slab_case(slab, slab_compliance, grid) -> tuple:
     options = FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
     case = Case(slab, "large", 0.0, db.take(train), slab_compliance, options, 1e-8, grid)
     return case, db.take(test), test
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium, started once in a process of tests."""
+    from report.browser import started
+
+    with started() as opened:
+        yield opened

@@ -69,14 +69,6 @@ def test_a_body_on_a_bed_needs_no_anchors(entry):
     assert make_body("cylinder", entry | CYLINDER).bed is None
 
 
-def test_a_file_on_a_bed_is_not_held_by_default(entry, shared_meshes):
-    free = {key: value for key, value in entry.items() if key != "anchors"}
-    own = free | {"kind": "file", "path": str(shared_meshes / "liver.msh"), "scale_m": 0.03, "refinements": 0}
-    middle = make_body("own", own | {"anchors": {"nodes": [3, 39, 64]}}).coarse.nodes[3].tolist()
-    body = make_body("own", own | {"bed": BED | {"sphere": {"center_m": middle, "radius_m": 0.06}}})
-    assert not len(body.anchors[0]) and body.bed is not None
-
-
 def test_box(entry):
     body = make_body(
         "bar", entry | {"kind": "box", "sizes_m": [0.1, 0.1, 0.3], "divisions": [2, 2, 6], "refinements": 1}
@@ -105,24 +97,16 @@ def test_liver_from_a_file(entry, shared_meshes, name):
     check_nesting(body)
 
 
-def test_cylinder_from_a_file(entry, shared_meshes):
-    path = str(shared_meshes / "cylinder.msh")
-    body = make_body("own", entry | {"kind": "file", "path": path, "scale_m": 0.2, "refinements": 1})
-    assert [row[:2] for row in counts(body)] == [[182, 360], [722, 1440]]
-    assert body.coarse.size == pytest.approx(0.2)
-    check_nesting(body)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"poisson": 0.5}, r"poisson is 0\.5; give a number above -1 and below 0\.5"),
-        ({"poisson": -1}, "poisson is -1"),
-        ({"poisson": float("nan")}, "poisson is nan"),
-        ({"young_pa": -3000}, "young_pa is -3000; give a positive number"),
-        ({"young_pa": float("inf")}, "young_pa is inf"),
-        ({"density_kg_m3": 0}, "density_kg_m3 is 0"),
-        ({"kind": "sponge"}, "kind 'sponge' is unknown; give one of cylinder, liver, file, box, sheet"),
+        ({"poisson": 0.5}, "poisson"),
+        ({"poisson": -1}, "poisson"),
+        ({"poisson": float("nan")}, "poisson"),
+        ({"young_pa": -3000}, "young_pa"),
+        ({"young_pa": float("inf")}, "young_pa"),
+        ({"density_kg_m3": 0}, "density_kg_m3"),
+        ({"kind": "sponge"}, "kind 'sponge'"),
         ({"anchors": {"nodes": [266]}}, r"anchors\.nodes names 266"),
     ],
 )
@@ -230,11 +214,8 @@ def test_three_rules_find_the_same_face(cube):
     numbers = choose_anchors("cube", {"nodes": [3, 0, 1, 2]}, cube)
     sphere = choose_anchors("cube", {"sphere": {"center_m": [0.5, 0.5, 0], "radius_m": 0.8}}, cube)
     assert plane.tolist() == numbers.tolist() == sphere.tolist() == [0, 1, 2, 3]
-
-
-def test_plane_on_the_far_side(cube):
-    held = choose_anchors("cube", {"plane": {"axis": "x", "side": "max", "depth_m": 0.01}}, cube)
-    assert held.tolist() == [1, 3, 5, 7]
+    far = choose_anchors("cube", {"plane": {"axis": "x", "side": "max", "depth_m": 0.01}}, cube)
+    assert far.tolist() == [1, 3, 5, 7]
 
 
 def test_several_rules_hold_what_any_of_them_holds(cube):
@@ -252,10 +233,7 @@ def test_new_nodes_are_held_between_held_ones(cube, material):
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
-        (
-            {"nodes": [1, 8]},
-            r"anchors\.nodes names 8, which does not exist; its coarse nodes are counted from 0, and go up to 7",
-        ),
+        ({"nodes": [1, 8]}, r"anchors\.nodes names 8"),
         ({"nodes": list(range(8))}, r"nodes holds every node of the surface, .* hold fewer: the body is 1 × 1"),
         ({"nodes": [-1, 2, 3]}, "names -1"),
         ({"nodes": [1.5, 2, 3]}, r"names 1\.5"),
@@ -322,13 +300,10 @@ def test_other_nodes_are_refused(slab, which):
         row_of(contacts_of(slab), int(contact), "slab, ")
 
 
-def test_without_a_count_all_are_kept(slab):
-    assert np.array_equal(kept_contacts(slab, None), contacts_of(slab))
-
-
 def test_kept_contacts_are_pressed_ones_and_no_more_than_there_are(slab):
     able = pressed_contacts(slab, contacts_of(slab))
     assert np.array_equal(kept_contacts(slab, 1000), able)
+    assert np.array_equal(kept_contacts(slab, None), contacts_of(slab))
     few = kept_contacts(slab, 7)
     assert len(few) == 7 and (np.diff(few) > 0).all() and np.isin(few, able).all()
     assert np.isin(kept_contacts(slab, 6), few).all()

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from palpate.bodies.body import nest
 from palpate.bodies.body_file import load, save
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.make_body import make_body
-from palpate.bodies.material import Material, Series, Tissue, prony_fault
+from palpate.bodies.material import Material, Series, prony_fault
 from palpate.bodies.mesh_quality import dihedral_angles
-from palpate.bodies.refinement import finer, refine
+from palpate.bodies.refinement import finer
 from palpate.bodies.regions import share_inside
 from palpate.errors import InputError
 
@@ -61,10 +60,6 @@ def test_a_branch_takes_energy_from_every_step(span):
 )
 def test_a_series_that_is_none_is_refused(shares, times, said):
     assert prony_fault({"shares": shares, "times_s": times}).startswith(said)
-
-
-def test_shares_up_to_the_most_are_taken():
-    assert prony_fault({"shares": [0.33, 0.33, 0.33], "times_s": [1, 2, 3]}) == ""
 
 
 STIFF = 30000.0
@@ -173,11 +168,6 @@ def test_regions_come_back_from_a_file(block, tmp_path):
     assert found.regions.materials == body.regions.materials
 
 
-def test_the_law_comes_back_from_a_file(cube, tmp_path):
-    save(nest("cube", cube, 0, np.arange(4), Material(3000.0, 0.3, 1000.0, "neo_hookean")), tmp_path / "body.h5")
-    assert load(tmp_path / "body.h5").material.law == "neo_hookean"
-
-
 def test_an_organ_is_meshed_finely_where_a_region_is(entry):
     organ = entry | {
         "kind": "liver",
@@ -218,16 +208,10 @@ def test_cell_data_are_tags(tagged, tmp_path, suffix):
 
 def test_geometrical_tags_of_a_real_mesh(shared_meshes, tagged):
     path = shared_meshes / "liver.msh"
-    with pytest.raises(InputError, match=r"liver\.msh: no tetrahedron has the tag 77; there are \d+ \(596"):
+    with pytest.raises(InputError, match=r"no tetrahedron has the tag 77; there are \d+ \(596") as caught:
         tagged(path, part={"tag": 77})
-    tag = int(_message(lambda: tagged(path, part={"tag": 77})).split("there are ")[1].split()[0])
+    tag = int(str(caught.value).split("there are ")[1].split()[0])
     assert (tagged(path, part={"tag": tag}).tissue(0).region == 1).all()
-
-
-def _message(call) -> str:
-    with pytest.raises(InputError) as error:
-        call()
-    return str(error.value)
 
 
 def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
@@ -252,10 +236,7 @@ def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
         ({"sphere": BALL, "tag": 1}, r"has tag and sphere; give exactly one of"),
         ({"tag": 1}, r"has a tag, and a body of kind box has none; give a sphere\.$"),
         ({"label": 1}, r"has a label, and a body of kind box has none; give a sphere\.$"),
-        (
-            {"sphere": BALL | {"center_m": [1, 1, 1]}},
-            r"holds no tetrahedron by half; the edges .* about 1[0-9.]+ mm: move",
-        ),
+        ({"sphere": BALL | {"center_m": [1, 1, 1]}}, "holds no tetrahedron by half"),
         ({"sphere": BALL, "young_pa": -1}, r"regions\.part: young_pa is -1; give a positive number\.$"),
         ({"sphere": BALL, "poisson": 0.5}, r"regions\.part: poisson is 0\.5; give a number above -1 and below 0\.5"),
         ({"sphere": BALL, "density_kg_m3": np.nan}, r"regions\.part: density_kg_m3 is nan; give a positive number\.$"),
@@ -316,12 +297,3 @@ def test_tags_of_a_remeshed_file_are_refused(entry, two_cubes):
     file = entry | {"kind": "file", "path": str(two_cubes), "scale_m": 0.05, "surface_nodes": 30, "snap": False}
     with pytest.raises(InputError, match=r"regions\.half\.tag counts elements of a mesh that is remeshed; leave"):
         make_body("cubes", file | {"regions": {"half": {"tag": 9, "young_pa": STIFF}}})
-
-
-def test_a_mesh_of_one_region_has_the_tissue_of_its_material(cube):
-    body = nest("cube", cube, 1, np.arange(4), Material(3000.0, 0.3, 1000.0))
-    assert body.regions is None and len(body.tissue(1).materials) == 1
-    given = Tissue((body.material,), np.zeros(6, dtype=int))
-    regions = nest("cube", cube, 1, np.arange(4), body.material, regions=given)
-    assert np.array_equal(regions.tissue(1).lame_pa, body.tissue(1).lame_pa)
-    assert len(refine(cube)[0].tetrahedra) == len(regions.tissue(1).region)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fixtures.organs import volume
 
-from palpate.bodies.mesh_file import choose_scale, guess_scale, in_words
+from palpate.bodies.mesh_file import choose_scale, guess_scale
 from palpate.bodies.mesh_readers import read
 from palpate.errors import InputError
 
@@ -48,13 +48,13 @@ def stl(head=b"x", count=12, more=b""):
     return head.ljust(80) + struct.pack("<I", count) + records + more
 
 
-VTK_READERS_ASCII = "".join(
+ASCII_STL = "".join(
     "facet normal 0 0 0\nouter loop\n"
     + "".join("vertex {} {} {}\n".format(*CORNERS[c]) for c in t)
     + "endloop\nendfacet\n"
     for t in TRIANGLES
 )
-VTK_READERS_ASCII = f"solid a cube\n{VTK_READERS_ASCII}endsolid a cube\n"
+ASCII_STL = f"solid a cube\n{ASCII_STL}endsolid a cube\n"
 
 
 def ply(order="<", index="int", name="vertex_indices", elements=QUADS):
@@ -69,55 +69,51 @@ def ply(order="<", index="int", name="vertex_indices", elements=QUADS):
     return head.encode() + body + b"".join(struct.pack(f"{order}B{len(e)}{letter}", len(e), *e) for e in elements)
 
 
-VTK_READERS_CUBES = {f"{name}.obj": text.encode() for name, text in OBJ.items()} | {
+CUBES = {f"{name}.obj": text.encode() for name, text in OBJ.items()} | {
     "binary.stl": stl(),
     "solid.stl": stl(b"solid exported\nfacet normal"),
     "longer.stl": stl(more=b"\0" * 20),
     "uncounted.stl": stl(count=0),
-    "ascii.stl": VTK_READERS_ASCII.encode(),
-    "capitals.stl": VTK_READERS_ASCII.upper().encode(),
+    "ascii.stl": ASCII_STL.encode(),
+    "capitals.stl": ASCII_STL.upper().encode(),
     "little.ply": ply(),
     "big.ply": ply(">"),
     "text.ply": ply("", name="vertex_index"),
     "short.ply": ply(index="ushort", elements=TRIANGLES),
 }
 OFF_FACES = "".join("4 {} {} {} {}\n".format(*q) for q in QUADS)
-VTK_READERS_CUBES["a.off"] = "OFF\n8 6 0\n{}{}".format(V.replace("v ", ""), OFF_FACES).encode()
+CUBES["a.off"] = "OFF\n8 6 0\n{}{}".format(V.replace("v ", ""), OFF_FACES).encode()
 
 
-@pytest.mark.parametrize("name", VTK_READERS_CUBES)
+@pytest.mark.parametrize("name", CUBES)
 def test_a_cube_as_exporters_write_it(tmp_path, name):
-    (tmp_path / name).write_bytes(VTK_READERS_CUBES[name])
+    (tmp_path / name).write_bytes(CUBES[name])
     raw = read(tmp_path / name)
     assert len(raw.sheets["triangle"]) == 12
     assert volume(raw.points, raw.sheets["triangle"]) == pytest.approx(1)
 
 
 CUT = {
-    "binary.stl": (stl()[:-120], "its header announces 12 triangles and 9 are there"),
-    "solid.stl": (stl(b"solid")[:-100], "announces 12 triangles and 10 are there"),
-    "head.stl": (stl()[:60], "its 60 bytes do not hold even the header"),
-    "ascii.stl": (VTK_READERS_ASCII[:-300].encode(), "its last line is not endsolid"),
-    "little.ply": (ply()[:-40], "announces 8 of vertex and 6 of face, and fewer are there"),
-    "points.ply": (ply()[:-180], "fewer are there"),
-    "text.ply": (ply("")[:-3], "fewer are there"),
-    "head.ply": (ply()[:90], "its header has no end"),
-    "line.obj": ((V + faces("{i}"))[:-6].encode(), "its last line is 'f 2'"),
-    "points.obj": (V.encode(), "it has points and no faces"),
-    "a.off": (VTK_READERS_CUBES["a.off"][:-12], "announces 8 points and 6 faces and has 13 lines"),
-    "a.vtu": (b"<VTKFile><UnstructuredGrid>", "its last line is not </VTKFile>"),
+    "binary.stl": stl()[:-120],
+    "solid.stl": stl(b"solid")[:-100],
+    "head.stl": stl()[:60],
+    "ascii.stl": ASCII_STL[:-300].encode(),
+    "little.ply": ply()[:-40],
+    "points.ply": ply()[:-180],
+    "text.ply": ply("")[:-3],
+    "head.ply": ply()[:90],
+    "line.obj": (V + faces("{i}"))[:-6].encode(),
+    "points.obj": V.encode(),
+    "a.off": CUBES["a.off"][:-12],
+    "a.vtu": b"<VTKFile><UnstructuredGrid>",
 }
 
 
 @pytest.mark.parametrize("name", CUT)
 def test_a_cut_file_is_said_to_be_cut(tmp_path, name):
-    content, reason = CUT[name]
-    (tmp_path / name).write_bytes(content)
-    with pytest.raises(InputError) as caught:
+    (tmp_path / name).write_bytes(CUT[name])
+    with pytest.raises(InputError, match=f"{name}: it is cut off: "):
         read(tmp_path / name)
-    assert f"{name}: it is cut off: " in str(caught.value)
-    assert reason in str(caught.value)
-    assert str(caught.value).endswith("; download or export it again.")
 
 
 def box(size):
@@ -162,8 +158,3 @@ def test_a_body_of_one_metre_is_accepted_and_one_of_two_said():
         assert choose_scale("a", box(1), 1.0) == 1.0
     with pytest.warns(UserWarning, match="makes a body 2 m long, which no organ is"):
         choose_scale("a", box(1), 2.0)
-
-
-@pytest.mark.parametrize(("length", "words"), [(82, "82 m"), (0.2, "20 cm"), (0.082, "82 mm"), (8e-5, "0.08 mm")])
-def test_lengths_in_words(length, words):
-    assert in_words(length) == words

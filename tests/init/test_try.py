@@ -175,7 +175,6 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
         (["block.vtk", "--hold", "under"], r"^error: --hold under is no side; choose from below, above, left, right, "),
         (["block.vtk", "--scale", "-1"], r"argument --scale: -1 is not a number above 0"),
         (["block.vtk", "--scale", "0.0001"], r"scale_m 0\.0001 makes a body 0\.3 mm long"),
-        (["scan.nii.gz", "--scale", "0.001"], r"scan\.nii\.gz: an image knows its own unit; leave --scale out\."),
     ],
 )
 def test_what_cannot_be_tried_gets_one_sentence_and_nothing_is_written(capsys, data, tmp_path, ran, words, said):

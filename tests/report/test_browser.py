@@ -37,13 +37,6 @@ setTimeout(() => { document.title = "done"; throw new Error("thrown"); });</scri
 
 
 @pytest.fixture(scope="module")
-def browser():
-    """A browser that opens pages."""
-    with chromium.started() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
 def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
     """A page with real views."""
     folder = tmp_path_factory.mktemp("page")

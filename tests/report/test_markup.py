@@ -5,6 +5,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.report import markup
+from palpate.table import Table
 
 
 @pytest.mark.parametrize(
@@ -35,10 +36,10 @@ def test_an_outcome_gets_its_mark():
 
 
 def test_what_is_folded_says_what_it_holds():
-    text = markup.folded(pd.DataFrame({"a_m": [1.0]}), "lengths", "The length of <things>.")
+    text = markup.folded(pd.DataFrame({"a_m": [1.0]}), Table("lengths", "The length of <things>.", "a_m: of each"))
     assert "<summary><b>Table lengths</b>, 1 rows. The length of &lt;things&gt;.</summary>" in text
     assert "results/tables/lengths.csv" in text and "<th" in text
-    assert "data-packed" in markup.folded(pd.DataFrame({"a": range(100)}), "lengths", "")
+    assert "data-packed" in markup.folded(pd.DataFrame({"a": range(100)}), Table("lengths", "", "a:"))
     assert markup.fold("more", "inside", opened=True) == "<details open><summary>more</summary>\ninside\n</details>"
 
 

@@ -3,44 +3,40 @@
 import sys
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 
 import pytest
 from fixtures.material import STUDIES as FOLDER
 
 from palpate import studies
 from palpate.errors import InputError
-from palpate.report import page
-from palpate.report.table import declared
+from palpate.report import declared, page
 
-STUDIES = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg and declared(module.name))
+STUDIES = declared.names()
 TOY = {
-    "palpate/studies/toy/__init__.py": "",
-    "palpate/studies/toy/tables.py": (
-        'from palpate.report.table import Table\nTABLES = {"toys": Table("toy price", "The price of each toy.")}\n'
+    "__init__.py": "",
+    "measure.py": (
+        "from palpate.table import Table\n"
+        'TOYS = Table("toys", "The price of each toy.", """\n    toy: its name\n    price: in cents [0.01 €]\n""")\n'
     ),
-    "palpate/studies/toy/report.py": (
-        "from palpate.studies.toy.tables import TABLES\n"
-        'TITLE = "Toys"\n'
-        "def numbers(report):\n"
-        '    return {"headline": "Toys are cheap.", "count": str(len(report.tables["toys"]))}\n'
-        "def sections(report):\n"
-        '    return [("toy_section", "All toys", report.note("toys") + report.folded("toys"))]\n'
+    "report.py": (
+        'TITLE = "Toys"\ndef numbers(report):\n    return {"count": len(report.tables["toys"]), "name": "a_b"}\n'
+    ),
+    "report.md": (
+        "{% call finding() %}\nToys are cheap.\n{% endcall %}\n\n{{ count }} toys of {{ name }} are *sold*.\n\n"
+        '## All toys\n\n{% call fold("How to read it") %}\nSee the table.\n{% endcall %}\n\n{{ folded("toys") }}\n'
     ),
 }
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_a_part_offers_what_the_page_needs_and_little_else(study):
+def test_a_part_offers_what_the_page_needs(study):
     part = import_module(f"palpate.studies.{study}.report")
-    assert {"TITLE", "TABLES", "numbers", "sections"} <= set(part.__all__)
-    assert set(part.__all__) <= {"TITLE", "TABLES", "numbers", "sections", "failures"}
-    assert part.TABLES is declared(study)
-    assert (FOLDER / study / "captions/introduction.rst").is_file()
+    assert part.TITLE and callable(part.numbers)
+    assert any((FOLDER / study / name).is_file() for name in ("report.md", "captions/introduction.rst"))
 
 
 def test_no_list_of_studies_is_kept():
-    places = [path for path in Path(page.__file__).parent.glob("*.py") if not path.stem.startswith("results_")]
+    places = [path for path in Path(page.__file__).parent.glob("*.py")]
     named = {
         (path.stem, study) for path in places for study in STUDIES if f'"{study}"' in path.read_text(encoding="utf-8")
     }
@@ -50,18 +46,17 @@ def test_no_list_of_studies_is_kept():
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
     """A study that the package does not know, with its table and its captions."""
+    folder = tmp_path / "palpate/studies/toy"
+    folder.mkdir(parents=True)
     for name, text in TOY.items():
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    monkeypatch.setattr(studies, "__path__", [*studies.__path__, str(tmp_path / "palpate/studies")])
-    captions = tmp_path / "palpate/studies/toy/captions"
-    captions.mkdir()
-    (captions / "introduction.rst").write_text("{count} toys are sold.")
-    (captions / "toys.rst").write_text("See the *table*.")
+        (folder / name).write_text(text)
+    monkeypatch.setattr(studies, "__path__", [*studies.__path__, str(folder.parent)])
     (tmp_path / "tables").mkdir()
     (tmp_path / "tables/toys.csv").write_text("toy,price\nball,3\n")
     yield tmp_path
+    caches = declared.folder, declared.tables
+    for cache in caches:
+        cache.cache_clear()
     for name in [name for name in sys.modules if name.startswith("palpate.studies.toy")]:
         del sys.modules[name]
 
@@ -69,9 +64,27 @@ def toy(tmp_path, monkeypatch):
 def test_a_study_that_the_report_never_heard_of_has_its_part(toy):
     page.write(toy, toy / "report.html", ["toy"])
     text = (toy / "report.html").read_text(encoding="utf-8")
-    assert '<section id="toy">\n<h2>Toys</h2>\n<p>1 toys are sold.</p>' in text
-    assert "<b>Table toys</b>, 1 rows. The price of each toy." in text
+    assert "<p>1 toys of a_b are <em>sold</em>.</p>" in text
+    assert "<b>Table toys</b>, 1 rows. The price of each toy." in text and "in cents [0.01 €]" in text
     assert '<span class="finding">Toys are cheap.</span>' in text
+    assert "<details><summary>How to read it</summary>\n<p>See the table.</p>" in text
+    short = (toy / "report.md").read_text(encoding="utf-8")
+    assert short.startswith("## Toys\n\n**Toys are cheap.**\n\n1 toys of a\\_b are *sold*.")
+    assert "How to read it" not in short
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("one\n\n{{ colour_of_the_sky }}", r"report\.md, line 3: there is no number called 'colour_of_the_sky'"),
+        ("{% call fold() %}", r"report\.md, line 1: "),
+        ("{{ count }", r"report\.md, line 1: "),
+    ],
+)
+def test_a_fault_of_a_template_is_named(toy, text, fault):
+    (toy / "palpate/studies/toy/report.md").write_text(text)
+    with pytest.raises(InputError, match=fault):
+        page.write(toy, toy / "report.html", ["toy"])
 
 
 def test_a_study_without_a_part_is_named(results_folder):

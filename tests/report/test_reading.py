@@ -19,13 +19,6 @@ PLAIN = '<svg xmlns="http://www.w3.org/2000/svg" height="{0}pt" width="{1}pt" vi
 
 
 @pytest.fixture(scope="module")
-def browser():
-    """A browser that opens pages."""
-    with chromium.started() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
 def file(whole_folder, trade_off_tables, tmp_path_factory):
     """A page about everything, with empty figures of true sizes."""
     folder = tmp_path_factory.mktemp("reading")

@@ -4,7 +4,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.report import tables
-from palpate.report.table import columns
+from palpate.report.tables import columns
 
 
 def test_reads_what_it_needs_and_more(results_folder):

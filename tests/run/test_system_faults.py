@@ -1,10 +1,12 @@
-"""What the machine refused is said in one sentence."""
+"""What the machine refused or lacks is said in one sentence."""
 
 import errno
 import os
+import re
 import resource
 import subprocess
 import sys
+from importlib import metadata
 
 import h5py
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole
+from palpate.run import system_faults
 from palpate.run.leftovers import remove_leftovers
 from palpate.run.system_faults import of_error, of_exit, of_text
 
@@ -100,3 +103,17 @@ def test_only_what_dead_processes_left_is_removed(tmp_path):
         assert sorted(path.name for path in remove_leftovers(tmp_path)) == [f".a.part{dead.pid}.h5", ".e.part1.h5"]
     left = {path.name for path in tmp_path.iterdir()}
     assert left == {f".b.part{os.getpid()}.h5", ".c.partial.h5", "d.part1.h5", "f.h5"}
+
+
+def test_missing_packages_are_named(monkeypatch):
+    system_faults.check_environment()
+
+    def version(name: str) -> str:
+        if name in ("h5py", "gmsh"):
+            raise metadata.PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr(system_faults, "version", version)
+    said = "the environment lacks gmsh, h5py; type make distclean, and then make, which builds it anew."
+    with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
+        system_faults.check_environment()

@@ -1,26 +1,17 @@
 """Claims of all studies are gathered into one table, and every study that judges some can be gathered."""
 
-import ast
 import sys
 from importlib import import_module
-from pkgutil import iter_modules
 from types import ModuleType
 
 import pandas as pd
 import pytest
 
-from palpate import studies as evaluation
+from palpate.report import declared
 from palpate.report.claims import CONFIRMED, OUTSIDE, REFUTED, Claim, gather, not_testable, percent, verdict
-from palpate.report.table import columns, declared
-from palpate.run.dependencies import files_of
+from palpate.report.tables import columns
 
-MODULES = [
-    f"palpate.studies.{study.name}.{file.stem}"
-    for study in iter_modules(evaluation.__path__)
-    if study.ispkg
-    for file in files_of(f"palpate.studies.{study.name}")
-    if file.stem.startswith("claims")
-]
+JUDGES = [(study, *judge) for study in declared.names() for judge in declared.claims(study).items()]
 
 
 def test_verdicts():
@@ -30,16 +21,11 @@ def test_verdicts():
     assert (percent(0.1234), percent(1.04), percent(0.000123)) == ("12 %", "100 %", "0.012 %")
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_a_module_names_tables_that_its_study_makes(name):
-    module, study = import_module(name), name.split(".")[2]
-    assert isinstance(module.TABLES, tuple)
-    assert set(module.TABLES) <= set(declared(study))
-    # the workflow reads them without importing the module
-    lines = ast.parse(files_of(name)[0].read_text(encoding="utf-8")).body
-    assigned = [line for line in lines if isinstance(line, ast.Assign)]
-    (tables,) = [line.value for line in assigned if getattr(line.targets[0], "id", "") == "TABLES"]
-    assert ast.literal_eval(tables) == module.TABLES
+@pytest.mark.parametrize(("study", "place", "tables"), JUDGES)
+def test_claims_follow_from_tables_that_their_study_makes(study, place, tables):
+    module, _, function = place.partition(":")
+    assert callable(getattr(import_module(module), function))
+    assert set(tables) <= set(declared.tables(study))
 
 
 def test_claims_are_gathered_by_paper_and_see_their_own_tables_only(monkeypatch):
@@ -52,10 +38,10 @@ def test_claims_are_gathered_by_paper_and_see_their_own_tables_only(monkeypatch)
 
     for study, paper in (("late", 3), ("early", 1)):
         module = ModuleType(f"palpate.studies.{study}.claims")
-        module.TABLES, module.claims = ("lengths",), judge(paper)
+        module.claims = judge(paper)
         monkeypatch.setitem(sys.modules, module.__name__, module)
     tables = {"lengths": pd.DataFrame({"m": [3]}), "widths": pd.DataFrame()}
-    found = gather(["palpate.studies.late.claims", "palpate.studies.early.claims"], tables)
+    found = gather({f"palpate.studies.{study}.claims:claims": ("lengths",) for study in ("late", "early")}, tables)
     assert list(found) == columns("claims")
     assert found["paper"].tolist() == [1, 3] and found["study"].tolist() == ["early", "late"]
     assert found["ours"].tolist() == ["3 m", "3 m"]

@@ -1,6 +1,5 @@
 # What all rules share: checked settings, the studies that are asked for, names of files, and the code behind a job.
 
-import ast
 import fcntl
 import sys
 from os.path import normpath, relpath
@@ -11,7 +10,8 @@ from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.run.dependencies import digest, files_of
+from palpate.report import declared
+from palpate.run.dependencies import digest
 from palpate.run.estimate import Estimate, jobs_of
 from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
@@ -119,11 +119,6 @@ def drawn(*names):
     return [f"results/figures/{name}.{suffix}" for name in names for suffix in ("png", "svg")]
 
 
-def published(study):
-    """The file of the numbers that the paper of a study published."""
-    return relpath(captions_folder(study) / "published.yaml")
-
-
 def figures(study, *names, scenes=(None,), **options):
     """The files of figures that one job draws from tables alone, one a module; with ``scenes`` one for each of these.
 
@@ -131,27 +126,18 @@ def figures(study, *names, scenes=(None,), **options):
     """
     shown = FIGURES[names[0]] = {}
     for name in names:
-        place = f"palpate.studies.{study}.figures.{name}"
-        shared = {"module": place, "tables": tables_of(place)}
-        shared["published"] = published(study) if options.get("published") else None
+        _, place, tables = declared.figures(study)[name]
+        shared = {"place": place, "tables": tables}
+        shared["published"] = published_of(study) if options.get("published") else None
         shown |= {f"{name}_{scene}" if scene else name: shared | {"scene": scene} for scene in scenes}
     return drawn(*shown)
 
 
-def tables_of(module):
-    """The tables that a figure's module reads, as its constant TABLES names them."""
-    for line in ast.parse(files_of(module)[0].read_text(encoding="utf-8")).body:
-        if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
-            return ast.literal_eval(line.value)
-    raise InputError(f"{module} does not name the tables that it reads; give it a constant TABLES.")
-
-
 def claims_of(study):
-    """The modules of a study that judge claims of the papers, as far as this run makes every table that they read."""
+    """What of a study judges claims of the papers, by its tables, as far as this run makes all of these."""
     made = {file for files in TARGETS.values() for file in files}
-    names = [file.stem for file in files_of(f"palpate.studies.{study}") if file.stem.startswith("claims")]
-    modules = [f"palpate.studies.{study}.{name}" for name in names]
-    return [module for module in modules if made.issuperset(tabulated(*tables_of(module)))]
+    judges = declared.claims(study).items()
+    return {place: tables for place, tables in judges if made.issuperset(tabulated(*tables))}
 
 
 def merged(**tables):
@@ -160,15 +146,16 @@ def merged(**tables):
     return tabulated(*tables)
 
 
-def captions_folder(study):
-    """The folder of a study's captions."""
-    return ROOT / f"src/palpate/studies/{study}/captions"
+def published_of(study):
+    """The file of the numbers that the paper of a study published."""
+    paths = [ROOT / f"src/palpate/studies/{study}/{name}published.yaml" for name in ("", "captions/")]
+    return relpath(next(path for path in paths if path.is_file()))
 
 
-def captions(*studies):
-    """The captions of some studies in the report, and the numbers that their papers published."""
-    folders = [ROOT / "src/palpate/report/captions", *map(captions_folder, studies)]
-    return [relpath(path) for folder in folders for path in sorted(folder.glob("*")) if path.is_file()]
+def templates(*studies):
+    """The templates of the report about some studies, and the numbers that their papers published."""
+    folders = [ROOT / "src/palpate/report", *(ROOT / f"src/palpate/studies/{study}" for study in studies)]
+    return [relpath(path) for folder in folders for kind in ("md", "rst", "yaml") for path in sorted(folder.rglob(f"*.{kind}"))]
 
 
 def hold_folder():

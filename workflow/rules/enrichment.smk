@@ -91,7 +91,7 @@ rule time_methods:
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
         repeats=config["timing"]["repeats"],
-        published_means=lambda wildcards: read_yaml(published("enrichment"))["means"].get(wildcards.body, {}),
+        published_means=lambda wildcards: read_yaml(published_of("enrichment"))["means"].get(wildcards.body, {}),
     script:
         "../job.py"
 

@@ -41,7 +41,13 @@ rule write_press:
         coarse=f"{EXPORTED}/coarse.bin",
         truths=lambda wildcards: known_of(wildcards.body, "truth.h5"),
         loads=lambda wildcards: known_of(wildcards.body, "loads.csv"),
-        assets=[relpath(path) for path in sorted((ROOT / "src/palpate/press/page/assets").iterdir())],
+        assets=[
+            relpath(path)
+            for path in (
+                *sorted((ROOT / "src/palpate/press/page/assets").iterdir()),
+                ROOT / "src/palpate/report/assets/program.js",
+            )
+        ],
         runtime=relpath(ROOT / "src/palpate/press/portable/runtimes/palpate.js"),
     output:
         table=f"{EXPORTED}/press.csv",

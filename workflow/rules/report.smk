@@ -5,11 +5,12 @@ rule write_report:
     input:
         *(TARGETS[study] for study in ASKED),
         claims=CLAIMS,
-        captions=captions(*ASKED),
+        templates=templates(*ASKED),
         warned=sorted(set(WARNED)),
         assets=[relpath(path) for path in sorted((ROOT / "src/palpate/report/assets").iterdir())],
     output:
         "results/report.html",
+        "results/report.md",
     log:
         "results/logs/write_report.log",
     params:

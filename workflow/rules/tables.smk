@@ -1,7 +1,7 @@
 # Tables that several jobs or studies fill, and figures that only read tables: light enough for a cluster's head node.
 
 # what judges the papers' claims, by the tables of the studies that are asked for
-JUDGES = [module for study in ASKED for module in claims_of(study)]
+JUDGES = {place: tables for study in ASKED for place, tables in claims_of(study).items()}
 # the report reads this table beside those of the studies
 CLAIMS = tabulated("claims") if JUDGES else []
 OPTIONAL += ["claims"] if JUDGES else []
@@ -39,7 +39,7 @@ for first, shown in FIGURES.items():
             f"results/logs/draw_{first}.log",
         localrule: True
         params:
-            **calls("palpate.run.jobs:draw", sorted({figure["module"] for figure in shown.values()})),
+            **calls("palpate.run.jobs:draw", sorted({figure["place"].split(":")[0] for figure in shown.values()})),
             figures=shown,
         script:
             "../job.py"
@@ -49,14 +49,14 @@ if JUDGES:
 
     rule check_claims:
         input:
-            sorted({file for module in JUDGES for file in tabulated(*tables_of(module))}),
+            sorted({file for tables in JUDGES.values() for file in tabulated(*tables)}),
         output:
             CLAIMS,
         log:
             "results/logs/check_claims.log",
         params:
-            **calls("palpate.run.jobs:check_claims", JUDGES),
-            modules=JUDGES,
+            **calls("palpate.run.jobs:check_claims", sorted({place.split(":")[0] for place in JUDGES})),
+            places=JUDGES,
         script:
             "../job.py"
 

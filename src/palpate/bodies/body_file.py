@@ -81,7 +81,9 @@ def _read(path: Path, file: "h5py.File") -> Body:
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
     name, material = str(attributes["name"]), _material(attributes)
     regions, densities = _regions(path, file, levels[0]), _densities(path, file, levels)
-    return Body(name, levels, prolongations, held, material, _bed(file), regions, densities, _smooth(file))
+    smooth = file["smooth"].attrs if "smooth" in file else None
+    surface = None if smooth is None else SmoothSurface(str(smooth["kind"]), float(smooth["size_m"]))
+    return Body(name, levels, prolongations, held, material, _bed(file), regions, densities, surface)
 
 
 def _material(found: "h5py.AttributeManager") -> Material:
@@ -115,13 +117,6 @@ def _bed(file: "h5py.File") -> Bed | None:
     found = file["bed"].attrs
     radius_m, stiffness_n_m3 = float(found["radius_m"]), float(found["stiffness_n_m3"])
     return Bed(found["center_m"], radius_m, stiffness_n_m3, found.get("facing"))
-
-
-def _smooth(file: "h5py.File") -> SmoothSurface | None:
-    if "smooth" not in file:
-        return None
-    found = file["smooth"].attrs
-    return SmoothSurface(str(found["kind"]), float(found["size_m"]))
 
 
 def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:

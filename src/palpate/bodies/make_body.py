@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import sheet
+from palpate.bodies.box import box, cylinder, sheet
 from palpate.bodies.material import LAWS, Material
-from palpate.bodies.mesh import Sheet, TetMesh
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.smooth_surface import organ_shape, surface_of
@@ -27,8 +27,16 @@ def make_body(name: str, entry: dict) -> Body:
 
 
 def _make(name: str, entry: dict) -> Body:
-    kinds = {"cylinder": _cylinder, "liver": _organ, "file": _file, "box": _box, "sheet": _sheet, "ct": _ct}
-    kinds |= {"kidney": _organ, "stomach": _organ}
+    kinds: dict[str, Callable] = {
+        "cylinder": lambda e: cylinder(e["length_m"], e["radius_m"]),
+        "liver": _organ,
+        "file": _file,
+        "box": lambda e: box(e["sizes_m"], e["divisions"]),
+        "sheet": lambda e: sheet(e["sizes_m"], e["divisions"], e["thickness_m"]),
+        "ct": _ct,
+        "kidney": _organ,
+        "stomach": _organ,
+    }
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = _material(name, entry)
@@ -66,12 +74,6 @@ def _remedy(body: Body, remeshed: bool) -> str:
     return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
 
 
-def _cylinder(entry: dict) -> TetMesh:
-    from palpate.bodies.box import cylinder
-
-    return cylinder(entry["length_m"], entry["radius_m"])
-
-
 def _organ(entry: dict) -> TetMesh:
     from palpate.bodies.organs import coarse_body
 
@@ -82,16 +84,6 @@ def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
     from palpate.bodies.body_from_mesh import build
 
     return build(entry)
-
-
-def _box(entry: dict) -> TetMesh:
-    from palpate.bodies.box import box
-
-    return box(entry["sizes_m"], entry["divisions"])
-
-
-def _sheet(entry: dict) -> Sheet:
-    return sheet(entry["sizes_m"], entry["divisions"], entry["thickness_m"])
 
 
 def _ct(entry: dict) -> tuple[TetMesh, Callable | None, bool]:

@@ -133,19 +133,11 @@ def liver_shape(sphere: np.ndarray) -> np.ndarray:
     return np.column_stack([x, depth + notch - stomach, height + 0.25 * depth + 0.12 * x])
 
 
-def kidney(length_m: float) -> TetMesh:
-    """Build a left kidney ``length_m`` long with 140 nodes and 276 triangles on its surface, identical on every call.
-
-    Axes as in CT: x to the patient's left, where it bulges, y to the back, z to the head; the origin is the middle of
-    the bounding box of the smooth shape.
-    """
-    return coarse_body(kidney_shape, length_m)
-
-
 def kidney_shape(sphere: np.ndarray) -> np.ndarray:
-    """Map points of the unit sphere, (n, 3), smoothly and one to one onto a kidney about 2 long, (n, 3).
+    """Map points of the unit sphere, (n, 3), smoothly and one to one onto a left kidney about 2 long, (n, 3).
 
-    The coefficients are ours, set by eye: poles bent towards the hilum, which is a hollow in the middle side.
+    Axes as in CT: x to the patient's left, where it bulges, y to the back, z to the head. The
+    coefficients are ours, set by eye: poles bent towards the hilum, which is a hollow in the middle side.
     """
     x, y, z = sphere.T
     blunt = (1.0001 - z * z) ** -0.1
@@ -159,19 +151,11 @@ BEND = 2.0
 AXIS_POINTS = 2001
 
 
-def stomach(length_m: float) -> TetMesh:
-    """Build a stomach, filled, ``length_m`` long with 140 nodes and 276 triangles on its surface, always the same.
-
-    Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the bounding box
-    of the smooth shape. The wide upper end, the fundus, is at the patient's left, the narrow outlet at the right.
-    """
-    return coarse_body(stomach_shape, length_m)
-
-
 def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     """Map points of the unit sphere, (n, 3), smoothly and one to one onto a stomach about 2 long, (n, 3).
 
-    The coefficients are ours, set by eye: round sections around an axis that goes down, then turns to the right and up.
+    Axes as in CT: the wide upper end, the fundus, is at the patient's left, the narrow outlet at the right. The
+    coefficients are ours, set by eye: round sections around an axis that goes down, then turns to the right and up.
     """
     x, y, along = sphere.T
     # the axis, by the trapezoidal rule, and how it turns

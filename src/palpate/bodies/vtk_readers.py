@@ -14,14 +14,11 @@ import numpy as np
 from palpate.bodies.surfaces.triangles import arrays
 
 CUT = "it is cut off: {}; download or export it again"
-_PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"} | {
-    "float": "f4",
-    "double": "f8",
-}
-_PLY_ALIASES = {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"} | {
-    "float32": "f4",
-    "float64": "f8",
-}
+_PLY_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
+}  # fmt: skip
 # (name, count, [(type of the list's length or None, type of the value)])
 _Element = tuple[str, int, list[tuple[str | None, str]]]
 
@@ -112,14 +109,13 @@ def _check_ply(data: bytes) -> None:
 
 def _ply_elements(head: bytes) -> list[_Element]:
     elements: list[_Element] = []
-    types = _PLY_TYPES | _PLY_ALIASES
     for words in (line.split() for line in head.decode("latin-1").splitlines()):
         if words[:1] == ["element"]:
             elements.append((words[1], int(words[2]), []))
         elif words[:2] == ["property", "list"]:
-            elements[-1][2].append((types[words[2]], types[words[3]]))
+            elements[-1][2].append((_PLY_TYPES[words[2]], _PLY_TYPES[words[3]]))
         elif words[:1] == ["property"]:
-            elements[-1][2].append((None, types[words[1]]))
+            elements[-1][2].append((None, _PLY_TYPES[words[1]]))
     return elements
 
 
@@ -155,23 +151,16 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Read points (n, 3) and triangles (m, 3) from a file's content; polygons are cut into triangles.
 
     kind : ``.stl``, ``.obj``, ``.ply``, ``.off`` or ``.vtk`` (legacy polydata)
-    Raises ValueError if it is malformed; the content must have passed ``whole_files.check_whole``.
+    Raises ValueError if it is malformed; the content must have passed ``check_whole``.
     Trap: VTK stores coordinates of all but ``.vtk`` in single precision.
     """
     from vtkmodules.vtkCommonCore import vtkObject
     from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
-    readers: dict[str, Callable[[bytes], Any]] = {
-        ".stl": _stl,
-        ".obj": _obj,
-        ".ply": _ply,
-        ".off": _off,
-        ".vtk": _polydata,
-    }
     shown = vtkObject.GetGlobalWarningDisplay()
     vtkObject.GlobalWarningDisplayOff()
     try:
-        reader = readers[kind](data)
+        reader = _reader(kind, data)
         errors: list[str] = []
         reader.AddObserver("ErrorEvent", lambda *_: errors.append("VTK cannot read it"))
         cut = vtkTriangleFilter()
@@ -189,52 +178,45 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
     return points, triangles
 
 
-def _stl(data: bytes) -> Any:
-    from vtkmodules.vtkIOGeometry import vtkSTLReader
-
-    reader = vtkSTLReader()
-    # the points are merged with a tolerance later
-    reader.MergingOff()
-    if is_binary_stl(data):
-        # some programs append data of their own, announce no triangles, or begin the header as an ASCII file does
-        count = int(np.frombuffer(data, "<u4", 1, 80)[0]) or (len(data) - 84) // 50
-        data = b"binary".ljust(80) + count.to_bytes(4, "little") + data[84 : 84 + 50 * count]
-    else:
-        data = data.lower()
-    return _with_stream(reader, data)
-
-
-def _obj(data: bytes) -> Any:
-    from vtkmodules.vtkIOGeometry import vtkOBJReader
-
-    # VTK joins continued lines of faces, but not of points
-    return _with_stream(vtkOBJReader(), data.replace(b"\r\n", b"\n").replace(b"\\\n", b" "))
-
-
-def _ply(data: bytes) -> Any:
-    from vtkmodules.vtkIOPLY import vtkPLYReader
-
-    return _with_stream(vtkPLYReader(), data, "ReadFromInputStreamOn")
-
-
-def _off(data: bytes) -> Any:
-    from vtkmodules.vtkIOGeometry import vtkOFFReader
-
-    return _with_stream(vtkOFFReader(), data)
-
-
-def _polydata(data: bytes) -> Any:
-    from vtkmodules.vtkIOLegacy import vtkPolyDataReader
-
-    return _with_stream(vtkPolyDataReader(), data, "ReadFromInputStreamOn")
-
-
-def _with_stream(reader: Any, data: bytes, *switches: str) -> Any:
+def _reader(kind: str, data: bytes) -> Any:
+    """Return VTK's reader of a file's content."""
     from vtkmodules.vtkIOCore import vtkMemoryResourceStream
 
+    reader: Any
+    if kind == ".stl":
+        from vtkmodules.vtkIOGeometry import vtkSTLReader
+
+        reader = vtkSTLReader()
+        # the points are merged with a tolerance later
+        reader.MergingOff()
+        data = _plain_stl(data)
+    elif kind == ".obj":
+        from vtkmodules.vtkIOGeometry import vtkOBJReader
+
+        reader = vtkOBJReader()
+        # VTK joins continued lines of faces, but not of points
+        data = data.replace(b"\r\n", b"\n").replace(b"\\\n", b" ")
+    elif kind == ".off":
+        from vtkmodules.vtkIOGeometry import vtkOFFReader
+
+        reader = vtkOFFReader()
+    else:
+        from vtkmodules.vtkIOLegacy import vtkPolyDataReader
+        from vtkmodules.vtkIOPLY import vtkPLYReader
+
+        reader = vtkPLYReader() if kind == ".ply" else vtkPolyDataReader()
     stream = vtkMemoryResourceStream()
     stream.SetBuffer(data, len(data), True)
     reader.SetStream(stream)
-    for switch in switches:
-        getattr(reader, switch)()
+    if kind in (".ply", ".vtk"):
+        reader.ReadFromInputStreamOn()
     return reader
+
+
+def _plain_stl(data: bytes) -> bytes:
+    """Return an STL file's content as VTK reads it."""
+    if not is_binary_stl(data):
+        return data.lower()
+    # some programs append data of their own, announce no triangles, or begin the header as an ASCII file does
+    count = int(np.frombuffer(data, "<u4", 1, 80)[0]) or (len(data) - 84) // 50
+    return b"binary".ljust(80) + count.to_bytes(4, "little") + data[84 : 84 + 50 * count]

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.errors import InputError
+from palpate.table import Table
 
 _LONG = 60  # rows of a folded table from which on the page holds it deflated
 _WIDTHS = {18: "mid", 40: "long", 120: "text"}  # the class of a cell with more characters, which may break into lines
@@ -80,13 +81,14 @@ def fold(summary: str, inner: str, opened: bool = False) -> str:
     return f"<details{' open' if opened else ''}><summary>{escape(summary)}</summary>\n{inner}\n</details>"
 
 
-def folded(frame: pd.DataFrame, name: str, description: str) -> str:
+def folded(frame: pd.DataFrame, about: Table) -> str:
     """Return a whole table, closed at first, under what it holds; if it is long, the script makes it when opened."""
-    caption = f"{name}.csv"
+    name, caption = escape(about.name), f"{about.name}.csv"
     inner = table(frame, caption) if len(frame) < _LONG else _packed(frame, caption)
+    meant = "; ".join(f"<i>{columns}</i>: {escape(words)}" for columns, words in about.meanings.items() if words)
     return (
-        f'<details class="data"><summary><b>Table {escape(name)}</b>, {len(frame):,} rows. {escape(description)}'
-        f"</summary>\n<p>All digits are in <code>results/tables/{escape(name)}.csv</code>.</p>\n{inner}\n</details>"
+        f'<details class="data"><summary><b>Table {name}</b>, {len(frame):,} rows. {escape(about.description)}'
+        f"</summary>\n<p>All digits are in <code>results/tables/{name}.csv</code>. {meant}</p>\n{inner}\n</details>"
     )
 
 

@@ -1,30 +1,28 @@
-"""Gather what all parts of the report share: tables, published numbers, and captions filled with what was measured."""
+"""Gather what all parts of the report share: tables, published numbers, and what each study's module offers."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import ModuleType
+from typing import Any
 
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.report import markup, pictures, tables
+from palpate.report import declared, markup, pictures, tables
+from palpate.report.template import Html, Part, Section, render
 
-CAPTIONS = Path(__file__).parent / "captions"
-"""Captions that belong to no study."""
-Section = tuple[str, str, str]
-"""A section of a part: its identifier on the page, its heading, and its content as HTML."""
+__all__ = ["Part", "Report", "Section"]
 
 
 class Report:
     """Hold the material of the studies that are asked for; nothing else in ``results`` is read.
 
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
-    last : the parts that belong to no study and come after those of the studies, by name
     more : names of the tables of this run that not every run of their studies makes
-    It has ``tables`` by name, ``published`` with the numbers of each study's paper, ``parts`` with the modules of the
-    page in order, and ``numbers`` with what the captions of each part name.
+    It has ``tables`` by name, ``published`` with the numbers of each study's paper, and ``studies`` with the modules of
+    their parts, in the order of the page.
     """
 
     def __init__(
@@ -34,49 +32,32 @@ class Report:
         scenes: Sequence[str] = (),
         cts: Sequence[str] = (),
         driven: Collection[str] = (),
-        last: Mapping[str, ModuleType] = MappingProxyType({}),
         more: Sequence[str] = (),
     ):
         self.scenes, self.cts, self.driven = scenes, cts, driven
-        self.figures, self.part, self.folder = Path(results) / "figures", "", CAPTIONS
+        self.figures = Path(results) / "figures"
         self.studies = {study: part_of(study) for study in studies}
-        self.tables = tables.read_all(Path(results) / "tables", {*tables_of(self.studies.values()), *more})
-        published = {study: captions_of(part) / "published.yaml" for study, part in self.studies.items()}
-        self.published = {study: read_yaml(path) for study, path in published.items() if path.is_file()}
-        self.parts = self.studies | dict(last)
-        self.numbers = {name: part.numbers(self.of(name)) for name, part in self.parts.items()}
+        always = {name for study in studies for name, table in declared.tables(study).items() if table.always}
+        self.tables = tables.read_all(Path(results) / "tables", {*always, *more})
+        papers = {study: declared.folder(study) / "published.yaml" for study in studies}
+        papers |= {s: declared.folder(s) / "published.yaml" for s in studies if not papers[s].is_file()}
+        self.published = {study: read_yaml(path) for study, path in papers.items() if path.is_file()}
 
-    def of(self, part: str) -> "Report":
-        """Return the same material as seen by one part: its captions and its numbers come first."""
-        own = copy(self)
-        own.part = part
-        own.folder = captions_of(self.studies[part]) if part in self.studies else CAPTIONS
-        return own
+    def part(self, study: str, show: type[Html] = Html) -> Part:
+        """Return the part of a study, from its template."""
+        module, path = self.studies[study], declared.folder(study) / "report.md"
+        if not self.has_template(study):
+            return self.of(study).old_part(module)
+        return render(path, study, module.TITLE, self.values(study), show(self.figures, self.tables, declared.table))
 
-    def note(self, name: str, **more: str) -> str:
-        """Fill a caption of the part; ``more`` holds what differs between its uses."""
-        return markup.caption(self.folder, name, self.numbers.get(self.part, {}) | more)
+    def values(self, study: str) -> dict[str, Any]:
+        """Return what the template of a study names: ``numbers`` of its module, tables' names and published numbers."""
+        return {"published": self.published.get(study, {})} | self.studies[study].numbers(self)
 
-    def figure(self, name: str, caption: str | None = None, small: str | None = None, **more: str) -> str:
-        """Show a figure under the caption of its own name or of ``caption``; on narrow screens the figure ``small``."""
-        return pictures.figure(self.figures, name, self.note(caption or name, **more), small)
-
-    def picture(self, name: str, title: str, small: str | None = None) -> str:
-        """Show a figure under a short title, where a caption for several figures stands before them."""
-        return pictures.figure(self.figures, name, f"<p>{markup.escaped(title)}</p>", small)
-
-    def turnable(self, name: str, title: str, caption: str = "") -> str:
-        """Show a view that turns, under its title and a caption (HTML)."""
-        return pictures.turnable(self.figures, name, title, caption)
-
-    def folded(self, *names: str) -> str:
-        """Show whole tables, closed at first, with what they hold."""
-        about = {name: table for part in self.studies.values() for name, table in part.TABLES.items()}
-        return "".join(markup.folded(self.tables[name], name, about[name].description) for name in names)
-
-    def entries(self, name: str):
-        """Read a YAML file that stands beside the part's captions."""
-        return read_yaml(self.folder / f"{name}.yaml")
+    def failures(self) -> list[tuple[str, str, str, str]]:
+        """Return everything that failed: study, what, where, how."""
+        parts = [part for part in self.studies.values() if hasattr(part, "failures")]
+        return [(part.TITLE, *row) for part in parts for row in part.failures(self)]
 
     def check(self, names: Collection[str], kind: str, wanted: Sequence[str]) -> None:
         """Raise InputError if one of the tables ``names`` has no rows of a scene or body in ``wanted``."""
@@ -85,10 +66,41 @@ class Report:
                 if one not in set(self.tables[name][kind]):
                     raise InputError(f"{name}.csv has no rows of the {kind} {one}; delete it and type make.")
 
+    # what follows serves parts without a template
 
-def captions_of(part: ModuleType) -> Path:
-    """Return the folder of the captions of a study, beside the module of its part."""
-    return Path(str(part.__file__)).parent / "captions"
+    name = ""
+    numbers: dict
+
+    def has_template(self, study: str) -> bool:
+        return (declared.folder(study) / "report.md").is_file()
+
+    def of(self, study: str) -> "Report":
+        own = copy(self)
+        own.name, own.numbers = study, {}
+        return own
+
+    def old_part(self, module: ModuleType) -> Part:
+        self.numbers = module.numbers(self)
+        findings = [markup.escaped(self.numbers["headline"])] if "headline" in self.numbers else []
+        return Part(module.TITLE, findings, self.note("introduction"), module.sections(self))
+
+    def note(self, name: str, **more: str) -> str:
+        return markup.caption(declared.folder(self.name) / "captions", name, self.numbers | more)
+
+    def figure(self, name: str, caption: str | None = None, small: str | None = None, **more: str) -> str:
+        return pictures.figure(self.figures, name, self.note(caption or name, **more), small)
+
+    def picture(self, name: str, title: str, small: str | None = None) -> str:
+        return pictures.figure(self.figures, name, f"<p>{markup.escaped(title)}</p>", small)
+
+    def turnable(self, name: str, title: str, caption: str = "") -> str:
+        return pictures.turnable(self.figures, name, title, caption)
+
+    def folded(self, *names: str) -> str:
+        return "".join(markup.folded(self.tables[name], declared.table(name)) for name in names)
+
+    def entries(self, name: str):
+        return read_yaml(declared.folder(self.name) / f"captions/{name}.yaml")
 
 
 def part_of(study: str) -> ModuleType:
@@ -97,11 +109,6 @@ def part_of(study: str) -> ModuleType:
     if not find_spec(place):
         raise InputError(
             f"The report has no part about the study {study}; write src/palpate/studies/{study}/report.py with "
-            "TITLE, TABLES, numbers and sections."
+            "TITLE and numbers, and report.md beside it."
         )
     return import_module(place)
-
-
-def tables_of(parts: Collection[ModuleType]) -> list[str]:
-    """Name the tables that parts read: those that every run of their studies makes."""
-    return [name for part in parts for name, table in part.TABLES.items() if table.always]

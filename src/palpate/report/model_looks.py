@@ -1,5 +1,7 @@
 """Give every model of the trade-off its name, colour and marker, the user's own included."""
 
+from pathlib import PurePath
+
 from palpate.report.style import METHODS, WEIGHTS, Look
 
 _NAMED = {
@@ -33,6 +35,12 @@ _NAMED = {
     "zero": Look("no displacement at all", "#aa0000", "_"),
     "truth": Look("the truth", "#9a9a9a", "x"),
 }
+_LAWS = {
+    "corotational": ("corotational", "#009e73"),
+    "stable_neo_hookean": ("stable neo-Hookean", "#56b4e9"),
+    "neo_hookean": ("neo-Hookean", "#0072b2"),
+    "st_venant_kirchhoff": ("St. Venant–Kirchhoff", "#d55e00"),
+}
 _OWN = ("#005f73", "#bb3e03", "#5a189a", "#6a994e", "#9d0208")
 _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
 
@@ -56,3 +64,8 @@ def label(model: str, setting: str) -> str:
 def minor(model: str) -> bool:
     """Return whether a model is one of paper 1's many variants, which share one curve."""
     return model.endswith(tuple(f"_{weights}" for weights in WEIGHTS))
+
+
+def law_look(law: str) -> tuple[str, str]:
+    """Return label and colour of a law between strain and energy; one of the user's own is named by its file."""
+    return _LAWS.get(law) or (PurePath(law).stem.replace("_", " "), "#8b0000")

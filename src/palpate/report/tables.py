@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.errors import InputError
 from palpate.files import read_table
-from palpate.report import table as declared
+from palpate.report import declared
 
 
 def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
@@ -16,7 +16,7 @@ def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
     Raises InputError if the file is missing or lacks a column, or if it has no rows and must have ``rows``.
     """
     path = Path(path)
-    table = read_table(path, declared.columns(path.stem))
+    table = read_table(path, declared.table(path.stem).columns)
     if rows and table.empty:
         raise InputError(f"{path} has no rows; delete it and type make.")
     return table
@@ -45,3 +45,8 @@ def where(table: pd.DataFrame, **equal) -> pd.DataFrame:
     for column, value in equal.items():
         table = table[table[column] == value]
     return table
+
+
+def columns(name: str) -> list[str]:
+    """Return the columns of the table of that name."""
+    return declared.table(name).columns

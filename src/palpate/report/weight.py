@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from palpate.report.material import Section
+from palpate.report.template import Section
 
 MOST_MB = 20.0
 """A page of this size goes into a mail, and is opened within a second or two."""

@@ -15,7 +15,8 @@ from palpate.files import write_whole
 
 PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
-    PACKAGE / name for name in ("run/job.py", "files.py", "errors.py", "run/system_faults.py", "__init__.py")
+    PACKAGE / name
+    for name in ("run/job.py", "run/dependencies.py", "run/system_faults.py", "files.py", "errors.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
 KEPT = PACKAGE / "__pycache__" / "digests.json"
@@ -143,11 +144,13 @@ def _names(tree: ast.Module) -> Iterator[str]:
 
 
 def _digest_of(tree: ast.Module) -> str:
-    """Return a digest of a syntax tree, which loses its docstrings."""
+    """Return a digest of a syntax tree, which loses its docstrings and the words of its tables."""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and body:
             body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Table":
+            node.args[1:] = [ast.Constant("\n".join(_columns(one))) for one in node.args[2:3]]
     return sha256(ast.dump(tree).encode()).hexdigest()
 
 
@@ -175,6 +178,12 @@ def _roots(tree: ast.Module) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             yield node.module
+
+
+def _columns(about: ast.AST) -> list[str]:
+    """Return the columns that a declared table names, without their meanings."""
+    text = about.value if isinstance(about, ast.Constant) else ""
+    return [line.partition(":")[0].strip() for line in str(text).splitlines()]
 
 
 def _is_text(line: ast.AST) -> bool:

@@ -102,13 +102,14 @@ def draw(params):
         options = {"scene": scene} if scene else {}
         if figure["published"]:
             options["published"] = read_yaml(figure["published"])
-        style.save(import_module(figure["module"]).draw(*read, **options), Path("results/figures") / name)
+        module, _, function = figure["place"].partition(":")
+        style.save(getattr(import_module(module), function)(*read, **options), Path("results/figures") / name)
 
 
 def check_claims(input, params):
     from palpate.report.claims import gather
 
-    return gather(params.modules, {Path(file).stem: pd.read_csv(file) for file in input})
+    return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
 
 
 def write_report(input, output, params):

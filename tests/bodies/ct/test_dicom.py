@@ -58,22 +58,16 @@ def test_slices_are_ordered_by_position_and_spaced_by_it(write):
     [
         ([0, 2, 6, 8, 10], {}, ": a slice is missing or out of place, since 1.dcm and 2.dcm are 4 mm apart and most"),
         ([0, 2, 2, 4], {}, ": 1.dcm and 2.dcm lie at the same place; keep one of them."),
-        (
-            [0, 2, 4],
-            {"modality": "MR"},
-            "/0.dcm: its modality is MR; give a folder with CT slices only or say modality: mri.",
-        ),
+        ([0, 2, 4], {"modality": "MR"}, "/0.dcm: its modality is MR;"),
         ([0], {}, ": it holds a single slice; give the whole series."),
-        ([0, 2, 4], {"shift": 0.5}, ": its slices are sheared (a tilted gantry)"),
+        ([0, 2, 4], {"shift": 0.5}, ": its slices are sheared"),
     ],
     ids=["missing", "twice", "no CT", "single", "tilted"],
 )
 def test_an_incomplete_series_is_reported(write, heights, changes, message):
     folder = write(heights, **changes)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=f"^{folder}{message}"):
         read(folder)
-    assert str(caught.value).startswith(f"{folder}{message}")
-    assert str(caught.value).count(". ") == 0
 
 
 def test_mixed_series_and_foreign_slices_are_reported(write, tmp_path):

@@ -262,11 +262,7 @@ def test_many_labels_without_a_choice_are_listed_largest_first(tmp_path, image, 
         (NAMES, 105, r"no voxel of label 105; it has 104 labels: "),
         (NAMES, [5, 200], r"no voxel of label 200; it has 104 labels: "),
         (NAMES | {117: "brain"}, "brain", r"no voxel of label brain, though the file names it; it has 104 labels"),
-        (
-            None,
-            "liver",
-            r"label liver \(the file has no names, so give a number\); it has 104 labels: 5 \(30 mL\), 51 ",
-        ),
+        (None, "liver", r"label liver \(the file has no names, so give a number\)"),
     ],
 )
 def test_a_label_that_is_not_there_gets_the_near_name_and_the_list(tmp_path, image, values, names, label, said):

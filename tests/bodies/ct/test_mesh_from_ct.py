@@ -139,11 +139,6 @@ def test_more_nodes_than_voxels_can_resolve_are_reported(files):
         mesh_from_ct.mesh(ABDOMEN | files[0] | {"surface_nodes": 1_000_000})
 
 
-def test_an_empty_name_is_not_the_synthetic_abdomen():
-    with pytest.raises(InputError, match="give"):
-        mesh_from_ct.segment_entry(ABDOMEN | {"image": ""})
-
-
 def test_crops_that_leave_nothing_are_reported(files):
     paths, _ = files
     with pytest.raises(InputError, match=r"crop_m has no voxel inside; the image reaches from \(-0\.16.* m\.$"):

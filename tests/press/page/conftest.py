@@ -1,19 +1,14 @@
 """A small liver that is pressed in a browser by the coarse mesh's answer, and by the same answer over http."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from press.page.press_stage import READY
+from report import browser as chromium
 
 from palpate.bodies.make_body import make_body
 from palpate.press.page.page import PressModel, PressTruth, press_document
 from palpate.studies.press import coarse_answer
 from palpate.studies.press.known_presses import place_of
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "report"))
-import browser as chromium
-from press_stage import READY
 
 RADIUS_M, PEAK_M = 0.03, 0.02
 LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
@@ -72,13 +67,6 @@ def doubtful(answer):
         triangles=np.asarray(arrays["triangles"]),
         info=info,
     )
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """A browser that opens pages."""
-    with chromium.started() as opened:
-        yield opened
 
 
 @pytest.fixture

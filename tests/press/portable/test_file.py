@@ -77,10 +77,6 @@ def test_presses_that_are_none_are_refused(model):
             model.respond([right | wrong])
 
 
-def test_no_press_moves_nothing(model):
-    assert not model.respond([]).displacement.any()
-
-
 def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tmp_path, capsys):
     (tmp_path / "file").write_text("kept")
     for out in (tmp_path, tmp_path / "file/in.palpate"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes, liver_side, shape_shares
-from palpate.report.table import columns
+from palpate.report.tables import columns
 from palpate.studies.ct import claims, imaging, ray_casting
 
 VOXEL_M = 0.004

@@ -15,8 +15,8 @@ from palpate.bodies.material import Material, Tissue
 from palpate.effects.patch_load import nodal_load
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.law.compare_laws import (
-    COLUMNS,
     DEPTH_COLUMNS,
+    LAW,
     compare_laws,
     crossing,
     from_depths,
@@ -57,7 +57,7 @@ def of(table, **equal):
 
 
 def test_every_press_under_every_law(table):
-    assert list(table.columns) == COLUMNS and len(table) == 5 * 3
+    assert list(table.columns) == LAW.columns and len(table) == 5 * 3
     assert list(dict.fromkeys(zip(table["changed"], table["law"], table["poisson"], strict=True))) == [
         ("nothing", "corotational", 0.3), *(("law", law, 0.3) for law in LAWS), ("poisson", "corotational", 0.45),
     ]  # fmt: skip

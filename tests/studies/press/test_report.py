@@ -4,7 +4,7 @@ import pandas as pd
 from fixtures.material import numbers
 
 from palpate.press.portable.file import FOUR_ERRORS
-from palpate.report.table import columns
+from palpate.report.tables import columns
 from palpate.studies.press import report as press
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -172,7 +172,7 @@ def _palette(name: str) -> str:
 def _script(models: Sequence[PressModel]) -> str:
     """Return the page's script, in a scope of its own, with the runtime of models whose file lies in the page."""
     runtime = _runtime() if any(model.file is not None and model.kind == "portable" for model in models) else ""
-    scripts = "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
+    scripts = page_assets.asset("program.js") + "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
     return f'(() => {{\n"use strict";\n{runtime}\n{scripts}}})();\n'
 
 
@@ -223,7 +223,7 @@ def held_nodes(body: Body) -> np.ndarray:
     return np.isin(body.fine.surface, body.anchors[-1])
 
 
-def worth(row) -> str:
+def worth(row: Any) -> str:
     """Return error and time of a row of the table press as a sentence."""
     time = f"an answer takes {seconds(row.online_median_s)} in Python"
     if not row.samples:

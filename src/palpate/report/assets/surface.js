@@ -19,29 +19,18 @@ void main() {
   shown = vec4(mix(min(tint * light, 1.0), vec3(0.1), line), 1.0);
 }`;
 
-class Painter {
+class SharedCanvas {
   constructor() {
     this.canvas = document.createElement("canvas");
     const gl = (this.gl = this.canvas.getContext("webgl2", { antialias: true, alpha: true }));
     if (!gl) return;
-    const program = gl.createProgram();
-    for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, source);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-    }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    gl.useProgram(program);
+    const attributes = ["place", "colour", "corner"];
+    this.uniforms = linkProgram(gl, VERTEX, FRAGMENT, ["turn", "centre", "scale", "lines"], attributes);
+    gl.useProgram(this.uniforms.program);
     gl.enable(gl.DEPTH_TEST);
-    this.uniforms = Object.fromEntries(
-      ["turn", "centre", "scale", "lines"].map((name) => [name, gl.getUniformLocation(program, name)]),
-    );
     this.buffers = Object.fromEntries(
-      ["place", "colour", "corner"].map((name) => {
+      attributes.map((name, where) => {
         const buffer = gl.createBuffer();
-        const where = gl.getAttribLocation(program, name);
         gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
         gl.enableVertexAttribArray(where);
         gl.vertexAttribPointer(where, 3, gl.FLOAT, false, 0, 0);

@@ -34,7 +34,7 @@ class View {
   }
 
   async open() {
-    painter ??= new Painter();
+    painter ??= new SharedCanvas();
     if (!painter.gl) {
       this.note.textContent = "This browser draws no WebGL; the pictures show the same.";
       return;

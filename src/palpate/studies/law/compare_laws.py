@@ -31,6 +31,7 @@ from palpate.bodies.material import Material, Tissue
 from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
 OWN, LAW, POISSON, REGIONS = "nothing", "law", "poisson", "regions"
 """What differs from the body as it is described."""
@@ -78,11 +79,23 @@ TOLERANCE = 1e-3
 """Relative residual on every level but the first; 1e-4 moves no change of a law by more than a fiftieth of it."""
 MEASURES = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 """The errors of TruthErrors that are tabulated."""
-COLUMNS = [
-    "body", "changed", "law", "poisson", "contact", "force_n", "depth_of_size", "peak_of_size",
-    *(f"{kind}_{name}" for kind in ("change", *MESHES) for name in MEASURES), "own_rmse_of_peak",
-    "volume_change", "least_det", "iterations", "cycles", "believed", "why",
-]  # fmt: skip
+LAW_TABLE = Table(
+    "law",
+    "The same presses under each law: what it changes, beside the errors of three meshes against its own truth.",
+    """
+    body changed law poisson: a body, what differs from it as it is described, its law and Poisson's ratio
+    contact force_n: node that is pressed, and the force on its disc [N]
+    depth_of_size peak_of_size: largest displacement of the body as it is described, and of this one [body's size]
+    change_rmse_of_peak change_relative_l2 change_patch_rms_of_peak: distance from the answer of the body as it is
+    linear_rmse_of_peak linear_relative_l2 linear_patch_rms_of_peak: error of linear elements on the finest level
+    quadratic_rmse_of_peak quadratic_relative_l2 quadratic_patch_rms_of_peak: of quadratic ones with the same nodes
+    finest_rmse_of_peak finest_relative_l2 finest_patch_rms_of_peak: of quadratic ones on the finest level
+    own_rmse_of_peak: error of this body's own truth
+    volume_change least_det: change of the body's volume / volume, and least determinant of F
+    iterations cycles: iterations of Newton's method and multigrid cycles, over all levels
+    believed why: whether there is a truth that is believed, and why there is no answer
+    """,
+)
 
 
 def compare_laws(
@@ -96,7 +109,7 @@ def compare_laws(
     """Press ``body``, and each of its ``variants`` with ``laws`` and ``poissons``, by every row of ``loads``.
 
     loads : as ``choose_presses`` gives them; progress : wraps the sequence of variants, as ``tqdm`` does
-    Returns a row for each variant and load, with COLUMNS: ``changed`` says what differs from the body as it is
+    Returns a row for each variant and load: ``changed`` says what differs from the body as it is
     described, ``change_…`` how far its answer is from that one; ``linear_…``, ``quadratic_…`` and ``finest_…`` are the
     errors of the MESHES, against that variant's own limit, whose error is ``own_…``. ``depth_of_size`` is the peak of
     the body as it is described, ``peak_of_size`` that of the changed one. A press without an answer under a law has no
@@ -109,7 +122,7 @@ def compare_laws(
         linear = _linear(each.body, loads, tolerance)
         for i, (_, load) in enumerate(loads.iterrows()):
             rows.append(_labels(each, load) | _numbers(*found[-1], found[0][1], linear[i], i, load))
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return LAW_TABLE.frame(rows)
 
 
 def _truth(body: Body, loads: pd.DataFrame, tolerance: float) -> Truth:

@@ -1,19 +1,18 @@
 """Report what the choice of the law changes, beside the error of the mesh."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.report import markup, tables
-from palpate.report.law_looks import label, law_label
-from palpate.report.material import Report, Section
-from palpate.report.number_format import each, percent
-from palpate.report.words import capital, listed, spaced
+from palpate.report import tables
+from palpate.report.material import Report
+from palpate.report.model_looks import law_look
+from palpate.report.number_format import percent
+from palpate.report.words import listed, spaced
 from palpate.studies.law.compare_laws import LAW, OWN, POISSON, REGIONS, VARIANT, from_depths
-from palpate.studies.law.tables import TABLES
-
-__all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
+from palpate.studies.law.figures import label
 
 TITLE = "The law of the tissue"
 MESHES = {
@@ -25,70 +24,73 @@ MESHES = {
 """The meshes whose errors are known, best first."""
 
 
-def numbers(report: Report) -> dict[str, str]:
-    """Return every placeholder of these captions, as text."""
+def numbers(report: Report) -> dict[str, Any]:
+    """Return what the template names."""
     table = report.tables["law"]
-    bodies = tables.bodies(table)
     depths = from_depths(table)
-    said = [_sentence(tables.where(table, body=body), tables.where(depths, body=body)) for body in bodies]
     return {
-        "headline": " ".join(filter(None, said)) or "No press has an answer under two laws.",
-        "law_contacts": each(bodies, lambda body: str(tables.where(table, body=body)["contact"].nunique())),
-        "law_depths": each(bodies, lambda body: _range(tables.where(table, body=body, changed=OWN)["depth_of_size"])),
-        "law_own": _range(tables.where(table, changed=OWN)["own_rmse_of_peak"]),
-        "law_doubted": _doubted(table),
-        "law_lost": _lost(table),
-        "law_locking": each(bodies, lambda body: _locking(tables.where(table, body=body))),
+        "bodies": [
+            _of_body(tables.where(table, body=body), tables.where(depths, body=body)) for body in tables.bodies(table)
+        ],
+        "own": _range(tables.where(table, changed=OWN)["own_rmse_of_peak"]),
+        "doubted": _doubted(table),
+        "lost": _lost(table),
+        "summary": summary(table),
     }
 
 
-def _sentence(table: pd.DataFrame, depths: pd.DataFrame) -> str:
-    """Describe for one body what another law, another Poisson's ratio and leaving out its regions change."""
-    said = " ".join(filter(None, [_laws(table, depths), _poissons(table), _regions(table)]))
-    return f"{capital(spaced(str(table['body'].iloc[0])))}: {said}" if said else ""
+def _of_body(table: pd.DataFrame, depths: pd.DataFrame) -> dict[str, Any]:
+    """Return what another law, another Poisson's ratio and leaving out the regions change in one body."""
+    return {
+        "name": spaced(str(table["body"].iloc[0])),
+        "contacts": table["contact"].nunique(),
+        "depths": _range(tables.where(table, changed=OWN)["depth_of_size"]),
+        "locking": _locking(table),
+        "laws": _laws(table, depths),
+        "poissons": _poissons(table),
+        "regions": _regions(table),
+    }
 
 
-def _laws(table: pd.DataFrame, depths: pd.DataFrame) -> str:
-    """Describe what another law changes at most, over the surface and at the patch, and from which depth on."""
+def _laws(table: pd.DataFrame, depths: pd.DataFrame) -> dict[str, Any] | None:
+    """Return what another law changes at most, over the surface and at the patch, and from which depth on."""
     laws = tables.where(table, changed=LAW).dropna(subset=["change_rmse_of_peak"])
     if laws.empty:
-        return ""
+        return None
     most = laws.groupby("law", sort=False)["change_rmse_of_peak"].max()
-    ends = [f"{percent(most[law])} ({law_label(str(law))})" for law in dict.fromkeys([most.idxmin(), most.idxmax()])]
-    of_laws, deepest = tables.where(depths, changed=LAW), percent(laws["depth_of_size"].max())
-    matters = [f"{MESHES[mesh]} {_from(tables.where(of_laws, mesh=mesh))}" for mesh in ("own", "finest", "linear")]
+    of_laws = tables.where(depths, changed=LAW)
     dent = laws.loc[laws["change_patch_rms_of_peak"].idxmax()]
-    return (
-        f"up to a depth of {deepest}, another law changes the answer by up to {' to '.join(ends)} of the peak. "
-        f"That is more than the error of {'; of '.join(matters)}. At the patch it changes up to "
-        f"{percent(dent['change_patch_rms_of_peak'])} ({law_label(str(dent['law']))}), where linear elements are wrong "
-        f"by {percent(dent['linear_patch_rms_of_peak'])}."
-    )
+    return {
+        "deepest": laws["depth_of_size"].max(),
+        "ends": [(law_look(str(law))[0], most[law]) for law in dict.fromkeys([most.idxmin(), most.idxmax()])],
+        "matters": [(MESHES[mesh], _from(tables.where(of_laws, mesh=mesh))) for mesh in ("own", "finest", "linear")],
+        "patch": dent["change_patch_rms_of_peak"],
+        "patch_law": law_look(str(dent["law"]))[0],
+        "patch_linear": dent["linear_patch_rms_of_peak"],
+    }
 
 
-def _poissons(table: pd.DataFrame) -> str:
-    """Describe what other Poisson's ratios change, at all contacts and depths, and how well that is known."""
-    own = float(tables.where(table, changed=OWN)["poisson"].iloc[0])
-    worth = [
-        f"ν = {poisson:g} in the place of {own:g} changes it by {_range(part['change_rmse_of_peak'])}{_known(part)}"
+def _poissons(table: pd.DataFrame) -> list[dict[str, str]]:
+    """Return what other Poisson's ratios change, at all contacts and depths, and how well that is known."""
+    return [
+        {"changed": f"{poisson:g}", "change": _range(part["change_rmse_of_peak"]), "known": _known(part)}
         for poisson, part in tables.where(table, changed=POISSON).groupby("poisson")
         if part["change_rmse_of_peak"].notna().any()
     ]
-    return f"{listed(worth)}, at any depth." if worth else ""
 
 
-def _regions(table: pd.DataFrame) -> str:
-    """Describe what leaving out the regions changes, above them and elsewhere, over the surface and at the patch."""
+def _regions(table: pd.DataFrame) -> dict[str, float] | None:
+    """Return what leaving out the regions changes, and the errors of linear elements."""
     left = tables.where(table, changed=REGIONS).dropna(subset=["change_rmse_of_peak"])
     if left.empty:
-        return ""
+        return None
     most = left.loc[left["change_rmse_of_peak"].idxmax()]
-    return (
-        f"leaving its regions out changes the answer by up to {percent(most['change_rmse_of_peak'])} of the peak, "
-        f"and by up to {percent(left['change_patch_rms_of_peak'].max())} at the patch; "
-        f"linear elements on the finest mesh are wrong by {percent(most['linear_rmse_of_peak'])} and "
-        f"{percent(most['linear_patch_rms_of_peak'])}."
-    )
+    return {
+        "change": most["change_rmse_of_peak"],
+        "patch": left["change_patch_rms_of_peak"].max(),
+        "linear": most["linear_rmse_of_peak"],
+        "patch_linear": most["linear_patch_rms_of_peak"],
+    }
 
 
 def _known(rows: pd.DataFrame) -> str:
@@ -155,14 +157,7 @@ def _locking(table: pd.DataFrame) -> str:
     )
 
 
-def sections(report: Report) -> list[Section]:
-    """Return the figure, what each change is worth in a table, and what it took."""
-    table = report.tables["law"]
-    shown = report.figure("law") + summary(table) + report.folded("law")
-    return [("law_section", "What the law changes, and what the mesh does", shown)]
-
-
-def summary(table: pd.DataFrame) -> str:
+def summary(table: pd.DataFrame) -> pd.DataFrame:
     """Tabulate each body and change: the deepest presses, from which depth on they matter, and what they took."""
     rows, depths = [], from_depths(table).set_index(VARIANT)
     for names, part in table.groupby(VARIANT, sort=False):
@@ -181,29 +176,7 @@ def summary(table: pd.DataFrame) -> str:
         }
         row |= {"iterations": part["iterations"].mean(), "cycles": part["cycles"].mean()}
         rows.append(row | {"presses without an answer": int(part["peak_of_size"].isna().sum())})
-    return markup.table(pd.DataFrame(rows), "Each change at the deepest press of each contact, mean over the contacts")
-
-
-def beside(table: pd.DataFrame) -> str:
-    """Write in a line for each body what another description of it changes: it stands beside the errors of models."""
-    lines = []
-    for body in tables.bodies(table):
-        deepest = _deepest(tables.where(table, body=body)).dropna(subset=["change_rmse_of_peak"])
-        parts = deepest[deepest["changed"] != OWN].groupby(VARIANT[1:], sort=False)
-        if len(parts):
-            changes = listed(
-                [
-                    f"{percent(part['change_rmse_of_peak'].mean())} by {_by(*names)}{_known(part)}"
-                    for names, part in parts
-                ]
-            )
-            lines.append(f"{spaced(body)}, {percent(deepest['depth_of_size'].mean())} deep: {changes}")
-    said = f"What another description of the body changes, beside these errors of models: {'; '.join(lines)}."
-    return f"<p>{markup.escaped(said)}</p>" if lines else ""
-
-
-def _by(changed: str, law: str, poisson: float) -> str:
-    return "leaving out its regions" if changed == REGIONS else label(changed, law, poisson)
+    return pd.DataFrame(rows)
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

@@ -8,8 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.report import style, tables
-from palpate.report.law_looks import law_label
-from palpate.report.model_looks import look
+from palpate.report.model_looks import law_look, look
 from palpate.report.number_format import percent
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
@@ -49,7 +48,7 @@ def named(row) -> str:
     """Return the name of a model with its setting, as on the axis: "quadratic elements (P2), 1701 nodes, ν = 0.45"."""
     words = {
         "poisson": lambda value: f"ν = {value}",
-        "law": law_label,
+        "law": lambda value: law_look(value)[0],
         "damping": lambda value: f"{value} damping",
         "step_s": lambda value: f"steps of {1e3 * float(value):g} ms",
         "creep": lambda value: "before creep",

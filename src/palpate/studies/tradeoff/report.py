@@ -10,7 +10,6 @@ from palpate.report.material import Report, Section
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import capital
-from palpate.studies.law.report import beside
 from palpate.studies.tradeoff.advice import NONE
 from palpate.studies.tradeoff.advice_words import error_of, limit, sentence
 from palpate.studies.tradeoff.figures.error_bounds import DEAR, SOURCES
@@ -34,7 +33,7 @@ def sections(report: Report) -> list[Section]:
     hardest = hardest_of(settings)
     ordered = sorted(names, key=lambda scene: scene != hardest)
     taken = "".join(overview(tables.where(advice, error=kind), names, kind) for kind in WHERE)
-    diagrams = report.note("work_precision") + (beside(report.tables["law"]) if "law" in report.tables else "")
+    diagrams = report.note("work_precision")
     diagrams += "".join(_scene(report, scene, names[scene]) for scene in ordered)
     models = report.note("models") + models_table(report) + given_table(settings) + variants_table(settings)
     asked = "any_load" in report.tables

@@ -6,10 +6,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from palpate.report import style, tables
-from palpate.report.law_looks import colour, label
-from palpate.studies.law.compare_laws import OWN, POISSON
+from palpate.report.model_looks import law_look
+from palpate.studies.law.compare_laws import OWN, POISSON, REGIONS
 
-TABLES = ("law",)
+POISSONS = ("#cc79a7", "#7a3b63", "#b8578f", "#e3b1cd")
+"""Colours of the other Poisson's ratios, in the order of the table."""
+UNIFORM = ("without its regions", "#e6b400")
 MESHES = {
     "linear_rmse_of_peak": ("mesh: linear elements on the finest level", "#111111", (0, (5, 2))),
     "quadratic_rmse_of_peak": ("mesh: quadratic elements with the same nodes", "#111111", (0, (3, 1.5, 1, 1.5))),
@@ -19,8 +21,8 @@ MESHES = {
 """Errors of the body as it is described, which every change stands beside: name, colour and dashes."""
 
 
-@style.styled
-def draw(law) -> Figure:
+@style.figure("law", tables=("law",))
+def draw_law(law) -> Figure:
     """Draw a column for each body: above, what each change is worth, and the mesh; below, the change of its volume.
 
     law : the table of this name
@@ -82,3 +84,15 @@ def _without(axis, rows, poissons: list[float]) -> None:
         shade = colour(row.changed, row.law, poissons.index(row.poisson) if row.changed == POISSON else 0)
         place = axis.get_xaxis_transform()
         axis.plot(100 * row.depth_of_size, 0.97, "x", color=shade, ms=6, transform=place, zorder=4)
+
+
+def label(changed: str, law: str, poisson: float) -> str:
+    """Name a change of a body: "neo-Hookean", "ν = 0.45"; of the body as it is described its law and ν."""
+    if changed == OWN:
+        return f"{law_look(law)[0]}, ν = {poisson:g}"
+    return {POISSON: f"ν = {poisson:g}", REGIONS: UNIFORM[0]}.get(changed, law_look(law)[0])
+
+
+def colour(changed: str, law: str, number: int) -> str:
+    """Return the colour of a change; ``number`` is the place of a Poisson's ratio among those of the table."""
+    return {POISSON: POISSONS[number % len(POISSONS)], REGIONS: UNIFORM[1]}.get(changed, law_look(law)[1])

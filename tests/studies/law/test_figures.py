@@ -3,12 +3,11 @@
 import pytest
 from fixtures.drawn import texts
 
-from palpate.report.law_looks import colour, label
-from palpate.studies.law.figures import law
+from palpate.studies.law.figures import colour, draw_law, label
 
 
 def test_changes_and_meshes_stand_side_by_side(law_table):
-    above, below = law.draw(law_table).axes[:2], law.draw(law_table).axes[2:]
+    above, below = draw_law(law_table).axes[:2], draw_law(law_table).axes[2:]
     for axis, body in zip(above, ("cylinder", "liver"), strict=True):
         assert axis.get_title(loc="left") == body
         lines = [line for line in axis.lines if line.get_marker() == "o"]
@@ -25,14 +24,14 @@ def test_changes_and_meshes_stand_side_by_side(law_table):
 
 def test_a_change_without_a_truth_is_hollow(law_table):
     doubted = law_table.assign(believed=law_table["believed"] & law_table["poisson"].ne(0.49))
-    figure = law.draw(doubted)
+    figure = draw_law(doubted)
     lines = [line for line in figure.axes[1].lines if line.get_marker() == "o"]
     assert [line.get_linestyle() for line in lines] == ["-", "-", ":"] and lines[2].get_markerfacecolor() == "white"
     assert texts(figure).count("without a truth that is believed") == 1
 
 
 def test_only_the_press_without_an_answer_is_crossed(law_table):
-    cylinder, liver = law.draw(law_table).axes[:2]
+    cylinder, liver = draw_law(law_table).axes[:2]
     found = [[line for line in axis.lines if line.get_marker() == "x"] for axis in (cylinder, liver)]
     assert len(found[0]) == 1 and not found[1]
     assert found[0][0].get_xdata() == pytest.approx([10.0])
@@ -40,7 +39,7 @@ def test_only_the_press_without_an_answer_is_crossed(law_table):
 
 
 def test_the_legend_names_each_change_once(law_table):
-    words = texts(law.draw(law_table))
+    words = texts(draw_law(law_table))
     for name in ("neo-Hookean", "St. Venant–Kirchhoff", "ν = 0.49", "the body as it is described"):
         assert words.count(name) == 1
 

@@ -1,7 +1,7 @@
 """What tests ask of a page on which a body is pressed."""
 
-import browser as chromium
 import numpy as np
+from report import browser as chromium
 
 STAGE = "document.querySelector('figure.press').stage"
 READY = f"{STAGE}?.main && {STAGE}.panel.canvas.width > 310"

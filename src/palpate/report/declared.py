@@ -1,0 +1,127 @@
+"""What a study declares in its files (tables, figures, claims), read without importing them."""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import NamedTuple
+
+from palpate import studies
+from palpate.errors import InputError
+from palpate.table import Table
+
+CLAIMS = Table(
+    "claims",
+    "Each claim of the three papers, the premise that it was tested in, what was published and what this run measured, "
+    "the verdict, and the study whose tables it follows from.",
+    """
+    paper section claim premise published ours verdict study: a claim, where it stands, and what became of it
+    """,
+)
+"""The table that no single study makes."""
+
+
+class Declared(NamedTuple):
+    """A function that a study declares by ``@figure(name, tables=...)`` or ``@claims(*tables)``."""
+
+    name: str  # of the figure, or of the function
+    place: str  # "palpate.studies.law.figures:law"
+    tables: tuple[str, ...]  # names of the tables that it is called with
+
+
+def names() -> list[str]:
+    """Return the names of all studies that there are."""
+    return [module.name for module in iter_modules(studies.__path__) if module.ispkg]
+
+
+@cache
+def folder(study: str) -> Path:
+    """Return the folder of a study."""
+    found = find_spec(f"{studies.__name__}.{study}")
+    if found is None or not found.origin:
+        raise InputError(f"There is no study {study} in palpate/studies.")
+    return Path(found.origin).parent
+
+
+def figures(study: str) -> dict[str, Declared]:
+    """Return the figures of a study by name, in the order of its files."""
+    return {
+        found.name: found for found in (*_decorated(study, "figures", "figure"), *_older(study, "figures/*.py", "draw"))
+    }
+
+
+def claims(study: str) -> dict[str, tuple[str, ...]]:
+    """Return the functions of a study that judge claims of the papers, by place, with the tables that each gets."""
+    found = (*_decorated(study, "claims", "claims"), *_older(study, "claims*.py", "claims"))
+    return {each.place: each.tables for each in found}
+
+
+def _older(study: str, pattern: str, function: str) -> Iterator[Declared]:
+    """Yield the modules that name their tables by a constant TABLES and have one function of that name."""
+    for path in sorted(folder(study).glob(pattern)):
+        dotted = ".".join((studies.__name__, study, *path.relative_to(folder(study)).with_suffix("").parts))
+        for line in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
+                yield Declared(path.stem, f"{dotted}:{function}", ast.literal_eval(line.value))
+
+
+@cache
+def tables(study: str) -> dict[str, Table]:
+    """Return the tables that a study declares, by name."""
+    found = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
+    if (folder(study) / "tables.py").is_file():  # a study that declares its tables apart from their rows
+        from importlib import import_module
+
+        old = import_module(f"{studies.__name__}.{study}.tables").TABLES
+        found += [Table(name, one.description, f"{one.columns}:", one.always) for name, one in old.items()]
+    return {table.name: table for table in found}
+
+
+def table(name: str) -> Table:
+    """Return the table of that name of whatever study; KeyError if no study declares it."""
+    if name == CLAIMS.name:
+        return CLAIMS
+    for study in names():
+        if name in tables(study):
+            return tables(study)[name]
+    raise KeyError(f"no study declares a table {name}")
+
+
+def _tables(path: Path) -> Iterator[Table]:
+    """Yield the constants of a module that are tables."""
+    text = path.read_text(encoding="utf-8")
+    for line in ast.parse(text).body if "= Table(" in text else ():
+        if isinstance(line, ast.Assign) and _called(line.value) == "Table":
+            call = line.value
+            assert isinstance(call, ast.Call)
+            options = {option.arg: ast.literal_eval(option.value) for option in call.keywords if option.arg}
+            yield Table(*map(ast.literal_eval, call.args), **options)
+
+
+def _decorated(study: str, module: str, decorator: str) -> Iterator[Declared]:
+    """Yield the functions in ``module``.py, or in the files of the folder ``module``, that are decorated so."""
+    within = f"{studies.__name__}.{study}.{module}"
+    file, package = folder(study) / f"{module}.py", folder(study) / module
+    files = {f"{within}.{path.stem}": path for path in sorted(package.glob("*.py"))}
+    files |= {within: file} if file.is_file() else {}
+    for dotted, path in files.items():
+        for line in ast.parse(path.read_text(encoding="utf-8")).body:
+            if not isinstance(line, ast.FunctionDef):
+                continue
+            for call in line.decorator_list:
+                if isinstance(call, ast.Call) and _called(call) == decorator:
+                    given = [ast.literal_eval(value) for value in call.args]
+                    options = {option.arg: ast.literal_eval(option.value) for option in call.keywords}
+                    if decorator == "figure":
+                        yield Declared(given[0], f"{dotted}:{line.name}", tuple(options.get("tables", ())))
+                    else:
+                        yield Declared(line.name, f"{dotted}:{line.name}", tuple(given))
+
+
+def _called(node: ast.AST) -> str:
+    """Return the name of what is called, without the module that it is of."""
+    if not isinstance(node, ast.Call):
+        return ""
+    return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")

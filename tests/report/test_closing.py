@@ -1,0 +1,70 @@
+"""Claims of all papers, and what failed, stand at the end; what is not included is what the registry lacks."""
+
+import pandas as pd
+import pytest
+from fixtures.material import Unfolded, material
+
+from palpate.models.model_registry import ENGINES, MODELS
+from palpate.report import closing
+from palpate.report.claims import CONFIRMED, REFUTED, Claim
+from palpate.report.model_looks import look
+
+
+def rows(**changed):
+    claims = [Claim(1, "4", "it is fast", premise, "1 s", "ordered_nonnegative_a: 2 s", CONFIRMED) for premise in "ab"]
+    claims.append(Claim(2, "3", "it is exact", "c", "", "", REFUTED))
+    table = pd.DataFrame(claims).assign(study=["enrichment", "enrichment", "springs"])
+    return table.assign(**changed)
+
+
+def test_claims_are_counted_and_united():
+    report = material("collision", {"claims": rows()})
+    found = closing.verdicts(report)
+    assert (found["tests"], found["claims"], found["verdicts"]) == (3, 2, "2 confirmed, 1 refuted")
+    assert found["united"][["tests", "verdict"]].to_numpy().tolist() == [[2, "confirmed"], [1, "refuted"]]
+    mixed = closing.united(rows(verdict=[CONFIRMED, REFUTED, REFUTED]))
+    assert mixed["verdict"].tolist()[0] == "confirmed (1), refuted (1)"
+    assert closing.verdicts(material("collision", {})) == {}
+
+
+def test_models_of_claims_are_named_in_words():
+    shown = closing.shown(rows())
+    assert "ordered_nonnegative_a" not in shown["this run"].iloc[0] and "study" not in shown
+
+
+def test_a_part_shows_the_claims_of_its_own_study():
+    report = material("collision", {"claims": rows(study="collision")})
+    ((key, _, text),) = closing.own_claims(report, "collision")
+    assert key == "collision_claims" and text.count("<tr>") == 4
+    assert closing.own_claims(report, "springs") == []
+
+
+class Failing:
+    TITLE = "Presses"
+
+    @staticmethod
+    def failures(report):
+        yield "XPBD", "liver", "it exploded"
+
+
+def test_every_failure_is_listed():
+    report = material("collision", {})
+    report.studies = {"toy": Failing}
+    limits = closing.parts(report, Unfolded)["limits"].introduction
+    assert "1 in “Presses”" in limits and "| Presses | XPBD | liver | it exploded |" in limits
+    assert "Not in the papers" not in limits
+    report.published = {"toy": {"nodes": 140}}
+    assert "Not in the papers" in closing.parts(report, Unfolded)["limits"].introduction
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_no_model_that_there_is_is_said_not_to_be_included(model):
+    report = material("collision", {})
+    report.studies = {}
+    text = closing.parts(report, Unfolded)["limits"].introduction
+    (missing,) = [part for part in text.split("\n\n") if part.startswith("**Not included**")]
+    excluded, _, engines = missing.partition("except")
+    assert look(model).label.lower() not in excluded.lower() and model.replace("_", " ") not in excluded.lower()
+    assert (look(model).label in engines) == (model in ENGINES)
+    for word in ("network", "position-based", "projective"):
+        assert word not in excluded

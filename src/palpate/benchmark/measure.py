@@ -19,7 +19,8 @@ from palpate.benchmark.model import Case, Model, Setting, Solver, checked, setti
 from palpate.benchmark.timing import said, time_calls
 from palpate.errors import InputError, NotConverged
 
-Given, Made = TypeVar("Given"), TypeVar("Made")
+Given = TypeVar("Given")
+Made = TypeVar("Made")
 ERRORS = list(TruthErrors._fields)
 SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak"]
 """The errors whose median and 95th percentile over the test samples are tabulated beside their means."""

@@ -41,7 +41,7 @@ def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
     """A page with real views."""
     folder = tmp_path_factory.mktemp("page")
     shutil.copytree(whole_folder.path, folder, dirs_exist_ok=True)
-    errors = bodies.read(predictions_file, "paper", "samples", bodies.METHODS_ERROR_OVER_BODY)
+    errors = bodies.read(predictions_file, "paper", "samples", bodies.JUDGED)
     for view in folder.glob("figures/motion_*.json"):
         motion.write(sagging, view)
     for view in folder.glob("figures/error_over_body_*.json"):

@@ -67,7 +67,7 @@ def test_rigid_things_stand_beside_the_body(sagging, tmp_path):
 
 
 def test_errors_come_back_with_their_sample(database, predictions_file, tmp_path):
-    shown = bodies.read(predictions_file, "paper", "samples", bodies.METHODS_ERROR_OVER_BODY)
+    shown = bodies.read(predictions_file, "paper", "samples", bodies.JUDGED)
     path = tmp_path / "errors.json"
     bodies.write(database, shown, path)
     head, positions, triangles, shades = unpacked(path)

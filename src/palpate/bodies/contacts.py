@@ -3,6 +3,7 @@
 from typing import NoReturn
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
 from palpate.bodies.supports import inner_nodes
@@ -84,3 +85,22 @@ def refuse(contact: int, place: str = "") -> NoReturn:
         f"{place}contact {contact} is not a free surface node of the mesh that is pressed, or not one of the contacts "
         "that are prepared; choose one that is."
     )
+
+
+def contacts_near_regions(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:
+    """Choose the contact nearest to a region and others ever farther from it on the same side, and their distances [m].
+
+    Their distances are spread evenly, up to half of the body's size.
+    """
+    contacts = pressed_contacts(body, contacts_of(body))
+    stiff, at = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
+    # to the middles of elements, of which one is nearest where several places touch or lie as deep
+    distance = cKDTree(body.fine.nodes[stiff].mean(axis=1)).query(at)[0]
+    cover = cKDTree(body.fine.nodes[np.unique(stiff)]).query(at)[0]
+    nearest = contacts[np.argmin(distance)]
+    side = body.fine.normals[contacts] @ body.fine.normals[nearest] > 0.0
+    contacts, distance, cover = contacts[side], distance[side], cover[side]
+    wanted = np.linspace(distance.min(), min(distance.max(), body.coarse.size / 2), places)
+    chosen = np.unique(np.abs(distance - wanted[:, None]).argmin(axis=1))
+    chosen = chosen[np.argsort(distance[chosen])]
+    return contacts[chosen], cover[chosen]

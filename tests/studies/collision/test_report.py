@@ -1,36 +1,41 @@
-"""Sentences about collision follow from their tables."""
+"""The part about collision follows from its tables."""
 
-from fixtures.material import material, numbers
+import pytest
+from fixtures.material import material, numbers, page
 
 from palpate.studies.collision import report as collision
 
 PUBLISHED = {"source": "thesis"}
 
 
-def test_sentences_come_from_the_tables(collision_results):
+def test_numbers_come_from_the_tables(collision_results):
     found = numbers("collision", collision_results, PUBLISHED)
-    assert found["collision_missed"] == "0 pairs missed or reported wrongly in 1,600 frames"
-    assert found["collision_fastest"] == "two livers: AABBs, 1.5 ms; folding sheet: AABBs, 1.5 ms"
-    assert found["collision_rivals"] == "coal, OBBs, rebuilt: two livers 8.0"
-    assert found["collision_wrong"] == "coal, OBBs, rebuilt 7 missed and 3 reported wrongly"
-    assert found["collision_exponents"] == "build n^1.00 to n^1.00, refit n^1.00 to n^1.00, query n^0.50 to n^0.50"
+    assert (found["wrong"], found["frames"]) == (0, 1600)
+    assert [(one["name"], one["fastest"], one["frame_s"]) for one in found["scenes"]] == [
+        ("two livers", "AABBs", pytest.approx(1.5e-3)), ("folding sheet", "AABBs", pytest.approx(1.5e-3)),
+    ]  # fmt: skip
+    assert found["rivals"].iloc[0].tolist()[:2] == ["coal, OBBs, rebuilt", pytest.approx(8.0)]
+    assert found["rivals"].iloc[0, -2:].tolist() == [7, 3]
+    assert found["exponents"] == [(stage, *map(pytest.approx, ends)) for stage, *ends in (
+        ("build", 1.0, 1.0), ("refit", 1.0, 1.0), ("query", 0.5, 0.5),
+    )]  # fmt: skip
     # 2.5 ms against 1.5 ms
-    assert found["collision_plain"] == "composite 4/2 takes 1.67 times as long"
-    assert found["collision_verdicts"] == "none judged"
-    assert "takes 1.5 ms on one core with AABBs (coal, OBBs, rebuilt: 12 ms)." in found["headline"]
+    assert (found["composite_name"], found["composite"]) == ("composite 4/2", pytest.approx(2.5 / 1.5))
+    assert found["verdicts"] == {}
+    text = " ".join(page("collision", collision_results, PUBLISHED).split())
+    assert "takes 1.5 ms on one core with AABBs (coal, OBBs, rebuilt: 12 ms)." in text
 
 
 def test_verdicts_on_composite_trees_are_counted(collision_results, claims):
     found = numbers("collision", collision_results | {"claims": claims}, PUBLISHED)
     # composite 4/2 is between both, 8/4 is as fast as spheres and four times as loose as AABBs
-    assert found["collision_verdicts"] == ("query time 1 confirmed, 1 not testable; false pairs 1 confirmed, 1 refuted")
+    assert found["verdicts"] == {"query time": "1 confirmed, 1 not testable", "false pairs": "1 confirmed, 1 refuted"}
 
 
 def test_without_rivals_nothing_is_said_of_them(collision_results):
     table = collision_results["collision"]
-    found = numbers("collision", collision_results | {"collision": table[~table["rival"]]}, PUBLISHED)
-    assert found["headline"].endswith("on one core with AABBs.")
-    assert found["collision_rivals"] == "none is installed"
+    text = page("collision", collision_results | {"collision": table[~table["rival"]]}, PUBLISHED)
+    assert "on one core with AABBs." in " ".join(text.split())
 
 
 def test_structures_with_wrong_pairs_have_failed(collision_results):

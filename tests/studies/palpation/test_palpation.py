@@ -6,12 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Tissue
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.palpation.palpation import PALPATION, choose_places, palpate
+from palpate.studies.palpation.palpation import PALPATION, palpate
 from palpate.studies.palpation.palpation_limits import PALPATION_LIMITS, ball_in_slab, least_contrasts, palpation_limits
 from palpate.studies.palpation.settings import check
 
@@ -47,11 +48,11 @@ def test_the_nearest_place_is_above_the_stone(lump, felt):
 
 def test_the_cover_is_what_lies_above_the_region(lump):
     """Elements are 12 mm high and the ball ends 5 mm below the top, so that their nodes end one element below it."""
-    covers = choose_places(lump, 3)[1]
+    covers = contacts_near_regions(lump, 3)[1]
     stiff = lump.fine.nodes[np.unique(lump.fine.tetrahedra[lump.tissue(-1).region > 0])]
     assert covers[0] == pytest.approx(0.06 - stiff[:, 2].max()) == pytest.approx(0.012)
     touching = replace(lump, regions=Tissue(lump.regions.materials, np.ones_like(lump.regions.region)))
-    assert choose_places(touching, 3)[1] == pytest.approx(np.zeros(len(choose_places(touching, 3)[1])))
+    assert contacts_near_regions(touching, 3)[1] == pytest.approx(np.zeros(len(contacts_near_regions(touching, 3)[1])))
 
 
 def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):

@@ -7,8 +7,9 @@ import pytest
 import yaml
 
 from palpate.errors import InputError
+from palpate.models.springs import experiment
 from palpate.models.springs.spring_motion import simulate
-from palpate.studies.springs import spring_experiment, spring_fit
+from palpate.studies.springs import spring_fit
 
 SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]
 YOUNG_PA = 900.0
@@ -17,7 +18,7 @@ GRANTED = {"gradient_evaluations": 120}
 
 @pytest.fixture(scope="module")
 def found():
-    return spring_experiment.experiment(SMOKE, 0.3)
+    return experiment.experiment(SMOKE, 0.3)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def own(found):
 
 @pytest.fixture(scope="module")
 def references(found):
-    return spring_experiment.simulate_references(found, 1)
+    return experiment.simulate_references(found, 1)
 
 
 def made(found, references, method, volume_force, runs=None):
@@ -106,7 +107,7 @@ def test_searches_have_a_history_a_seed_and_leave_no_state(found, references, tm
 
 
 def test_the_floor_is_below_what_one_press_teaches(found, references):
-    stiffest = spring_experiment.experiment(SMOKE, spring_fit.INCOMPRESSIBLE).volume_n_m()
+    stiffest = experiment.experiment(SMOKE, spring_fit.INCOMPRESSIBLE).volume_n_m()
     floor = spring_fit.measure(found, references, stiffest, 40)
     assert list(floor["volume_force"]) == 3 * [False] + 3 * [True]
     assert floor["volume_n_m"].between(0.0, stiffest).all()
@@ -117,8 +118,8 @@ def test_the_floor_is_below_what_one_press_teaches(found, references):
 
 
 def test_references_are_read_as_they_were_written(references, tmp_path):
-    spring_experiment.save_references(references, tmp_path / "reference.npz")
-    again = spring_experiment.load_references(tmp_path / "reference.npz")
+    experiment.save_references(references, tmp_path / "reference.npz")
+    again = experiment.load_references(tmp_path / "reference.npz")
     assert list(again) == list(references)
     for name in references:
         assert all(np.array_equal(a, b) for a, b in zip(again[name], references[name], strict=True))
@@ -135,4 +136,4 @@ def test_references_are_read_as_they_were_written(references, tmp_path):
 )
 def test_what_cannot_be_is_said(change, said):
     with pytest.raises(InputError, match=said):
-        spring_experiment.experiment(SMOKE | change, 0.3)
+        experiment.experiment(SMOKE | change, 0.3)

@@ -23,18 +23,18 @@ def draw_ct(input, output, params, wildcards):
     from palpate.bodies.body_file import load
     from palpate.bodies.ct.mesh_from_ct import segment_entry
     from palpate.report import style
-    from palpate.studies.ct.figures import ct_slices, ct_volume_rendering
+    from palpate.studies.ct.figures import draw_ct_slices, draw_ct_volume_rendering
 
     with about(f"bodies.{wildcards.body}"):
         image, mask = segment_entry(params.entry)
-    style.save(ct_slices.draw(image, mask, wildcards.body), stem(output.slices))
-    style.save(ct_volume_rendering.draw(image, mask, load(input.body)), stem(output.volume))
+    style.save(draw_ct_slices(image, mask, wildcards.body), stem(output.slices))
+    style.save(draw_ct_volume_rendering(image, mask, load(input.body)), stem(output.volume))
 
 
 def measure_imaging(output, params, say):
     from palpate.bodies.ct.mesh_from_ct import segment_entry
     from palpate.report import style
-    from palpate.studies.ct.figures import ct_imaging
+    from palpate.studies.ct.figures import draw_ct_imaging
     from palpate.studies.ct.imaging import measure
 
     masks = {}
@@ -42,5 +42,5 @@ def measure_imaging(output, params, say):
         with about(f"bodies.{body}"):
             masks[body] = segment_entry(entry)
     found, shown = measure(masks, **params.settings, progress=steps(say, "imaging, table"))
-    style.save(ct_imaging.draw(shown, found["mask_interpolation"]), stem(output.figure))
+    style.save(draw_ct_imaging(shown, found["mask_interpolation"]), stem(output.figure))
     return found

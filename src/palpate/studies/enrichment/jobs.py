@@ -93,10 +93,10 @@ def draw_responses(input, output):
     from palpate.studies.enrichment.figures import bodies
 
     body, db, path = load(input.body), read(input.database), input.predictions
-    shown = bodies.read(path, "paper", "samples", bodies.METHODS_DEFORMED_BODIES)
+    shown = bodies.read(path, "paper", "samples", bodies.DEFORMED_BY)
     style.save(bodies.draw_deformed_bodies(body, db, shown), stem(output.deformed))
     groups = {
-        f"{protocol} protocol, {split} held out": bodies.read(path, protocol, split, bodies.METHODS_ERROR_OVER_BODY)
+        f"{protocol} protocol, {split} held out": bodies.read(path, protocol, split, bodies.JUDGED)
         for protocol, split in (("paper", "samples"), ("live", "contacts"))
     }
     style.save(bodies.draw_error_over_body(body, db, groups), stem(output.errors))

@@ -26,11 +26,11 @@ from palpate.benchmark.presses import choose_presses, force_of, nodal_forces
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies.body import Body
+from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.material import Material, Tissue
 from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.palpation.palpation import choose_places
 from palpate.table import Table
 
 OWN, LAW, POISSON, REGIONS = "nothing", "law", "poisson", "regions"
@@ -79,7 +79,7 @@ TOLERANCE = 1e-3
 """Relative residual on every level but the first; 1e-4 moves no change of a law by more than a fiftieth of it."""
 MEASURES = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 """The errors of TruthErrors that are tabulated."""
-LAW = Table(
+LAW_TABLE = Table(
     "law",
     "The same presses under each law: what it changes, beside the errors of three meshes against its own truth.",
     """
@@ -122,7 +122,7 @@ def compare_laws(
         linear = _linear(each.body, loads, tolerance)
         for i, (_, load) in enumerate(loads.iterrows()):
             rows.append(_labels(each, load) | _numbers(*found[-1], found[0][1], linear[i], i, load))
-    return LAW.frame(rows)
+    return LAW_TABLE.frame(rows)
 
 
 def _truth(body: Body, loads: pd.DataFrame, tolerance: float) -> Truth:
@@ -203,7 +203,7 @@ def growing_presses(
     contact, its deepest press is the one with that pressure. Warns of these, and raises, as ``choose_presses`` does.
     """
     most = max(depths)
-    above = [] if body.regions is None else choose_places(body, 1)[0][:1].tolist()
+    above = [] if body.regions is None else contacts_near_regions(body, 1)[0][:1].tolist()
     presses = [{"magnitude": depth / most, "tilt_degrees": 0} for depth in sorted(depths)]
     table = choose_presses(body, contacts, presses, {"peak_of_size": most}, radius_m, 1, progress, above)
     forces = ["contact", "force_x_n", "force_y_n", "force_z_n"]

@@ -18,7 +18,7 @@ def fit_organ_springs(input, params, say):
         found, motions, params.seed, lambda method: rarely(say, f"{method}: how far, best fitness")
     )
     return {
-        "organ_springs": pd.concat([errors, rivals.measure(found, motions)]),
+        "organ_springs": pd.concat([errors, rivals(found, motions)]),
         "organ_history": history.assign(body=found.body.name),
-        "mass_motion": mass_motion.measure(found),
+        "mass_motion": mass_motion(found),
     }

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import contacts_of, pressed_contacts
+from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
@@ -90,7 +89,7 @@ def palpate(
     """
     if body.regions is None:
         raise InputError(f"bodies.{body.name} has no regions, so there is nothing to feel; give it some.")
-    contacts, covers = choose_places(body, places)
+    contacts, covers = contacts_near_regions(body, places)
     curves, rows = PressCurves(body, radius_m), []
     forces = curves.forces(sorted(pressures_of_young))
     for contact, cover in progress(list(zip(contacts, covers, strict=True))):
@@ -99,22 +98,3 @@ def palpate(
         columns = (forces, with_regions, without, stiffer, np.abs(stiffer) >= felt)
         rows += [[body.name, int(contact), cover, *row, felt] for row in zip(*columns, strict=True)]
     return PALPATION.frame(rows)
-
-
-def choose_places(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:
-    """Choose the contact nearest to a region and others ever farther from it on the same side, and their distances [m].
-
-    Their distances are spread evenly, up to half of the body's size.
-    """
-    contacts = pressed_contacts(body, contacts_of(body))
-    stiff, at = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
-    # to the middles of elements, of which one is nearest where several places touch or lie as deep
-    distance = cKDTree(body.fine.nodes[stiff].mean(axis=1)).query(at)[0]
-    cover = cKDTree(body.fine.nodes[np.unique(stiff)]).query(at)[0]
-    nearest = contacts[np.argmin(distance)]
-    side = body.fine.normals[contacts] @ body.fine.normals[nearest] > 0.0
-    contacts, distance, cover = contacts[side], distance[side], cover[side]
-    wanted = np.linspace(distance.min(), min(distance.max(), body.coarse.size / 2), places)
-    chosen = np.unique(np.abs(distance - wanted[:, None]).argmin(axis=1))
-    chosen = chosen[np.argsort(distance[chosen])]
-    return contacts[chosen], cover[chosen]

@@ -68,7 +68,7 @@ def _liver(refinements: int) -> Body:
 def triangles(count: int, meter: "Meter") -> Size:
     """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
     from palpate.collision.moving_surfaces import crossing_waves
-    from palpate.studies.collision.compare_trees import RefittedTrees
+    from palpate.collision.trees.refitted_trees import RefittedTrees
 
     scene = crossing_waves(count)
     trees = meter.often("build", RefittedTrees, "composite", (1, 1), scene.triangles, scene.at(0.0))
@@ -79,7 +79,7 @@ def triangles(count: int, meter: "Meter") -> Size:
 
 def particles(count: int, meter: "Meter") -> Size:
     """Step shape matching of ``count`` particles, in objects of OBJECT with CLUSTERS quadratic clusters each."""
-    from palpate.studies.shape_matching.shape_matching_timing import stepper
+    from palpate.scenes.matched_boxes import stepper
 
     step = meter.once("set up", stepper, OBJECT, count // OBJECT, CLUSTERS, "quadratic")[0]
     meter.often("step", step)
@@ -91,7 +91,7 @@ def cores(count: int, meter: "Meter") -> Size:
     import numba
 
     from palpate.models.springs.evolution import Genetic, Rules
-    from palpate.studies.springs.spring_experiment import experiment
+    from palpate.models.springs.experiment import experiment
 
     found = experiment(CUBE, 0.3)
     # a reference at rest costs as much as a moving one

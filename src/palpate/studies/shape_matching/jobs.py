@@ -7,9 +7,9 @@ def measure_experiments(params):
 
     return {
         "integrator_stability": integrator_stability.measure(**params.integrator_stability),
-        "clusters": clustered_column.measure(**params.clusters),
-        "cluster_goals": cluster_goals.measure(**params.clusters),
-        "deformation_modes": deformation_modes.measure(),
+        "clusters": clustered_column(**params.clusters),
+        "cluster_goals": cluster_goals(**params.clusters),
+        "deformation_modes": deformation_modes(),
         "body_springs": body_springs_poke.measure(**params.body_springs),
     }
 

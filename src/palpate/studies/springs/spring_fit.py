@@ -11,9 +11,9 @@ import pandas as pd
 
 from palpate.models.springs import evolution
 from palpate.models.springs.descent import descend_with_volume
+from palpate.models.springs.experiment import Experiment, Motion
 from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
 from palpate.models.springs.spring_motion import SpringModel, simulate
-from palpate.studies.springs.spring_experiment import Experiment, Motion
 from palpate.table import Table
 
 CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}

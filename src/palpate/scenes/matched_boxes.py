@@ -1,0 +1,64 @@
+"""Separate boxes of particles under shape matching, one step of which is timed (paper 3's figure 3.12)."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.box import box
+from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles
+from palpate.effects import shape_matching
+from palpate.solvers import goal_position
+from palpate.solvers.system import System
+
+SPACING_M, STEP_S = 0.02, 0.01
+
+DIVISIONS = {100: (3, 4, 4), 1000: (9, 9, 9), 10_000: (19, 19, 24), 100_000: (39, 49, 49)}
+"""Cells of a box by its number of particles."""
+
+EDGES = {8: 0.6, 18: 0.5}
+"""Sides of the cubes / the box's longest side, by the number of clusters; 18 for 100 particles only."""
+
+
+@cache
+def _objects(particles: int, objects: int) -> Particles:
+    """Make ``objects`` separate boxes of ``particles`` each, side by side in one body."""
+    divisions = DIVISIONS[particles]
+    mesh = box([SPACING_M * n for n in divisions], list(divisions))
+    shifts = np.arange(objects)[:, None, None]
+    nodes = mesh.nodes + 2 * SPACING_M * divisions[0] * shifts * np.array([1.0, 0.0, 0.0])
+    triangles, tetrahedra = (cells + particles * shifts for cells in (mesh.triangles, mesh.tetrahedra))
+    return Particles(
+        "boxes",
+        nodes.reshape(-1, 3),
+        np.full(particles * objects, 1000.0 * SPACING_M**3),
+        np.empty(0, dtype=np.int64),
+        triangles.reshape(-1, 3),
+        tetrahedra.reshape(-1, 4),
+        Material(3000.0, 0.3, 1000.0),
+    )
+
+
+def stepper(
+    particles: int, objects: int, clusters: int, mode: str
+) -> tuple[Callable[[], None], shape_matching.ShapeMatching]:
+    """Return a function without arguments that takes one step of perturbed ``objects``, and their shape matching."""
+    bodies = _objects(particles, objects)
+    described: dict[str, Any] = {"kind": "one"}
+    if clusters > 1:
+        edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
+        described = {"kind": "cubes", "edge_m": edge, "overlap": 0.25}
+    settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": described}
+    matched = shape_matching.make(bodies, settings)
+    integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
+    perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
+    x, v = bodies.nodes + perturbation, np.zeros_like(perturbation)
+
+    def step() -> None:
+        nonlocal x, v
+        x, v = integrator.step(x, v, STEP_S)
+
+    step()
+    return step, matched

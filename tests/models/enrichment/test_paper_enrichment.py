@@ -1,16 +1,22 @@
 """Blend weights sum to 1, reproduce training samples and never break."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from palpate.models.enrichment.fitting import Fitting
 from palpate.models.enrichment.paper_enrichment import (
     LITERAL,
     WEIGHTS,
     BlendWeights,
+    LinearRegressor,
+    fit_linear,
     gaussian,
     inverse,
     normalise,
+    query_weights,
     squared_distances,
 )
 
@@ -107,3 +113,66 @@ def test_equation_four_word_for_word_normalises_w_alone(sigma):
     sums = expected.sum(axis=0)
     assert abs(sums - 1.0).max() > 0.1
     assert BlendWeights("nonnegative_a", SQUARED, sigma)(SQUARED) == pytest.approx(expected / sums, abs=1e-12)
+
+
+def test_values_by_hand():
+    squared = squared_distances(np.array([[0.0, 0.0], [3.0, 4.0]]), np.array([[0.0, 0.0]]))
+    assert squared.ravel().tolist() == [0, 25]
+    assert gaussian(squared, 5.0).ravel() == pytest.approx([1, np.exp(-0.5)])
+
+
+@pytest.mark.parametrize("sigma", [1e-300, 1e-200, 1e-12, 1.0, 1e12, 1e200])
+def test_no_sigma_makes_a_nan(sigma):
+    values = gaussian(np.array([0.0, 1e-300, 1.0, 1e300]), sigma)
+    assert values[0] == 1 and np.isfinite(values).all() and (values >= 0).all()
+
+
+@pytest.mark.parametrize("away", [0.0, 1.0, 1e3, 1e6])
+def test_the_nearest_sample_always_has_a_weight(away):
+    known = np.random.default_rng(0).normal(size=(20, 6))
+    query = known[3] + away * np.ones((1, 6))
+    squared = squared_distances(known, query)
+    weights = query_weights(squared, 1.0)
+    assert weights.max() == 1 and np.isfinite(weights).all()
+    if away == 0:
+        assert weights == pytest.approx(gaussian(squared, 1.0))
+
+
+def test_where_squares_overflow_all_samples_are_as_far():
+    with np.errstate(over="ignore"):
+        squared = squared_distances(np.array([[0.0], [1.0]]), np.array([[1e200]]))
+    assert query_weights(squared, 1.0).ravel().tolist() == [1.0, 1.0]
+
+
+TRAIN = np.arange(0, 18)
+
+
+@pytest.fixture(scope="module")
+def fitting(db, settings):
+    return Fitting.of(db, TRAIN, "paper", settings)
+
+
+@pytest.mark.parametrize("features", ["unordered", "ordered"])
+def test_samples_and_their_multiples_are_reproduced(db, fitting, features):
+    """18 samples, and no feature vector is shorter than 30; those in the contact's frame depend on each other here."""
+    method = fit_linear(fitting, features)
+    for i in (0, 7, 17):
+        found = method.predict(0.5 * db.coarse_paper[i], int(db.contact[i]), db.force[i])
+        assert found == pytest.approx(0.5 * db.fine[i], abs=1e-4 * db.peaks[i])
+
+
+def test_it_is_the_map_of_least_norm(db, fitting):
+    """Against the pseudoinverse of all training samples."""
+    described = db.coarse_paper[TRAIN][:, db.coarse_surface].reshape(18, -1)
+    expected = np.linalg.pinv(described, rcond=1e-6) @ db.fine[TRAIN].reshape(18, -1)
+    for i in (20, 23):
+        asked = db.coarse_paper[i][db.coarse_surface].ravel()
+        found = LinearRegressor(fitting, "unordered").predict(db.coarse_paper[i], int(db.contact[i]), db.force[i])
+        assert found.ravel() == pytest.approx(asked @ expected, abs=1e-3 * db.peaks[i])
+
+
+def test_more_samples_than_numbers_are_fitted_by_least_squares(db, settings):
+    short = replace(settings, neighbours=2)  # six numbers for 18 samples
+    fitting = Fitting.of(db, TRAIN, "paper", short)
+    found = fit_linear(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
+    assert np.isfinite(found).all() and np.linalg.norm(found, axis=1).max() < 3 * db.peaks[20]

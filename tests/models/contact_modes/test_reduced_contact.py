@@ -21,6 +21,7 @@ from palpate.models.contact_modes.snapshots import (
     thinned_model,
     whole_model,
 )
+from palpate.models.contact_modes.workshop import fitted
 
 RADIUS, NEWTONS = 0.03, 1.0
 ROUNDING = 1e-5
@@ -173,3 +174,29 @@ def test_rings_grow_by_neighbours(pressed):
 def test_a_body_that_keeps_its_volume_is_refused(slab):
     with pytest.raises(NotConverged, match="mean dilatation"):
         ElementsAtRest(replace(slab, material=replace(slab.material, poisson=0.49)), 0, 2)
+
+
+def test_a_column_that_does_not_pull_is_not_taken():
+    """Rounding is as like what is left as anything: such a column would get a weight beyond all others."""
+    draw = np.random.default_rng(0)
+    pulls = np.hstack([draw.random((20, 40)), 1e-25 * draw.normal(size=(20, 4000))])
+    target = pulls.sum(axis=1)
+    chosen, weights = few_of(pulls, target, 1e-3)
+    assert chosen.max() < 40 and weights.max() < 1e3
+    assert np.linalg.norm(pulls[:, chosen] @ weights - target) <= 1e-3 * np.linalg.norm(target)
+
+
+def test_weak_presses_are_met_as_well_as_hard_ones():
+    rng = np.random.default_rng(0)
+    seen, truth = rng.normal(size=(8, 6)) * [1.0, 1.0, 1.0, 0.03, 0.03, 0.03], rng.normal(size=(5, 3, 8))
+    wanted = truth @ seen
+    found = fitted(seen, wanted) @ seen
+    assert np.linalg.norm(found - wanted, axis=(0, 1)) == pytest.approx(
+        np.zeros(6), abs=0.01 * np.linalg.norm(wanted[:, :, 3:], axis=(0, 1)).min()
+    )
+
+
+def test_a_press_that_moves_nothing_is_left_out():
+    seen, wanted = np.diag([1.0, 2.0, 0.0]), np.ones((2, 3, 3))
+    assert np.isfinite(fitted(seen, wanted)).all()
+    assert fitted(seen, wanted) @ seen[:, :2] == pytest.approx(wanted[:, :, :2], rel=1e-3)

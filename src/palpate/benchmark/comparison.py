@@ -1,7 +1,4 @@
-"""Decide when two settings count as equal, so that another run of the same measurement comes to the same choice.
-
-Find how sure a mean error is: a bootstrap that draws whole splits, and whole contacts of each, anew.
-"""
+"""Compare settings: how sure a mean error is, and which settings count as equal, so that another run chooses alike."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -1,10 +1,8 @@
-"""Bound the error of a single answer by conformal prediction with contacts as the unit.
+"""Bound the error of a single answer by conformal prediction with contacts as the unit, and count how bounds hold.
 
 Forces at one contact err alike, so a new contact is as new as one of those that are known, and a new sample is not:
 hierarchical conformal prediction (Lee, Barber and Willett 2023, "Distribution-free inference with hierarchical data",
 arXiv 2306.06342, section 3). Nothing is assumed of the errors but that contacts can be exchanged.
-
-Count how often conformal bounds hold at contacts that they were not found on, and how large they are.
 """
 
 from typing import NamedTuple

@@ -1,9 +1,4 @@
-"""Store and read the database of paper 1: corresponding coarse and fine deformations of one body, and its meshes.
-
-Describe every field of a database, its place, shape, unit and kind of number, and check values against that.
-
-Put samples of a body that were made otherwise, or none, into a database.
-"""
+"""Store, check and read the database: corresponding coarse and fine deformations of one body, and its meshes."""
 
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property

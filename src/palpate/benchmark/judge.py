@@ -116,14 +116,28 @@ def read_judged(
     grid: Mapping[str, Mapping[str, Any]],
     more: bool = False,
 ) -> tuple[Case, Judge]:
-    """Read a case with the training samples of ``split``, and the judge of the others.
+    """Read a case with the training samples of ``split``, and the judge of the others; as ``read_case``.
 
-    files : body, database, samples (folds), truth, and perhaps compliance; the rest as in ``Case``
+    files : truth, too
     more : whether presses at training contacts are judged too
     """
+    case, db, table = _read(files, regime, split, radius_m, options, tolerance, grid)
+    rest = case.body, db, table, load_truth(files["truth"]), split, radius_m
+    return case, replace(judge(*rest), more=trained(*rest) if more else None)
+
+
+def read_case(files: Mapping[str, Any], regime: str, split: int, *rest: Any) -> Case:
+    """Read a case with the training samples of ``split``.
+
+    files : body, database, samples (folds), and perhaps compliance; rest : radius_m, options, tolerance, grid of a Case
+    """
+    return _read(files, regime, split, *rest)[0]
+
+
+def _read(
+    files: Mapping[str, Any], regime: str, split: int, radius_m: float, options: FitOptions, *rest: Any
+) -> tuple[Case, Database, pd.DataFrame]:
     body, db, table = load(files["body"]), read(files["database"]), read_folds(files["samples"])
     linear = load_compliance(files["compliance"]) if files.get("compliance") else None
     training = db.take(fold_sides(table, split)[0])
-    case = Case(body, regime, radius_m, training, linear, options, tolerance, grid)
-    rest = body, db, table, load_truth(files["truth"]), split, radius_m
-    return case, replace(judge(*rest), more=trained(*rest) if more else None)
+    return Case(body, regime, radius_m, training, linear, options, *rest), db, table

@@ -1,9 +1,4 @@
-"""Tabulate what a model was found to do: a row a sample, and a row a setting.
-
-Measure one model on one case: its error against the truth, and what it costs before and at run time.
-
-Tabulate what no model can be better or should be worse than: the truth's own error, and the answer zero.
-"""
+"""Prepare a model, ask it, time it and judge its answers: the one place where models are measured."""
 
 import re
 import warnings
@@ -24,7 +19,8 @@ from palpate.benchmark.model import Case, Model, Setting, Solver, checked, setti
 from palpate.benchmark.timing import said, time_calls
 from palpate.errors import InputError, NotConverged
 
-Given, Made = TypeVar("Given"), TypeVar("Made")
+Given = TypeVar("Given")
+Made = TypeVar("Made")
 ERRORS = list(TruthErrors._fields)
 SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak"]
 """The errors whose median and 95th percentile over the test samples are tabulated beside their means."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, database_of
 from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
 from palpate.bodies.body import Body
 from palpate.effects.patch_load import Patch
@@ -70,6 +70,14 @@ class Case:
     grid: Mapping[str, Any] = field(default_factory=dict)
     used: dict[str, float] = field(default_factory=dict)
     kept: Kept = field(default_factory=Kept)
+
+    @staticmethod
+    def untrained(body: Body, regime: str, radius_m: float, seed: int, tolerance: float, grid: Mapping) -> "Case":
+        """Return the case of a body alone, without any sample or response, for models that need none."""
+        coarse, fine = (np.empty((0, len(mesh.nodes), 3)) for mesh in (body.coarse, body.fine))
+        database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), coarse, fine)
+        options = FitOptions(1, {}, 2, "contacts", seed)
+        return Case(body, regime, radius_m, database, None, options, tolerance, grid)
 
     def use_training(self) -> Database:
         """Return the k training samples, and charge what simulating them took.

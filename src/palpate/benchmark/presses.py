@@ -1,9 +1,4 @@
-"""Choose which contacts are pressed, and how hard: the load cases of a regime.
-
-Find the force of a press that moves a body as far as asked, or the largest below that the body bears.
-
-Choose the presses of the trade-off: discs at well-spread contacts, as deep as asked if the model bears that.
-"""
+"""Choose which contacts are pressed, and how hard: paper 1's loads, and the presses of the trade-off."""
 
 import warnings
 from collections import Counter

@@ -1,9 +1,4 @@
-"""Divide samples into those to train on and those to hold out.
-
-Deal the contacts of a body into folds, and read who trains, who chooses and who is tested in each split.
-
-Tabulate the samples of one body and regime: the contact, the peak and the side of each in both splits.
-"""
+"""Divide samples into those to train on, to choose settings by and to test: paper 1's splits, and folds of contacts."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path

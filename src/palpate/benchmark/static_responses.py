@@ -1,9 +1,4 @@
-"""Press a body: simulate the static response to each load of a table, and record what it cost.
-
-Take coarse samples from fine ones: paper 1's protocol, in which the coarse mesh is never simulated.
-
-Assemble the database of a body from what was simulated on its fine and its coarse mesh.
-"""
+"""Simulate the static response to each load of a table, and assemble the database from those of both meshes."""
 
 import hashlib
 import json

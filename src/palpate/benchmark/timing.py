@@ -1,7 +1,4 @@
-"""Time online calls, in the same way for everything.
-
-Measure how much memory a prepared model holds.
-"""
+"""Time online calls, in the same way for everything."""
 
 import os
 import platform

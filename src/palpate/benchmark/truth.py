@@ -1,16 +1,8 @@
-"""Extrapolate answers on nested meshes to the limit of ever finer ones, and estimate how far that is from the truth.
+"""Find the truth: the limit of quadratic elements on ever finer levels of a body, with an error of its own.
 
 Each halving of the elements divides the error by about the same ratio, which three levels show (Richardson 1911). The
 ratio is one number for all nodes, and is never changed: where it is not that of a convergent method, the answer is not
-to be used, and the caller has to say so.
-
-Answer loads with quadratic elements on nested levels, each level started from the answer of the one before.
-
-Find the truth: the limit of quadratic elements on ever finer levels of a body, with an error of its own.
-
-It is read by evaluation only; no model ever sees it.
-
-Write and read truth.h5.
+to be used. The truth is read by evaluation only; no model ever sees it.
 """
 
 import warnings

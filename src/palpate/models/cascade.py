@@ -1,8 +1,4 @@
-"""Extrapolate fine answers of training samples to the limit of nested levels, as a standard to hold models against.
-
-Prepare the stages of a cascade, and find on training contacts what bounds their errors.
-
-Answer with the cheapest model whose bound meets the error that is asked for, and with the next one otherwise.
+"""Answer with the cheapest model whose bound meets the error that is asked for, and with the next one otherwise.
 
 Each stage is a model that learns nothing from samples, so that the training samples say how wrong it is at contacts
 that it has not seen: a factor times an estimate bounds the error of nine answers in ten (``conformal``). The estimate

@@ -1,8 +1,6 @@
 """Get the coarse answer that a method makes a fine one of: stored, stopped early, loose or converged.
 
-Whoever learns from coarse answers learns from such as its queries get.
-
-Combine a coarse answer with a method that makes a fine one of it, as all models that learn from it do.
+Methods are trained on the same kind of coarse answer that queries will receive.
 """
 
 from collections.abc import Iterable

@@ -1,7 +1,4 @@
-"""Find the forces under which discs move as far as they are pushed.
-
-Find the forces of discs that are pushed to a depth, for models that answer forces at prepared contacts.
-"""
+"""Find the forces of discs that are pushed to a depth, for models that answer forces."""
 
 from collections.abc import Callable
 

@@ -1,7 +1,4 @@
-"""Choose where Newton's method begins: at rest, at the stored linear response, or at the frame before.
-
-Answer with corotational finite elements on a level of the body, stopped early or converged, from cold or warm.
-"""
+"""Answer with finite elements on a level of the body, stopped early or converged, from rest, linear or warm."""
 
 from collections.abc import Callable
 from typing import Protocol

@@ -1,6 +1,4 @@
-"""Bring displacements of a locally refined mesh to the surface nodes of the whole body's finest level.
-
-Answer with finite elements that are fine near the contact only, and coarse elsewhere.
+"""Answer with finite elements that are fine near the contact only, and coarse elsewhere.
 
 The thesis (paper 3) reports this of Bao and others (2006): a fine model only where force acts. Each contact has a mesh
 of its own, made in advance for the prepared ones, and at the first query for others.

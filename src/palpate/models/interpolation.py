@@ -1,7 +1,4 @@
-"""Interpolate linearly: the rival that any user has before learning anything.
-
-Interpolate the coarse answer linearly: what any user has before learning anything.
-"""
+"""Interpolate the coarse answer linearly: the rival that any user has before learning anything."""
 
 import numpy as np
 

@@ -1,6 +1,4 @@
-"""Proper orthogonal decomposition of displacements in the energy that they take from rest.
-
-Answer with one reduced model of the whole body: POD modes of the samples, and few cells that give its energy.
+"""Answer with one reduced model of the whole body: POD modes of the samples, and few cells that give its energy.
 
 Proper orthogonal decomposition, a Galerkin projection and energy-conserving sampling and weighting (Farhat, Avery,
 Chapman and Cortial 2014): the textbook's way, whose modes have to do at contacts that no sample has pressed.

@@ -1,8 +1,6 @@
-"""Reduce by proper orthogonal decomposition, and learn the modes' coefficients from place and force of the load.
+"""Answer from the load alone: POD modes of the samples, with coefficients by a Gaussian process or a network.
 
 No mesh is simulated and no response stored. Both learners answer no force with no displacement.
-
-Answer from the load alone: POD modes of the samples, with coefficients by a Gaussian process or a network.
 """
 
 from collections.abc import Callable, Sequence

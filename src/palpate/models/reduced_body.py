@@ -1,10 +1,6 @@
-"""Elastic energy of a body that moves in modes, from the mean deformation of its cells.
+"""Reduce a held body to modes of motion: vibrations, answers to loads, and how those bend as they grow.
 
-Modes that a motion is reduced to: vibrations, answers to loads at some places, and how those bend as they grow.
-
-Vibration modes: how a held body swings freely about its rest shape, slowest first.
-
-A held body reduced to modes: what a push at some places, its weight and free swinging make of it.
+The elastic energy is that of the mean deformation of cells.
 """
 
 from collections.abc import Callable, Sequence

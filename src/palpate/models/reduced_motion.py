@@ -1,7 +1,4 @@
-"""Find one minimum after another of functions that change little: BFGS that keeps its inverse Hessian.
-
-The integrator of a reduced motion: BDF2 in the few coordinates of vibration and contact modes.
-"""
+"""Integrate a reduced motion: BDF2 in the few coordinates of vibration and contact modes, each step by BFGS."""
 
 import math
 from collections.abc import Callable

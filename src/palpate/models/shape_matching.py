@@ -1,7 +1,4 @@
-"""Press shape matching until it settles, and fit the three numbers that say how stiff it is to samples.
-
-Answer with shape matching as fitted: clusters of particles that a force presses until they settle.
-"""
+"""Answer with shape matching as fitted: clusters of particles that a force presses until they settle."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,18 +1,8 @@
-"""Turn vectors by rotation vectors, and find those of a mesh's nodes from a small displacement.
-
-Answer with stored linear responses, turned with the rotations that they have themselves: no mesh is simulated.
+"""Answer with stored linear responses, turned with the rotations that they have themselves: no mesh is simulated.
 
 The responses are precomputed Green's functions (James and Pai 1999, "ArtDefo"); the warp is that of Choi and Ko (2005),
-"Modal warping": each node's displacement is turned by the mean of the rotations that lead up to its own.
-
-Learn what stored responses lack, from the load alone: no mesh is simulated.
-
-Combine stored linear responses with a residual that is learnt, for models that simulate nothing.
-
-Answer with stored linear responses of the fine mesh, turned with the rotations that they have themselves.
-
-These are precomputed Green's functions (James and Pai 1999) with the warp of Choi and Ko (2005). Nothing is simulated,
-and with no samples nothing is learnt; otherwise a kernel ridge on what the warp leaves is added.
+"Modal warping": each node's displacement is turned by the mean of the rotations that lead up to its own. With samples,
+a kernel ridge on what the warp leaves is added.
 """
 
 from functools import reduce

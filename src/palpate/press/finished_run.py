@@ -7,17 +7,14 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.benchmark.database import read
+from palpate.benchmark.judge import read_case
 from palpate.benchmark.model import Case, FitOptions, Model
-from palpate.benchmark.split import fold_sides, read_folds
-from palpate.bodies.body_file import load
 from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import families
 from palpate.run.settings import complete
 from palpate.run.settings_file import read_settings
-from palpate.solvers.compliance import load_compliance
 
 
 @dataclass(frozen=True)
@@ -64,17 +61,12 @@ class FinishedRun:
         radius_m = float(regime["radius_of_body_m"].get(folder.parent.name, regime["radius_m"]))
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
         options = FitOptions(**asked["regression"], split="contacts", seed=self.settings["seed"])
-        samples = fold_sides(read_folds(folder / "samples.csv"), int(self.rows(scene)["split"].iloc[0]))[0]
-        return Case(
-            load(folder.parent / "body.h5"),
-            folder.name,
-            radius_m,
-            read(folder / "database.h5").take(samples),
-            load_compliance(compliance) if compliance.is_file() else None,
-            options,
-            self.settings["solver"]["tolerance"],
-            asked["settings"],
-        )
+        files: dict[str, Path] = {"body": folder.parent / "body.h5"}
+        files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
+        files |= {"compliance": compliance} if compliance.is_file() else {}
+        split = int(self.rows(scene)["split"].iloc[0])
+        tolerance = self.settings["solver"]["tolerance"]
+        return read_case(files, folder.name, split, radius_m, options, tolerance, asked["settings"])
 
     def model(self, name: str) -> Model:
         """Load a model of palpate's, or one of the settings' own; InputError for any other."""

@@ -108,7 +108,9 @@ def _decorated(study: str, module: str, decorator: str) -> Iterator[Declared]:
     files |= {within: file} if file.is_file() else {}
     for dotted, path in files.items():
         for line in ast.parse(path.read_text(encoding="utf-8")).body:
-            for call in line.decorator_list if isinstance(line, ast.FunctionDef) else ():
+            if not isinstance(line, ast.FunctionDef):
+                continue
+            for call in line.decorator_list:
                 if isinstance(call, ast.Call) and _called(call) == decorator:
                     given = [ast.literal_eval(value) for value in call.args]
                     options = {option.arg: ast.literal_eval(option.value) for option in call.keywords}

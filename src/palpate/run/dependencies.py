@@ -150,7 +150,7 @@ def _digest_of(tree: ast.Module) -> str:
         if isinstance(body, list) and body:
             body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Table":
-            node.args[1:] = [ast.Constant(_columns(one)) for one in node.args[2:3]]
+            node.args[1:] = [ast.Constant("\n".join(_columns(one))) for one in node.args[2:3]]
     return sha256(ast.dump(tree).encode()).hexdigest()
 
 

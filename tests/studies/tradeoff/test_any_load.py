@@ -141,10 +141,11 @@ def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
             raise NotConverged("lost", [1.0])
         return Answer(np.zeros((case.n_surface, 3)), np.zeros((1, 3)))
 
-    def prepare_contact(*together):
+    def prepare_nodes(together):
         nodes.append(together)
+        return float(sum(together))
 
-    solver = Stub(memory_mb=1.0, respond=respond, prepare_contact=prepare_contact)
+    solver = Stub(memory_mb=1.0, respond=respond, prepare_nodes=prepare_nodes)
     made = made_up(lambda case: [{"n": 1}, {"n": 2}], lambda case, setting: solver)
     table = measure_any(case, "mine", made, "n=2", found, 6, 0.01)
     assert list(table["setting"]) == ["n=2"] * 4

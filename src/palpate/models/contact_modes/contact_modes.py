@@ -1,8 +1,6 @@
-"""Prepare the contacts of a load for answers: a reduced model, and how it is brought to the surface of its target.
+"""Answer with a reduced model for each contact, made of linear, second-order and pressed shapes of quadratic elements.
 
-Answer with a reduced model for each contact, made of linear, second-order and pressed shapes of quadratic elements.
-
-Contacts are prepared by presses that the model simulates itself: it needs no sample. What several presses need is the
+Contacts are prepared by presses that the model simulates itself: it needs no sample. Several presses at once need the
 union of their contacts' shapes.
 """
 

@@ -1,10 +1,7 @@
-"""Find the coordinates of a reduced model under a load: one compiled function, without a matrix to factor.
+"""A reduced model of one contact: a basis, cells that give the energy, and a compiled L-BFGS that settles it.
 
-Choose few cells, with weights that are not negative, that pull as all of them do.
-
-Cells over which a reduced energy is taken: points of elements near a contact, averages of elements elsewhere.
-
-A reduced model of one contact: a basis, cells, and what their energy lacks at rest.
+Cells are points of elements near the contact and averages of elements elsewhere, of which few are chosen, with weights
+that are not negative, that pull as all do.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,4 @@
-"""Presses of one contact that its model is made from: in nine directions as hard as tissue bears.
-
-Displacements that a contact's answers are made of: linear responses, and what they cause to second order.
-
-Columns and snapshots of one contact, and the reduced models that are made of them.
-"""
+"""Columns and snapshots of one contact: linear and second-order responses, and presses in nine directions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

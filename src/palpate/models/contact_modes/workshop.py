@@ -1,18 +1,10 @@
-"""Correct a reduced answer by what snapshots change from one level to the next.
+"""Make what reduced models of contacts are made of, for one body under discs of one radius: settings share it.
 
-Make the reduced models of contacts: elements, snapshots and limits of one body under discs of one radius.
-
-All settings of a model share what they have in common, and are charged for it alike.
-
-Find how hard a contact can be pressed before elements a level finer have no sound answer.
-
-A thin lobe that is pressed may fold or snap, on fine elements at smaller forces than on coarse ones; what is reduced
-from the coarse ones does not see it.
-
-Say what a reduced answer is meant for: the fine operator's, or the limit of ever finer levels, extrapolated.
-
-Errors of nested levels fall by one ratio with each (Richardson 1911). The linear part of an answer is extrapolated by
-the columns of all levels there are; what is beyond it, by the two levels that a contact's snapshots are pressed on.
+Beside elements and snapshots these are the target, which is the fine operator's answer or the limit of ever finer
+levels, and how hard a contact bears to be pressed. Errors of nested levels fall by one ratio with each (Richardson
+1911): the linear part of an answer is extrapolated by the columns of all levels there are; what is beyond it, by the
+two levels that a contact's snapshots are pressed on. A thin lobe may fold or snap, on fine elements at smaller forces
+than on coarse ones, which what is reduced from these does not see.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,19 +1,9 @@
-"""Find how far the coarse deformation turns the material at each node.
+"""Correct a coarse deformation by the linear detail that it lacks, turned with the body, and by what samples teach.
 
-Fit how strongly the linear detail is applied: two coefficients, by ridge regression, and bounds.
-
-Correct a coarse deformation by the linear detail that it lacks, turned with the body.
-
-The parts are known: stored linear responses to a unit force at every node are precomputed Green's functions (James and
-Pai 1999), and turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is
-fitted here is a scale and a kernel ridge on top of both. Unlike ``warped_response``, which turns the whole linear
-response, this turns only what the coarse deformation lacks.
-
-Correct a coarse answer by the linear detail that it lacks, turned with the body, and by what samples teach.
-
-The detail is a stored linear response, as in precomputed Green's functions (James and Pai 1999), and is turned node by
-node, as in modal warping (Choi and Ko 2005). Unlike there, only what the coarse mesh cannot represent is linear: this
-is a two-level correction. ``warped_compliance`` is the method that turns the whole linear response.
+Stored linear responses to a unit force at every node are precomputed Green's functions (James and Pai 1999), and
+turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is fitted here is a
+scale and a kernel ridge on top of both. Unlike ``warped_compliance``, which turns the whole linear response, this turns
+only what the coarse deformation lacks: a two-level correction.
 """
 
 from typing import NamedTuple

@@ -1,15 +1,13 @@
-"""Order the nodes as a contact sees them: nearest first, the same on every run and every machine.
+"""Build what the regressor compares, coarse displacements as one vector, and the slots that fine ones are blended in.
+
+The three kinds of paper 1, "Feature vector", share one form. At a contact they choose coarse nodes, an order
+of the fine nodes, and axes; feature and slots are the displacements of those nodes, in that order, along
+those axes. Nodes are ordered nearest first, the same on every run and every machine.
 
 Ties: distances closer together than 1e-9 of the body's size count as equal (on a symmetric mesh equal
 distances differ in their last digits only). Plain ordering then goes by node number, which is arbitrary: the
 same pattern round another contact need not land in the same slots. The framed ordering goes by the position
 in a frame fixed to the contact's rest normal, so there it does.
-
-Build what the regressor compares, coarse displacements as one vector, and the slots that fine ones are blended in.
-
-The three kinds of paper 1, "Feature vector", share one form. At a contact they choose coarse nodes, an order
-of the fine nodes, and axes; feature and slots are the displacements of those nodes, in that order, along
-those axes.
 """
 
 from typing import NamedTuple, Protocol
@@ -171,7 +169,7 @@ class Ordered:
 
 
 def kinds(db: Database, neighbours: int) -> dict[str, Features]:
-    """Make the three kinds of feature, by their names in ``blend_kinds.FEATURES``."""
+    """Make the three kinds of feature, by their names in FEATURES."""
     return {
         "unordered": Unordered(db),
         "ordered": Ordered(db, neighbours, framed=False),

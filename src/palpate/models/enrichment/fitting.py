@@ -1,7 +1,4 @@
-"""Gather what a fit may know: the training samples of one protocol, and the folds that choose widths and ridges.
-
-Gather all that methods of enrichment are fitted to, so that every method is fitted in the same way.
-"""
+"""Gather what methods are fitted to: the training samples of a protocol, and folds that choose widths and ridges."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field

@@ -67,7 +67,7 @@ def inverse(phi: np.ndarray) -> np.ndarray:
 
 
 class BlendWeights:
-    """Weights of k training samples for any query, with one of ``blend_kinds.WEIGHTS`` or ``LITERAL``.
+    """Weights of k training samples for any query, with one of WEIGHTS or ``LITERAL``.
 
     signed : A = Φ⁻¹; clipped : its negative entries set to 0
     nonnegative_a : the paper's nearest non-negative matrix read column by column, min ‖Φ a_j − e_j‖, a_j ≥ 0

@@ -2,8 +2,6 @@
 
 This is what the EZyRB library does; it comes with a GPU build of torch of several GB, so scipy's
 RBFInterpolator stands in for it.
-
-Put proper orthogonal decomposition with radial basis functions on top of a coarse answer.
 """
 
 import numpy as np

@@ -2,8 +2,6 @@
 
 Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, because a sample has far more numbers
 than there are samples. All settings are chosen by cross-validation on the training samples.
-
-Put ridge regression to fine displacements, linear or through a kernel, on top of a coarse answer.
 """
 
 import numpy as np

@@ -1,14 +1,11 @@
-"""Adjoint of a spring network's motion: derivatives by all moduli at the cost of about two motions.
+"""Fit spring moduli by descent: quasi-Newton steps in log E with the gradient of the motion's adjoint.
 
-Backwards through the steps of spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
+The adjoint gives derivatives by all moduli at the cost of about two motions. Backwards through the steps of
+spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
 
     b += h a;  w = h b/m, 0 on held nodes;  a += (∂f/∂x)ᵀ w;  b += (∂f/∂v)ᵀ w;  ∂L/∂k += w·∂f/∂k, μ and κ alike
 
 Trap: the whole motion must be stored, 48 bytes per node and step; the cube's 120 nodes need 6 kB per step.
-
-Spring parameters by descent: the adjoint's gradient of the fitness, and quasi-Newton steps in log E.
-
-Fit to one press with moduli that vary as little as possible, as one press does not determine them all.
 """
 
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Checkpoint of a search on disk, from which a stopped search continues.
-
-Paper 2's genetic algorithm: one modulus per node, half of the individuals new in each generation.
-
-CMA-ES, a rival of the genetic algorithm, from the library ``cma``.
-"""
+"""Search spring moduli by evolution: paper 2's genetic algorithm, with checkpoints, and its rival CMA-ES."""
 
 import json
 import zipfile

@@ -1,9 +1,4 @@
-"""Fitness of springs against a reference motion, for a population at a time (paper 2, eq. 9).
-
-Spring parameters in closed form, or by a search for a single number: baselines for the searches.
-
-Stability limit of the explicit steps of a search, for the stiffest springs that it may use.
-"""
+"""Fitness of springs against a reference motion (paper 2, eq. 9), closed forms, and the limit of the explicit step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Find the equilibrium of a spring network on one level of a body.
-
-Fit moduli of springs, and the stiffness of their volume force, to pressed samples, by the equilibrium's adjoint.
-
-Answer with mass-spring networks as fitted: springs on a level's edges, whose equilibrium is approached.
-"""
+"""Answer with mass-spring networks whose moduli are fitted to pressed samples by the equilibrium's adjoint."""
 
 from dataclasses import dataclass, replace
 

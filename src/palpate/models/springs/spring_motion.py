@@ -1,8 +1,7 @@
-"""Spring network to be calibrated: point masses, the key points at which it is compared, and the press.
+"""Motion of a pressed spring network, by explicit steps, and the reference that it is fitted to, by finite elements.
 
-Motion of a pressed spring network: explicit steps, for one choice of moduli or for several at a time.
-
-For its derivative (adjoint.py): step s = 0 … steps − 1 is, exactly and in this order,
+One choice of moduli moves, or several at a time. For the derivative (descent.py): step s = 0 … steps − 1 is, exactly
+and in this order,
 
     k = ½ (E₁ + E₂) weight                                       (s,)  eq. 5
     μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂))                           (s,)  instead of eq. 6, see ``dampings``
@@ -12,8 +11,6 @@ For its derivative (adjoint.py): step s = 0 … steps − 1 is, exactly and in t
     v ← v + h f(x, v)/m,  held nodes 0;  x ← x + h v             (the new v)
 
 and the motion holds x and v after each step; key points are a fixed linear map of both.
-
-Reference motion that springs are fitted to: the pressed body with implicit corotational finite elements.
 """
 
 from dataclasses import dataclass

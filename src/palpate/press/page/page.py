@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -223,7 +223,7 @@ def held_nodes(body: Body) -> np.ndarray:
     return np.isin(body.fine.surface, body.anchors[-1])
 
 
-def worth(row) -> str:
+def worth(row: Any) -> str:
     """Return error and time of a row of the table press as a sentence."""
     time = f"an answer takes {seconds(row.online_median_s)} in Python"
     if not row.samples:

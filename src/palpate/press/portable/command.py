@@ -5,10 +5,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
-from palpate.benchmark.database import database_of
-from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.model import Case
 from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
@@ -65,11 +62,8 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     radius = float(entry["radius_of_body_m"].get(name, entry["radius_m"]))
     given = settings["bodies"][name]
     body = make_body(name, given | paths_of_body(given, config.parent))
-    nothing = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
-    database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *nothing)
-    options = FitOptions(1, {}, 2, "contacts", settings["seed"])
-    grid = settings["tradeoff"]["settings"]
-    return Case(body, regime, radius, database, None, options, settings["solver"]["tolerance"], grid)
+    grid, tolerance = settings["tradeoff"]["settings"], settings["solver"]["tolerance"]
+    return Case.untrained(body, regime, radius, settings["seed"], tolerance, grid)
 
 
 def told(what: str) -> Callable[[Sequence], Iterator]:

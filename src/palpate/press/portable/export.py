@@ -20,6 +20,7 @@ from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
+from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.contact_modes import FAR, GUARD, HARD, ContactModes, Prepared
 from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel
@@ -215,9 +216,9 @@ def export_model(
     """
     _refuse(case)
     nodes, checked = _places(case.body, contacts)
-    solver = ContactModes(case, setting)
+    stage = contact_modes.offline(case)
+    solver, best = stage.online(setting), stage.online(setting | {"modes": "snapshots"})
     shop = solver.shop
-    best = ContactModes(case, setting | {"modes": "snapshots"})
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
     seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]

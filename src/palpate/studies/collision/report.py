@@ -146,7 +146,7 @@ def _apart(apart: pd.DataFrame) -> dict[str, Any]:
     fastest = []
     for gap, rows in own.groupby("gap_m"):
         query = rows.groupby(["structure", "depths"])["query_ms"].agg(geometric_mean)
-        fastest.append((1e3 * float(gap), look(*query.idxmin()).label, 1e-3 * query.min()))  # type: ignore[arg-type]
+        fastest.append((1e3 * float(gap), look(*query.idxmin()).label, 1e-3 * query.min()))
     best = _best(own, "query_ms")
     return {
         "apart_extra": int(own["extra_pairs"].sum()),

@@ -21,8 +21,17 @@ from palpate.models.enrichment.paper_enrichment import gaussian, squared_distanc
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.solvers.compliance import compute_compliance
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.nonlinear_cases import SETTINGS
-from palpate.studies.hard_cases.pressed_samples import BLENDS, PHYSICAL, TRAIN, blends, chosen, methods, pressed, scaled
+from palpate.studies.hard_cases.pressed_samples import (
+    BLENDS,
+    PHYSICAL,
+    SETTINGS,
+    TRAIN,
+    blends,
+    chosen,
+    methods,
+    pressed,
+    scaled,
+)
 from palpate.studies.hard_cases.stage import SOFT
 
 ALL, ASKED = np.arange(TRAIN), np.arange(TRAIN, TRAIN + 4)

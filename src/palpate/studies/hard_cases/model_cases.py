@@ -19,7 +19,7 @@ from palpate.models import fem, pod_galerkin, pod_of_loads, quadratic_neo_hookea
 from palpate.models.contact_modes import contact_modes
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.nonlinear_cases import SETTINGS as FIT
+from palpate.studies.hard_cases.pressed_samples import SETTINGS as FIT
 
 MODEL = "contact_modes"
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}

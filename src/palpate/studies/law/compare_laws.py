@@ -79,7 +79,7 @@ TOLERANCE = 1e-3
 """Relative residual on every level but the first; 1e-4 moves no change of a law by more than a fiftieth of it."""
 MEASURES = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 """The errors of TruthErrors that are tabulated."""
-LAW = Table(
+LAW_TABLE = Table(
     "law",
     "The same presses under each law: what it changes, beside the errors of three meshes against its own truth.",
     """
@@ -122,7 +122,7 @@ def compare_laws(
         linear = _linear(each.body, loads, tolerance)
         for i, (_, load) in enumerate(loads.iterrows()):
             rows.append(_labels(each, load) | _numbers(*found[-1], found[0][1], linear[i], i, load))
-    return LAW.frame(rows)
+    return LAW_TABLE.frame(rows)
 
 
 def _truth(body: Body, loads: pd.DataFrame, tolerance: float) -> Truth:

@@ -73,7 +73,7 @@ def _predicted(rows: pd.DataFrame) -> dict[str, Any]:
             {
                 "what": QUANTITIES[str(row.quantity)],
                 "case": spaced(str(row.case)),
-                "error": abs(row.error),  # type: ignore[arg-type]
+                "error": abs(row.error),
                 "coarser": None if beside is None else (abs(beside["error"]), int(beside["nodes"])),
             }
         )

@@ -16,7 +16,7 @@ from palpate.models.shape_matching import cubes
 from palpate.models.springs import evolution
 from palpate.models.springs.descent import descend
 from palpate.models.springs.evolution import cma_es
-from palpate.models.springs.fitness import Fit, Fitness
+from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
 from palpate.models.springs.spring_motion import Load, Settings, SpringModel, reference_motion, simulate
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
@@ -81,9 +81,9 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
 
     start = np.full(nodes, float(material.young_pa))
     if method in ("van_gelder", "lloyd"):
-        return closed(getattr(fitness, method))
+        return closed({"van_gelder": van_gelder, "lloyd": lloyd}[method])
     if method == "uniform":
-        return found.model, fitness.uniform(fitness, nodes, found.limits)
+        return found.model, uniform(fitness, nodes, found.limits)
     if method == "genetic":
         rules = evolution.Rules(searches["population"], found.limits, seed)
         return found.model, evolution.evolve(fitness, nodes, rules, searches["generations"], report=report)

@@ -3,10 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
-from palpate.benchmark.database import database_of
-from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.press.portable.export import Progress, export_model
 
@@ -28,10 +25,7 @@ def export(
 
     settings : ``contacts``, how many are prepared, ``modes`` and ``thinned``; grid, seed, tolerance : as of a Case
     """
-    none = np.empty((0, len(body.coarse.nodes), 3))
-    database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), none, np.empty((0, len(body.fine.nodes), 3)))
-    options = FitOptions(1, {}, 2, "contacts", seed)
-    case = Case(body, REGIME, radius_m, database, None, options, tolerance, grid)
+    case = Case.untrained(body, REGIME, radius_m, seed, tolerance, grid)
     setting = {"modes": settings["modes"], "rings": grid["contact_modes"]["rings"][-1]}
     setting |= {"thinned": settings["thinned"], "target": "limit"}
     export_model(case, setting, settings["contacts"], path, progress)

@@ -39,7 +39,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "column_force_n": clusters["force_n"].iloc[0],
         "tips_cm": {int(count): 100 * most for count, most in tips(clusters).items()},
         "slopes": list(exponents(timing).groupby("mode", sort=False)["exponent"].agg(["min", "max"]).itertuples()),
-        "poked": [_poked(*key, rows) for key, rows in _pokes(found["body_springs"])],
+        "poked": [_poked(case, stiffness, rows) for (case, stiffness), rows in _pokes(found["body_springs"])],
         "block_particles": modes["particle"].nunique(),
         "left": modes.groupby(["mode", "deformation"], sort=False)["left"].first().unstack(sort=False).T.to_dict(),
         **_goals(found["cluster_goals"]),
@@ -71,7 +71,7 @@ def _goals(table: pd.DataFrame) -> dict[str, Any]:
     return {
         "letter": letter,
         "cheaper": own["memberships"] / letter["memberships"],
-        "variants_cm": {VARIANTS[key]: 100 * row["peak_m"] for key, row in rows.iterrows()},  # type: ignore[index]
+        "variants_cm": {VARIANTS[key]: 100 * row["peak_m"] for key, row in rows.iterrows()},
         "drift": table["drift"].max(),
     }
 

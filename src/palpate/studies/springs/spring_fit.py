@@ -9,14 +9,14 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs import evolution, fitness
+from palpate.models.springs import evolution
 from palpate.models.springs.descent import descend_with_volume
-from palpate.models.springs.fitness import Fit, Fitness
+from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
 from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.studies.springs.spring_experiment import Experiment, Motion
 from palpate.table import Table
 
-CLOSED = {"van_gelder": fitness.van_gelder, "lloyd": fitness.lloyd}
+CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 SEEDED = ["genetic", "cma_es"]
 METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
 """All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
@@ -72,7 +72,7 @@ def find(
 
         return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
     if method == "uniform":
-        fit = fitness.uniform(fitness, nodes, limits)
+        fit = uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
         from palpate.models.springs.descent import descend_smoothly

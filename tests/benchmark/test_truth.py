@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark import slab_truth as module
+from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, doubt, limit, load_truth, ratio, save_truth, truth_levels, truth_of

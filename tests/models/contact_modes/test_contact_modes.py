@@ -13,7 +13,6 @@ from palpate.models import fem
 from palpate.models.contact_modes import contact_modes, workshop
 from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
 from palpate.solvers.compliance import compute_compliance
-from tests.models.contact_modes.test_contact_modes import OPERATOR, distance
 
 SNAPSHOTS = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 

@@ -143,9 +143,8 @@ def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judg
     settings = measure(slab_case[0], "reduced", reduced, judge, 6, 0.0)[1].iloc[0]
     assert settings["relative_l2"] == pytest.approx(0.1 / 1.1) and settings[OPERATOR] == 0.0
     other = Scaled(slab_judge, 1.2)
-    settings = measure(slab_case[0], "reduced", reduced._replace(offline=one_stage(lambda *_: other)), judge, 6, 0.0)[
-        1
-    ].iloc[0]
+    far = reduced._replace(offline=one_stage(lambda *_: other))
+    settings = measure(slab_case[0], "reduced", far, judge, 6, 0.0)[1].iloc[0]
     wrong = found(slab_judge, -0.2, "test")["rmse_of_peak"].mean() / 1.1  # of the true peak, like all errors
     assert settings[OPERATOR] == pytest.approx(wrong)
     settings = measure(slab_case[0], "plain", reduced._replace(reduces=""), judge, 6, 0.0)[1].iloc[0]

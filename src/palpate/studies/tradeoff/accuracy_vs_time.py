@@ -1,10 +1,28 @@
-"""Tabulate accuracy_vs_time: every setting of every model on every scene, and when its preparation has paid."""
+"""Record which state of the code a number came from.
+
+Tabulate accuracy_vs_time: every setting of every model on every scene, and when its preparation has paid.
+"""
+
+import subprocess
+from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.measure import SETTING_COLUMNS
 from palpate.models.model_registry import SAVED_AGAINST
+
+
+def commit() -> str:
+    """Return the short commit of this package's source, with a + where files differ from it; or its version."""
+    folder = Path(__file__).parents[1]
+    words = ["git", "-C", str(folder), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]
+    try:
+        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return version("palpate")
+
 
 _BEFORE = SETTING_COLUMNS.index("threads")
 COLUMNS = [*SETTING_COLUMNS[:_BEFORE], "break_even_queries", "threads", "commit", "failure"]

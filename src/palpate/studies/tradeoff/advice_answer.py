@@ -5,10 +5,10 @@ from itertools import groupby
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.advice import NONE
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import capital, listed
-from palpate.studies.tradeoff.advice import NONE
 from palpate.studies.tradeoff.advice_words import exceeded, next_best
 from palpate.studies.tradeoff.figures.scene_rows import answers
 

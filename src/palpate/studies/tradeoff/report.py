@@ -5,15 +5,15 @@ from html import escape
 
 import pandas as pd
 
+from palpate.benchmark.advice import NONE
 from palpate.report import markup, tables
 from palpate.report.material import Report, Section
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import capital
-from palpate.studies.tradeoff.advice import NONE
 from palpate.studies.tradeoff.advice_words import error_of, limit, sentence
-from palpate.studies.tradeoff.figures.error_bounds import DEAR, SOURCES
 from palpate.studies.tradeoff.figures.scene_rows import averaged, first_split, front_rows
+from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 from palpate.studies.tradeoff.report_any_load import any_load
 from palpate.studies.tradeoff.report_models import given_table, models_table, variants_table
 from palpate.studies.tradeoff.report_numbers import hardest_of, numbers, pressed, scene_words

@@ -2,14 +2,14 @@
 
 import pandas as pd
 
+from palpate.benchmark.advice_other_loads import advise_any_load
 from palpate.report import markup, tables
 from palpate.report.material import Report
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent
 from palpate.report.words import listed
-from palpate.studies.tradeoff.advice_any_load import advise_any_load
 from palpate.studies.tradeoff.any_load_words import brief
-from palpate.studies.tradeoff.general_loads import KINDS
+from palpate.studies.tradeoff.general_loads import LOADS
 
 LIMITS = (0.05, 0.01)
 """Largest errors [of the peak] that the table asks for."""
@@ -26,7 +26,7 @@ def _taken(table: pd.DataFrame) -> str:
     rows = []
     for scene in tables.scenes(table):
         found = tables.where(table, scene=scene)
-        for kind in [kind for kind in KINDS if kind in set(found["kind"])]:
+        for kind in [kind for kind in LOADS if kind in set(found["kind"])]:
             limits = {
                 f"error of at most {percent(e)}": brief(advise_any_load(found, kind, max_error=e)) for e in LIMITS
             }
@@ -41,7 +41,7 @@ def _refusals(table: pd.DataFrame) -> str:
     rows = []
     for name, found in table[table["refused"] > 0].groupby("model", sort=False):
         answered = table[(table["model"] == name) & (table["refused"] == 0)]
-        never = [kind for kind in KINDS if kind in set(found["kind"]) - set(answered["kind"])]
+        never = [kind for kind in LOADS if kind in set(found["kind"]) - set(answered["kind"])]
         if never:
             said = found[found["kind"].isin(never)].drop_duplicates("kind")["failure"]
             what = "; ".join(dict.fromkeys(said.str.replace(r"^contact \d+", "the place", regex=True)))

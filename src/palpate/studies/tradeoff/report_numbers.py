@@ -4,6 +4,7 @@ from collections import Counter
 
 import pandas as pd
 
+from palpate.benchmark.advice import MARGIN, NONE
 from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST
 from palpate.report import tables
@@ -11,9 +12,7 @@ from palpate.report.material import Report
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import capital, listed, spaced
-from palpate.studies.tradeoff.advice import NONE
 from palpate.studies.tradeoff.advice_answer import answer
-from palpate.studies.tradeoff.advice_reasons import MARGIN
 from palpate.studies.tradeoff.advice_words import agreement_words
 from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, averaged, first_split
 from palpate.studies.tradeoff.limit_points import jumps

@@ -12,8 +12,8 @@ class Table(NamedTuple):
 
     name : of results/tables/<name>.csv
     description : what it holds, in a sentence
-    about : its columns in order, a line for those that share a meaning: "force_n torque_nm: load of a press [N, N m]"; a line that
-        continues the one before is indented by eight blanks
+    about : its columns in order, a line for those that share a meaning: "force_n torque_nm: load of a press [N, N m]";
+        a line that continues the one before is indented by eight blanks
     always : whether every run of the study makes it
     """
 

@@ -57,14 +57,14 @@ def any_load_lines(advice: AnyLoadAdvice) -> str:
         return _lines(f"{head}: none", because=advice.why)
     force = f"; of the force {percent(advice.force_error)}" if np.isfinite(advice.force_error) else ""
     share = percent(advice.doubted / advice.samples)
-    doubted = f"{advice.doubted} of {advice.samples} loads ({share}): it says that it does not know, and gives no answer"
+    count = f"{advice.doubted} of {advice.samples} loads ({share})"
     return _lines(
         f"{head}: {name(pd.Series(advice._asdict()))}",
         error=f"{percent(advice.error_of_peak)} of the peak displacement, {percent(advice.most)} at most{force}; "
         "against the fine operator, whose own error comes on top",
         bound=f"{'of those that it answers, ' if advice.doubted else ''}{percent(advice.sure)} of such loads at "
         f"another place are answered with an error of less than {percent(advice.most)}, the largest that was found",
-        doubts=doubted if advice.doubted else "",
+        doubts=f"{count}: it says that it does not know, and gives no answer" if advice.doubted else "",
         time=f"{seconds(advice.online_p95_s)} at the 95th percentile",
         before=f"{seconds(advice.offline_s)} of preparation"
         + (f", {seconds(advice.preparation_s)} for a new press" if advice.preparation_s > 0 else ""),

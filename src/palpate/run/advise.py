@@ -36,14 +36,10 @@ def advise_any_load(
     """Advise for one kind of ``load`` or all, in one scene of any_load.csv or all; InputError as ``advise``."""
     table = tables.read(results / "tables/any_load.csv")
     if scene is not None and scene not in tables.scenes(table):
-        raise InputError(
-            f"--scene {scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}."
-        )
+        raise InputError(f"--scene {scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}.")
     kinds = list(dict.fromkeys(table["kind"])) if load == "all" else [load.replace("-", " ")]
     return "\n".join(
-        any_load_lines(
-            other_loads.advise_any_load(tables.where(table, scene=name), kind, budget_ms, max_error, error)
-        )
+        any_load_lines(other_loads.advise_any_load(tables.where(table, scene=name), kind, budget_ms, max_error, error))
         for name in tables.scenes(table)
         if scene in (None, name)
         for kind in kinds

@@ -22,6 +22,7 @@ from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
 from palpate.studies.dynamic.reference import Reference
 from palpate.studies.dynamic.trial import Trial
+from palpate.table import Table
 
 ORDERS = {"backward_euler": 1, "bdf2": 2, "reduced": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
@@ -104,6 +105,22 @@ Tried = Iterator[tuple[int, Fitted, str]]
 """Numbers of steps, what takes them, and what of its settings is not the usual one, such as "tolerance=0.1"."""
 STEP = "step"
 """What of a setting varies, of those that differ in the step alone; of others it is the name before the equals sign."""
+
+
+DYNAMIC_ACCURACY = Table(
+    "dynamic_accuracy",
+    "The error of each model over a whole scene in motion, and the time that it takes.",
+    """
+    scene body model setting varied: what moves, and what of a setting is not the usual one
+    level nodes step_s steps failures: mesh, step [s], and 1 for a motion that did not reach the end
+    rmse_m rmse_of_peak p95_of_peak max_of_peak: errors over all frames and surface nodes [m, peak]
+    ms_per_step step_p95_ms real_time_factor: times of a step [ms], and seconds for a second of motion
+    estimate_of_peak estimate_s: what the model says of its own error, and the time that takes
+    offline_s: preparation [s]
+    reference_level reference_nodes reference_step_s reference_change: the reference, and what halving its step changed
+    duration_s resolved_s: of the scene, and of what is compared
+    """,
+)
 
 
 def measure(

@@ -19,15 +19,26 @@ from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
 from palpate.studies.dynamic.accuracy import measure
 from palpate.studies.dynamic.reference import reference
-from palpate.studies.dynamic.tables import TABLES
 from palpate.studies.dynamic.trial import Trial
+from palpate.table import Table
 
 MEASURED = [
     "scene", "body", "contact", "model", "setting", "failures", "rmse_of_peak", "estimate_of_peak", "estimate_s",
     "peak_m", "reference_change",
 ]  # fmt: skip
 """The columns of what was measured at each place."""
-COLUMNS = TABLES["motion_bounds"].columns.split()
+MOTION_BOUNDS = Table(
+    "motion_bounds",
+    "Below what the error of nine motions in ten stays where the push is at another place, and how often it did.",
+    """
+    scene body model setting estimate: what answers, and what its error is estimated from
+    places unresolved failures: other places; those whose reference is not resolved; those without an answer
+    rank_correlation error_of_peak bound_factor bound_of_peak sharpness: as in error_bounds, medians over the places
+    coverage coverage_low: share of the places held out below their bound, and its low end
+    estimate_s: time of an estimate [s]
+    """,
+    always=False,
+)
 
 
 def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
@@ -40,7 +51,7 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     coverage, coverage_low, sharpness : at places held out, as ``coverage.Coverage``
     """
     rows = [row for table in tables for _, scene in table.groupby("scene", sort=False) for row in _of_scene(scene)]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return MOTION_BOUNDS.frame(rows)
 
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:

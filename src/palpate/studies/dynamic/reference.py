@@ -13,6 +13,7 @@ import pandas as pd
 from palpate.errors import NotConverged
 from palpate.files import write_whole
 from palpate.studies.dynamic.trial import Trial
+from palpate.table import Table
 
 LOOSER = 4.0
 """How many times the change of the step may be as large in the motion that models are fitted to."""
@@ -149,6 +150,16 @@ def load(path: Path | str) -> Reference:
     with np.load(path) as file:
         kept = {field.name: file[field.name] for field in fields(Reference)}
     return Reference(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})
+
+
+DYNAMIC_REFERENCE = Table(
+    "dynamic_reference",
+    "What halving the reference's step changes in each frame, and which frames models are compared in.",
+    """
+    scene step_s time_s: a scene, the step that was halved, and the frame [s]
+    change_of_peak bound resolved: the change, the bound at which halving ends, and whether the frame is compared
+    """,
+)
 
 
 def tabulate(trial: Trial, found: Converged) -> pd.DataFrame:

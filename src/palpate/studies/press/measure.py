@@ -21,8 +21,18 @@ from palpate.benchmark.truth import OWN, load_truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_out
 from palpate.press.portable.export import Progress, export_model
-from palpate.studies.press.tables import TABLES
+from palpate.table import Table
 
+PRESS = Table(
+    "press",
+    "The models that answer in this page: their errors on presses whose truth was simulated, and their time.",
+    """
+    body model contacts samples: what answers, contacts that are prepared, presses with a truth
+    rmse_of_peak rmse_of_peak_most: median and largest error [peak]
+    error_of_peak doubted: the error that the model states itself, and how many answers it doubts
+    online_median_s online_p95_s file_mb: time of an answer in Python [s], and size of the file [1e6 bytes]
+    """,
+)
 REGIME = "press"
 """The name of a regime that has no samples."""
 
@@ -133,7 +143,7 @@ def measure(
         row |= {"error_of_peak": _median(told), "doubted": sum(bool(answer.doubt) for answer in answers)}
         row |= {"online_median_s": _median(seconds), "online_p95_s": float(np.percentile(seconds, 95))}
         rows.append(row | {"file_mb": files_mb[name]})
-    return pd.DataFrame(rows, columns=TABLES["press"].columns.split())
+    return PRESS.frame(rows)
 
 
 def _timed(model: Any, presses: list[dict]) -> float:

@@ -14,8 +14,8 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.load import Answer, Load, Press
-from palpate.benchmark.measure import LABELS, Queries, labels_of, prepared_settings
+from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press
+from palpate.benchmark.measure import Queries, labels_of, prepared_settings
 from palpate.benchmark.model import Case, Model, Solver, answered, checked
 from palpate.benchmark.static_responses import NESTED
 from palpate.benchmark.timing import said, time_calls
@@ -25,9 +25,8 @@ from palpate.errors import NotConverged
 from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import Simulation
 from palpate.solvers.equilibrium import FastEquilibrium
+from palpate.table import Table
 
-PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
-LOADS = (PREPARED, NEW, TWO, DEPTH)
 SHARE = 0.7
 """Part of its own force that each of two presses has, so that both together squeeze no element that one would not."""
 APART = 2.0
@@ -126,11 +125,19 @@ def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
 MEANS = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error"]
 MOST = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]
 """The errors whose largest one is tabulated beside their mean: there are few loads of a kind."""
-COLUMNS = [
-    *LABELS, "kind", "samples", "refused", "doubted", "failures", "contacts", *MEANS,
-    *(f"{name}_most" for name in MOST), "online_median_s", "online_p95_s", "preparation_s",
-    "offline_s", "memory_mb", "failure",
-]  # fmt: skip
+ANY_LOAD = Table(
+    "any_load",
+    "Loads that models were not prepared for, against the fine operator: new places, two contacts, a disc to a depth.",
+    """
+    scene body regime model setting kind: what is asked, and the kind of load
+    samples refused doubted failures contacts: loads; refused beforehand, doubted, failed; places that were answered
+    rmse_of_peak relative_l2 patch_rms_of_peak patch_max_of_peak force_error: mean errors; of the force of a pushed disc
+    rmse_of_peak_most patch_rms_of_peak_most force_error_most: the largest of them
+    online_median_s online_p95_s preparation_s: time of an answer, and beforehand for one press [s]
+    offline_s memory_mb failure: preparation of all contacts [s], memory [1e6 bytes], and the first reason
+    """,
+    always=False,
+)
 
 
 def measure_any(
@@ -143,7 +150,7 @@ def measure_any(
     budget_s: float,
     progress: Callable = iter,
 ) -> pd.DataFrame:
-    """Measure those settings of ``model`` whose text ``pattern`` is found in: a row each kind of question, COLUMNS.
+    """Measure those settings of ``model`` whose text ``pattern`` is found in: a row each kind of question.
 
     repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
     Errors are means over what was answered, at so many ``contacts``, against the fine operator; ``refused`` of the
@@ -167,7 +174,7 @@ def measure_any(
                 else:
                     place = case.n_surface, model.place
                     rows.append(row | _asked(one.solver, questions, ready, repeats, budget_s, *place))
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return ANY_LOAD.frame(rows)
 
 
 def _asked(
@@ -219,18 +226,17 @@ RIGHT, RIGHT_AT_PATCH = 0.01, 0.05
 """What an answer that is right is wrong by at most, as a share of the peak: RMSE, and at the worst node of the disc."""
 STEPS, LEFT = 60, 1e-3
 """Most steps of L-BFGS on the finest level, 15 are usual, and the residual over the load that ends them."""
-BEYOND_COLUMNS = [
-    *LABELS,
-    "kind",
-    "samples",
-    "unsound",
-    "right",
-    "doubted",
-    "needless",
-    "wrong",
-    "rmse_most",
-    "patch_max_most",
-]
+BEYOND_DESIGN = Table(
+    "beyond_design",
+    "Presses that models were not made for: how many answers are right, doubted by the model itself, or wrong.",
+    """
+    scene body regime model setting kind: what is asked, and the kind of press
+    samples unsound: presses, and those that have no answer that would be right
+    right doubted needless wrong: answers that are right, doubted, doubted needlessly, and wrong without a word
+    rmse_most patch_max_most: largest errors of those that are not doubted [peak]
+    """,
+    always=False,
+)
 
 
 class Pressed(NamedTuple):
@@ -272,7 +278,7 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
 
 
 def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Sequence[Pressed]) -> pd.DataFrame:
-    """Ask those settings of ``model`` whose text ``pattern`` is found in: a row each kind of press, COLUMNS.
+    """Ask those settings of ``model`` whose text ``pattern`` is found in: a row each kind of press.
 
     Of the ``samples`` presses ``right`` are answered so, ``doubted`` are not answered, ``needless`` of them would have
     been right, and ``wrong`` are answered wrongly without a word; ``unsound`` ones have no answer that would be right.
@@ -290,7 +296,7 @@ def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Seq
             most = [max((e[k] for e in judged if np.isfinite(e[k])), default=np.nan) for k in (1, 2)]
             rows.append(told | {"kind": kind, "samples": len(judged), "unsound": unsound, "doubted": doubted} | counts)
             rows[-1] |= {"rmse_most": most[0], "patch_max_most": most[1]}
-    return pd.DataFrame(rows, columns=BEYOND_COLUMNS)
+    return BEYOND_DESIGN.frame(rows)
 
 
 def _judged(solver: Solver, press: Pressed) -> tuple[str, float, float]:

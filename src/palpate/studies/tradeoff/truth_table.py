@@ -20,15 +20,27 @@ from palpate.bodies.refinement import finer
 from palpate.bodies.smooth_surface import SmoothSurface
 from palpate.effects.patch_load import patch_at, spread
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
-COLUMNS = [
-    "scene", "radius_m", "samples", "rejected", "elements", "level", "nodes", "inverted", "rmse_of_peak", "relative_l2",
-    "patch_rms_of_peak", "order", "rmse_of_peak_max", "relative_l2_max", "patch_rms_of_peak_max", "ratio_min",
-    "ratio_max", "least_det", "squeezed", "volume_change", "iterations", "cycles", "seconds",
-    "validation_samples", "validation_rmse_of_peak", "validation_patch_rms_of_peak", "other_element",
-    "other_element_patch", "other_element_samples", "other_element_own", "other_element_own_patch", "geometry_of_peak",
-    "geometry_patch_of_peak", "geometry_samples", "why_rejected",
-]  # fmt: skip
+TRUTH = Table(
+    "truth",
+    "How exactly the truth of each scene is known, the mesh and time that it takes, and what volume the body loses.",
+    """
+    scene radius_m samples rejected: a scene, the disc's radius [m], test samples, and those without a truth
+    elements level nodes inverted: the finest mesh, and the samples with an element inside out
+    rmse_of_peak relative_l2 patch_rms_of_peak order: means of the truth's own errors, and the order of convergence
+    rmse_of_peak_max relative_l2_max patch_rms_of_peak_max: its greatest errors
+    ratio_min ratio_max: between which the ratios of successive changes lie
+    least_det squeezed volume_change: least determinant of F, samples below a half, and change of volume / volume
+    iterations cycles seconds: means of a sample's iterations, multigrid cycles and time [s]
+    validation_samples validation_rmse_of_peak validation_patch_rms_of_peak: samples that choose settings and do without
+        the finest mesh, and their truth's own errors
+    other_element other_element_patch other_element_samples: distance of linear elements' limit, on so many samples
+    other_element_own other_element_own_patch: the truth's own errors on these
+    geometry_of_peak geometry_patch_of_peak geometry_samples: what the facets change against the smooth shape
+    why_rejected: the reasons, with their counts
+    """,
+)
 _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 
 
@@ -101,7 +113,7 @@ def truth_table(
     rows = [
         truth_row(scene, truth, (others or {}).get(scene), (shares or {}).get(scene)) for scene, truth in truths.items()
     ]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return TRUTH.frame(rows)
 
 
 def _own(truth: Truth, samples: np.ndarray, name: str) -> dict[str, float]:

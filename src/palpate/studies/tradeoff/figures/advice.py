@@ -1,11 +1,4 @@
-"""Errors of the advised model and of the next best model within each budget, over the surface and at the patch.
-
-Draw what is advised for fingers of several radii, and where that changes.
-
-Draw errors against time for loads that models were not prepared for, a column for each kind of load.
-
-Number of answers after which the preparation of a model has paid.
-"""
+"""Draw advice: errors within each budget, fingers of other radii, other kinds of load, and when preparing pays."""
 
 from textwrap import fill
 
@@ -18,12 +11,12 @@ from matplotlib.patches import Patch, Rectangle
 
 from palpate.benchmark.advice import NONE
 from palpate.benchmark.comparison import BY_ERROR, EQUAL, KINDS, pick
+from palpate.benchmark.load import DEPTH, LOADS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.number_format import percent
 from palpate.studies.tradeoff.figures.precision import LEAST
 from palpate.studies.tradeoff.figures.scene_rows import answers, averaged, first_split, own_error
-from palpate.studies.tradeoff.general_loads import DEPTH, LOADS
 
 NAMES = {"rms": "RMSE", "patch": "RMS at the patch"}
 """The kinds of error that advice is asked for, as axes name them."""

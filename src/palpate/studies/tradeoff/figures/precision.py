@@ -1,9 +1,4 @@
-"""Draw one panel of the work–precision diagram: one kind of error against time, for one scene.
-
-Draw error against online time of every model at its settings, on one scene: the work–precision diagram.
-
-Draw the models that are worth taking on one scene, large enough to be read on a telephone.
-"""
+"""Draw error against online time of every model at its settings, and of those that are worth taking, on one scene."""
 
 from textwrap import fill
 from typing import Any

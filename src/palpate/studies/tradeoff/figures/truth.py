@@ -1,9 +1,4 @@
-"""Draw how well the truth of each scene is known, and the order in which quadratic elements converge to it.
-
-Draw what is known of the error of a single answer: how sharp its bounds are, and how often they hold.
-
-Draw where the corotational law itself has limit points: the dent against the pressure of a finger, by contact.
-"""
+"""Draw how well truths are known, what bounds of single answers are worth, and where the law has limit points."""
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -14,8 +9,7 @@ from matplotlib.lines import Line2D
 from palpate.benchmark.conformal import LEVEL
 from palpate.benchmark.presses import PRESSURE
 from palpate.report import style, tables
-from palpate.studies.tradeoff.figures.scene_rows import KNOWN
-from palpate.studies.tradeoff.limit_points import jumps
+from palpate.studies.tradeoff.figures.scene_rows import KNOWN, jumps
 
 COLUMNS = {
     "rmse_of_peak": ("over the surface, RMSE of peak", "#0072b2", "o"),

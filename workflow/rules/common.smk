@@ -155,7 +155,12 @@ def published_of(study):
 def templates(*studies):
     """The templates of the report about some studies, and the numbers that their papers published."""
     folders = [ROOT / "src/palpate/report", *(ROOT / f"src/palpate/studies/{study}" for study in studies)]
-    return [relpath(path) for folder in folders for kind in ("md", "rst", "yaml") for path in sorted(folder.rglob(f"*.{kind}"))]
+    return [
+        relpath(path)
+        for folder in folders
+        for kind in ("md", "rst", "yaml")
+        for path in sorted(folder.rglob(f"*.{kind}"))
+    ]
 
 
 def hold_folder():

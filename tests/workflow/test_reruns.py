@@ -174,6 +174,7 @@ def test_a_second_body_leaves_the_first(after):
 
 
 TOY = {
+    "src/palpate/studies/toy/__init__.py": "",
     "workflow/rules/toy.smk": """
 TARGETS["toy"] = tabulated("toy") + figures("toy", "toy")
 
@@ -189,19 +190,37 @@ rule measure_toy:
     script:
         "../job.py"
 """,
-    "src/palpate/studies/toy/__init__.py": "",
     "src/palpate/studies/toy/jobs.py": '''
 """What the rules of the study call."""
+
+
+def measure_toy(params):
+    from palpate.studies.toy.coin import throw
+
+    return throw(params.throws)
+''',
+    "src/palpate/studies/toy/coin.py": '''
+"""Throw a coin."""
 
 import random
 
 import pandas as pd
 
+from palpate.table import Table
 
-def measure_toy(params):
+TOY = Table(
+    "toy",
+    "Each throw of a coin.",
+    """
+    throw heads: its number, and whether it showed heads
+    """,
+)
+
+
+def throw(times: int) -> pd.DataFrame:
+    """Return the rows of TOY."""
     coin = random.Random(1)
-    heads = [coin.random() < 0.5 for _ in range(params.throws)]
-    return pd.DataFrame({"throw": range(len(heads)), "heads": heads})
+    return TOY.frame([number, coin.random() < 0.5] for number in range(times))
 ''',
     "src/palpate/studies/toy/settings.py": '''
 """Settings of the toy study."""
@@ -214,54 +233,46 @@ class Settings(Block):
 
     throws: Count = key("How often", 10)
 ''',
-    "workflow/report/toy/introduction.rst": "A coin was thrown {toy_throws} times.\n",
-    "workflow/report/toy/toy.rst": "Heads and tails.\n",
-    "src/palpate/studies/toy/tables.py": '''
-"""Tables of the toy study."""
-
-from palpate.report.table import Table
-
-TABLES = {"toy": Table("throw heads", "Each throw of a coin, and whether it showed heads.")}
-''',
-    "src/palpate/report/toy/__init__.py": "",
-    "src/palpate/report/toy/toy.py": '''
+    "src/palpate/studies/toy/figures.py": '''
 """Throws of a coin."""
 
 from matplotlib.figure import Figure
 
 from palpate.report import style
 
-TABLES = ("toy",)
 
-
-@style.styled
-def draw(toy) -> Figure:
+@style.figure("toy", tables=("toy",))
+def draw_toy(toy) -> Figure:
     """Draw heads over throws."""
     figure = Figure()
     figure.subplots().plot(toy["throw"], toy["heads"])
     return figure
 ''',
-    "src/palpate/report/parts/toy.py": '''
+    "src/palpate/studies/toy/report.py": '''
 """The part of the report on the toy study."""
-
-from palpate.studies.toy.tables import TABLES
-
-__all__ = ["TABLES", "TITLE", "numbers", "sections"]
 
 TITLE = "A coin"
 
 
-def numbers(report) -> dict[str, str]:
-    """Return the numbers of the captions."""
-    return {"toy_throws": str(len(report.tables["toy"]))}
-
-
-def sections(report) -> list[tuple[str, str, str]]:
-    """Return the one section."""
-    return [("toy_section", "Thrown", report.figure("toy") + report.folded("toy"))]
+def numbers(report) -> dict[str, int]:
+    """Return what the template names."""
+    return {"throws": len(report.tables["toy"])}
 ''',
+    "src/palpate/studies/toy/report.md": """
+{% call finding() %}
+A coin was thrown {{ throws }} times.
+{% endcall %}
+
+{{ figure("toy") }}
+
+{% call fold("How to read it") %}
+Heads and tails.
+{% endcall %}
+
+{{ folded("toy") }}
+""",
 }
-"""A study, as docs/add-a-study.md describes: its files, none of which another study has."""
+"""The files of a study that throws a coin; docs/add-a-study.md shows them."""
 LINE = '    "toy",\n'
 
 

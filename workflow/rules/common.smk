@@ -99,9 +99,11 @@ def calls(function, lazily=()):
 
     lazily : modules or packages of palpate that are imported by name at run time, or a function of the wildcards
     """
-    of_job = callable(lazily)
-    code = (lambda wildcards: digest(function, *lazily(wildcards))) if of_job else digest(function, *lazily)
-    return {"call": function, "code": code}
+    if callable(lazily):
+        code = lambda wildcards: digest(function, *lazily(wildcards))
+    else:
+        code = digest(function, *lazily)
+    return {"call": function, "lazily": lazily, "code": code}
 
 
 def some(block, *keys):

@@ -281,10 +281,10 @@ def why_within(
         next_best(rival, best, known.column, known.floor),
     ]
     settings = known.settings[~known.settings["model"].isin(BOUNDS)]
-    why_late = settings[(settings["failures"] == 0) & (settings[known.chosen_by] < best[known.chosen_by])]
-    why_late = why_late[(1e3 * why_late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
-    if len(why_late) and best[known.chosen_by] > known.floor:
-        close = why_late.loc[why_late[known.chosen_by].idxmin()]
+    late = settings[(settings["failures"] == 0) & (settings[known.chosen_by] < best[known.chosen_by])]
+    late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
+    if len(late) and best[known.chosen_by] > known.floor:
+        close = late.loc[late[known.chosen_by].idxmin()]
         parts.append(
             f"{name(close)} has a smaller error ({percent(close[known.column])}) "
             f"but too close to the budget ({_ms(close['online_p95_s'])})"
@@ -296,7 +296,7 @@ def _sure(confidence: float, rival: pd.Series | None) -> str:
     """Explain how often a choice is the best of what fits, or that it hardly differs from the others."""
     if confidence < UNSURE:
         who = name(rival) if rival is not None else "its other settings"
-        more = f"another setting is less why_wrong in {_share(1 - confidence)} of draws"
+        more = f"another setting is less wrong in {_share(1 - confidence)} of draws"
         return f"hardly better than {who}: on the test contacts {more}"
     return f"best, or tied with the best, in {_share(confidence)} of draws of the test contacts"
 

@@ -50,35 +50,18 @@ def folder(study: str) -> Path:
 
 def figures(study: str) -> dict[str, Declared]:
     """Return the figures of a study by name, in the order of its files."""
-    return {
-        found.name: found for found in (*_decorated(study, "figures", "figure"), *_older(study, "figures/*.py", "draw"))
-    }
+    return {found.name: found for found in _decorated(study, "figures", "figure")}
 
 
 def claims(study: str) -> dict[str, tuple[str, ...]]:
     """Return the functions of a study that judge claims of the papers, by place, with the tables that each gets."""
-    found = (*_decorated(study, "claims", "claims"), *_older(study, "claims*.py", "claims"))
-    return {each.place: each.tables for each in found}
-
-
-def _older(study: str, pattern: str, function: str) -> Iterator[Declared]:
-    """Yield the modules that name their tables by a constant TABLES and have one function of that name."""
-    for path in sorted(folder(study).glob(pattern)):
-        dotted = ".".join((studies.__name__, study, *path.relative_to(folder(study)).with_suffix("").parts))
-        for line in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
-                yield Declared(path.stem, f"{dotted}:{function}", ast.literal_eval(line.value))
+    return {found.place: found.tables for found in _decorated(study, "claims", "claims")}
 
 
 @cache
 def tables(study: str) -> dict[str, Table]:
     """Return the tables that a study declares, and those of benchmark/ that its report names in READS, by name."""
     found = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
-    if (folder(study) / "tables.py").is_file():  # a study that declares its tables apart from their rows
-        from importlib import import_module
-
-        old = import_module(f"{studies.__name__}.{study}.tables").TABLES
-        found += [Table(name, one.description, f"{one.columns}:", one.always) for name, one in old.items()]
     report = folder(study) / "report.py"
     for line in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
         if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "READS":

@@ -16,7 +16,7 @@ from palpate.studies.tradeoff.figures.scene_rows import answers, averaged, curve
 
 @pytest.fixture
 def found(trade_off_tables):
-    return [trade_off_tables[name].copy() for name in precision.TABLES]
+    return [trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice")]
 
 
 BLENDS = "paper_enrichment"

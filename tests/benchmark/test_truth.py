@@ -15,8 +15,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff.other_element import other_element
-from palpate.studies.tradeoff.truth_table import COLUMNS, truth_table
+from palpate.studies.tradeoff.truth_table import COLUMNS, other_element, truth_table
 
 RADIUS_M = 0.03
 

@@ -184,7 +184,7 @@ def _roots(tree: ast.Module) -> Iterator[str]:
 def _columns(about: ast.AST) -> list[str]:
     """Return the columns that a declared table names, without their meanings."""
     text = about.value if isinstance(about, ast.Constant) else ""
-    return [line.partition(":")[0].strip() for line in str(text).splitlines()]
+    return [line.partition(":")[0].strip() for line in str(text).splitlines() if line[:8].strip()]
 
 
 def _is_text(line: ast.AST) -> bool:

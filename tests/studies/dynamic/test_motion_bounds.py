@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN
-from palpate.studies.dynamic.motion_bounds import MEASURED, motion_bounds
+from palpate.studies.dynamic.elsewhere import MEASURED, motion_bounds
 from palpate.studies.dynamic.tables import TABLES
 
 PLACES = 20

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.studies.tradeoff.advice_agreement import AGREEMENT_COLUMNS, RADIUS_COLUMNS, agreed, agreement, by_radius
+from palpate.benchmark.advice import AGREEMENT_COLUMNS, RADIUS_COLUMNS, agreed, agreement, by_radius
 from palpate.studies.tradeoff.advice_words import agreement_words
 
 

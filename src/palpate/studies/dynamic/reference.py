@@ -1,14 +1,19 @@
-"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
+"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing.
+
+Tabulate up to when the steps of a reference are resolved.
+"""
 
 import warnings
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from palpate.errors import NotConverged
 from palpate.files import write_whole
-from palpate.studies.dynamic.dynamic_trial import Trial
+from palpate.studies.dynamic.trial import Trial
+from palpate.table import Table
 
 LOOSER = 4.0
 """How many times the change of the step may be as large in the motion that models are fitted to."""
@@ -145,3 +150,30 @@ def load(path: Path | str) -> Reference:
     with np.load(path) as file:
         kept = {field.name: file[field.name] for field in fields(Reference)}
     return Reference(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})
+
+
+DYNAMIC_REFERENCE = Table(
+    "dynamic_reference",
+    "What halving the reference's step changes in each frame, and which frames models are compared in.",
+    """
+    scene step_s time_s: a scene, the step that was halved, and the frame [s]
+    change_of_peak bound resolved: the change, the bound at which halving ends, and whether the frame is compared
+    """,
+)
+
+
+def tabulate(trial: Trial, found: Converged) -> pd.DataFrame:
+    """Tabulate dynamic_reference.csv, a row a frame and halving of the step.
+
+    Columns: step_s, the step that it came to; change_of_peak, what it changed the frame by, RMSE over the peak of all
+    frames; bound; resolved, whether errors of models are taken at this frame.
+    """
+    times = trial.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
+    parts = [
+        pd.DataFrame({"step_s": step, "time_s": times, "change_of_peak": changes})
+        for step, changes in zip(found.tried_s[2:], found.changes, strict=True)
+    ]
+    table = pd.concat(parts, ignore_index=True).assign(bound=found.bound)
+    table["resolved"] = table["time_s"] <= found.duration_s * (1 + 1e-9)
+    table.insert(0, "scene", trial.name)
+    return table

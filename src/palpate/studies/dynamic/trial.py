@@ -1,14 +1,19 @@
-"""Turn a scene into a trial of models: what moves and what acts, apart from what holds it together."""
+"""Nested levels of a sheet: lattices whose cells are halved.
+
+Turn a scene into a trial of models: what moves and what acts, apart from what holds it together.
+"""
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
+from palpate.bodies.box import sheet
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
-from palpate.bodies.refinement import finer
+from palpate.bodies.refinement import finer, midpoints_between
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
@@ -16,7 +21,53 @@ from palpate.scenes.build_system import compose
 from palpate.scenes.dynamic_check import TAKEN_OVER, acts, check_trial, fits, taught
 from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene
-from palpate.studies.dynamic.sheet_levels import nest_sheet
+
+
+def nest_sheet(body: Body, count: int) -> Body:
+    """Nest a sheet: one of half its divisions, refined ``count`` times, so that level 1 is the sheet's own.
+
+    A sheet with divisions that are odd stays as it is.
+    """
+    own = body.coarse
+    assert isinstance(own, Sheet)
+    divisions = _divisions(own)
+    if any(number % 2 for number in divisions):
+        return body
+    half = sheet(list(np.ptp(own.nodes, axis=0)[:2]), [number // 2 for number in divisions], own.thickness_m)
+    near = cKDTree(own.nodes).query(half.nodes)[1]
+    levels, prolongations, anchors = [half], [], [np.flatnonzero(np.isin(near, body.anchors[0]))]
+    for number in range(count):
+        finer, prolongation = refine_sheet(levels[-1])
+        if number:
+            held = midpoints_between(anchors[-1], prolongation)
+        else:
+            held = np.flatnonzero(np.isin(cKDTree(own.nodes).query(finer.nodes)[1], body.anchors[0]))
+        levels.append(finer)
+        prolongations.append(prolongation)
+        anchors.append(held)
+    return Body(body.name, levels, prolongations, anchors, body.material)
+
+
+def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
+    """Split the cells of a sheet; return the finer one, whose first nodes are the coarse ones, and the prolongation.
+
+    A finer lattice has its nodes where the coarse one has nodes and middles of edges, diagonals included.
+    """
+    count, ends = len(coarse.nodes), coarse.edges
+    nodes = np.vstack([coarse.nodes, coarse.nodes[ends].mean(axis=1)])
+    divisions = [2 * number for number in _divisions(coarse)]
+    lattice = sheet(list(np.ptp(coarse.nodes, axis=0)[:2]), divisions, coarse.thickness_m)
+    triangles = cKDTree(nodes).query(lattice.nodes)[1][lattice.triangles]
+    rows = np.concatenate([np.arange(count), count + np.repeat(np.arange(len(ends)), 2)])
+    columns, values = np.concatenate([np.arange(count), ends.ravel()]), np.ones(len(rows))
+    values[count:] = 0.5
+    prolongation = sparse.csr_array((values, (rows, columns)), shape=(len(nodes), count))
+    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), prolongation
+
+
+def _divisions(lattice: Sheet) -> list[int]:
+    """Return the cells of a lattice along x and y."""
+    return [len(np.unique(lattice.nodes[:, axis].round(9))) - 1 for axis in range(2)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,16 +4,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from palpate.benchmark import advice as pressed
+from palpate.benchmark import advice_other_loads as other_loads
 from palpate.benchmark.comparison import read_errors
 from palpate.errors import InputError
 from palpate.report import tables
-from palpate.studies.tradeoff import advice as pressed
-from palpate.studies.tradeoff import advice_any_load as any_load
-from palpate.studies.tradeoff import advice_words, any_load_words, motion_words
-from palpate.studies.tradeoff.advice_agreement import same_in
-from palpate.studies.tradeoff.advice_list import advice_list
-from palpate.studies.tradeoff.advice_motion import advise_motion
-from palpate.studies.tradeoff.general_loads import KINDS
+from palpate.report.advice_words import advice_list, any_load_lines, lines
 
 
 def advise(results: Path, scene: str | None, limits: dict[str, list[float]], error: str) -> str:
@@ -41,11 +37,9 @@ def advise_any_load(
     table = tables.read(results / "tables/any_load.csv")
     if scene is not None and scene not in tables.scenes(table):
         raise InputError(f"--scene {scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}.")
-    kinds = [kind for kind in KINDS if load in ("all", kind.replace(" ", "-"))]
+    kinds = list(dict.fromkeys(table["kind"])) if load == "all" else [load.replace("-", " ")]
     return "\n".join(
-        any_load_words.lines(
-            any_load.advise_any_load(tables.where(table, scene=name), kind, budget_ms, max_error, error)
-        )
+        any_load_lines(other_loads.advise_any_load(tables.where(table, scene=name), kind, budget_ms, max_error, error))
         for name in tables.scenes(table)
         if scene in (None, name)
         for kind in kinds
@@ -61,10 +55,10 @@ def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict
     if "speeds" in limits:
         return f"{scene}: what is pressed and does not move has no speed; give --budget-ms"
     advised = pressed.advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind])
-    same, splits = same_in(advised)
+    same, splits = pressed.same_in(advised)
     agreed = f"the same model in {same} of {splits} splits of the contacts" if splits > 1 else ""
     shown = tables.where(rows, split=advised["split"].iloc[0])
-    return advice_words.lines(advised.iloc[0], shown, agreed)
+    return lines(advised.iloc[0], shown, agreed)
 
 
 def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> str:
@@ -73,4 +67,4 @@ def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> st
     if kind != "rms":
         return f"{scene}: a scene that moves has no patch; leave --error {kind} out"
     bounds = tables.where(tables.read(path), scene=scene) if path.is_file() else None
-    return motion_words.lines(advise_motion(rows, **limits, bounds=bounds).iloc[0], rows)
+    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds).iloc[0], rows)

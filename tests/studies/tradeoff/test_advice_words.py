@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from palpate.studies.tradeoff.advice_words import sentence
 
 from palpate.report import tables
-from palpate.studies.tradeoff.advice_words import lines, sentence
+from palpate.report.advice_words import lines
 
 
 @pytest.fixture

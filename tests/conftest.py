@@ -25,7 +25,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
-from palpate.studies.tradeoff.error_estimates import COLUMNS as ACCURACY_VS_TIME
+from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 
 kernel_lock.one_at_a_time()
 

@@ -6,8 +6,8 @@ import pytest
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN, SAMPLES, Scene, error_bounds
 from palpate.benchmark.judge import TRAINING
-from palpate.studies.tradeoff.claims import TABLES
 from palpate.studies.tradeoff.error_estimates import COARSER, EVERY, RESIDUAL
+from palpate.studies.tradeoff.tables import TABLES
 
 CONTACTS = 12
 

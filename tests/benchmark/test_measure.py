@@ -27,8 +27,7 @@ from palpate.benchmark.model import BODYS, Solver, one_stage
 from palpate.benchmark.timing import WARM_UP
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import SAVED_AGAINST
-from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time, commit
-from palpate.studies.tradeoff.error_estimates import COLUMNS
+from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time, commit
 
 
 class Scaled(Solver):

@@ -8,7 +8,7 @@ import pytest
 from palpate.benchmark.database import write
 from palpate.benchmark.split import fold_table
 from palpate.bodies.body_file import save
-from palpate.studies.tradeoff.error_estimates import COLUMNS as ACCURACY_VS_TIME
+from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
 
 CONFIG = """\
 bodies:

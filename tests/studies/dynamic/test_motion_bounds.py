@@ -6,7 +6,7 @@ import pytest
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN
 from palpate.studies.dynamic.elsewhere import MEASURED, motion_bounds
-from palpate.studies.enrichment.premises import TABLES
+from palpate.studies.dynamic.tables import TABLES
 
 PLACES = 20
 

@@ -6,7 +6,7 @@ from fixtures.material import material, numbers
 from palpate.benchmark.advice_other_loads import advise_motion
 from palpate.report import page as report
 from palpate.studies.dynamic import report as dynamic
-from palpate.studies.dynamic.figures import COLUMNS
+from palpate.studies.dynamic.elsewhere import COLUMNS
 
 
 def test_the_headline_is_about_models_in_real_time(dynamic_table):

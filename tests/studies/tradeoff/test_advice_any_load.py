@@ -2,12 +2,11 @@
 
 import pandas as pd
 import pytest
-from palpate.studies.tradeoff.any_load_words import brief
 
 from palpate.benchmark.advice import NONE
 from palpate.benchmark.advice_other_loads import advise_any_load
-from palpate.report.advice_words import lines
-from palpate.studies.tradeoff.claims import TABLES
+from palpate.studies.tradeoff.any_load_words import brief, lines
+from palpate.studies.tradeoff.tables import TABLES
 
 
 def rows(*told):

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from palpate.studies.tradeoff.advice_words import sentence
 
 from palpate.report import tables
-from palpate.report.advice_words import lines
+from palpate.studies.tradeoff.advice_words import lines, sentence
 
 
 @pytest.fixture

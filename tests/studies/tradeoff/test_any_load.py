@@ -15,10 +15,8 @@ from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.shape_matching.clusters import KINDS
 from palpate.studies.tradeoff import general_loads
-from palpate.studies.tradeoff.error_estimates import COLUMNS
-from palpate.studies.tradeoff.general_loads import DEPTH, NEW, PREPARED, TWO, measure_any, questions
+from palpate.studies.tradeoff.general_loads import COLUMNS, DEPTH, KINDS, NEW, PREPARED, TWO, measure_any, questions
 
 RADIUS_M = 0.02
 

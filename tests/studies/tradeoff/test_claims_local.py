@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from palpate.studies.tradeoff.claims import claims
+from palpate.studies.tradeoff.claims_local import claims
 
 
 def rows(local_error, local_s):

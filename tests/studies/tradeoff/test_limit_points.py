@@ -10,9 +10,7 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff import limit_points as module
-from palpate.studies.tradeoff.error_estimates import COLUMNS
-from palpate.studies.tradeoff.figures.scene_rows import jumps
-from palpate.studies.tradeoff.limit_points import limit_points
+from palpate.studies.tradeoff.limit_points import COLUMNS, jumps, limit_points
 
 LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": 3000.0, "poisson": 0.3}
 LIVER |= {"density_kg_m3": 1000.0, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}

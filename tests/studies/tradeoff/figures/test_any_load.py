@@ -3,8 +3,8 @@
 import numpy as np
 from fixtures.trade_off import any_load as made_up
 
-from palpate.studies.shape_matching.clusters import KINDS
 from palpate.studies.tradeoff.figures import advice
+from palpate.studies.tradeoff.general_loads import KINDS
 
 
 def test_every_kind_has_a_panel_with_its_errors_and_refusals():

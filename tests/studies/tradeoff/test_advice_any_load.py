@@ -2,11 +2,11 @@
 
 import pandas as pd
 import pytest
+from palpate.studies.tradeoff.any_load_words import brief, lines
+from palpate.studies.tradeoff.tables import TABLES
 
 from palpate.benchmark.advice import NONE
 from palpate.benchmark.advice_other_loads import advise_any_load
-from palpate.studies.tradeoff.any_load_words import brief, lines
-from palpate.studies.tradeoff.tables import TABLES
 
 
 def rows(*told):

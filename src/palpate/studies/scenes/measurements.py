@@ -1,4 +1,4 @@
-"""What scenes are measured by: energy balance, cost of each effect and error without it, force on instruments."""
+"""What scenes are measured by: energy balance, cost of each effect, and the error without it."""
 
 import warnings
 from collections.abc import Callable, Mapping

@@ -25,7 +25,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
-from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS as ACCURACY_VS_TIME
+from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME
 
 kernel_lock.one_at_a_time()
 
@@ -139,7 +139,7 @@ def trade_off() -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
                     [model, setting, 1, side, *place, e, pressed * e] for place, e in zip(places, each, strict=True)
                 ]
         samples[scene] = pd.DataFrame(found, columns=ERRORS_OF_SAMPLES)
-    return pd.DataFrame(rows, columns=ACCURACY_VS_TIME), samples
+    return pd.DataFrame(rows, columns=ACCURACY_VS_TIME.columns), samples
 
 
 @pytest.fixture

@@ -3,9 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.studies.tradeoff.tables import TABLES
 
-from palpate.benchmark.error_bounds import CONSTANT, OWN, SAMPLES, Scene, error_bounds
+from palpate.benchmark.error_bounds import CONSTANT, ERROR_BOUNDS, OWN, SAMPLES, Scene, error_bounds
 from palpate.benchmark.judge import TRAINING
 from palpate.studies.tradeoff.error_estimates import COARSER, EVERY, RESIDUAL
 
@@ -58,7 +57,7 @@ def row(table, **asked):
 
 
 def test_every_estimate_has_a_row_and_the_own_one_is_of_models_that_have_it(table):
-    assert table.columns.tolist() == TABLES["error_bounds"].columns.split()
+    assert table.columns.tolist() == ERROR_BOUNDS.columns
     fast = table[(table["model"] == "fast") & (table["scene"] == "liver_small") & (table["error"] == "rms")]
     assert set(fast["estimate"]) == {CONSTANT, "turned", RESIDUAL, COARSER}
     assert set(table[table["model"] == "slow"]["estimate"]) == {CONSTANT, "turned", OWN, COARSER}

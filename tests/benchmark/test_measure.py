@@ -27,7 +27,7 @@ from palpate.benchmark.model import BODYS, Solver, one_stage
 from palpate.benchmark.timing import WARM_UP
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import SAVED_AGAINST
-from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time, commit
+from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME, accuracy_vs_time, commit
 
 
 class Scaled(Solver):
@@ -265,7 +265,7 @@ def test_queries_that_pay_back():
         row | {"scene": "b", "split": 2, "model": "fast", "online_median_s": 0.2, "offline_s": 40.0},
     ]
     table = accuracy_vs_time(pd.DataFrame(rows), "abc")
-    assert table.columns.tolist() == COLUMNS and (table["commit"] == "abc").all()
+    assert table.columns.tolist() == ACCURACY_VS_TIME.columns and (table["commit"] == "abc").all()
     paid = [0.0, np.inf, 50.0, np.inf, np.inf, 200.0, np.inf, 100.0]
     assert table["break_even_queries"].tolist() == pytest.approx(paid)
 

@@ -15,7 +15,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff.truth_table import COLUMNS, other_element, truth_table
+from palpate.studies.tradeoff.truth_table import TRUTH, other_element, truth_table
 
 RADIUS_M = 0.03
 
@@ -200,7 +200,7 @@ def test_the_table_says_how_well_it_is_known(slab_truth):
         {"sample": slab_truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
     )
     table = truth_table({"slab_small": slab_truth}, {"slab_small": other})
-    assert table.columns.tolist() == COLUMNS
+    assert table.columns.tolist() == TRUTH.columns
     [row] = table.itertuples()
     assert row.samples == 2 and row.rejected == row.inverted == 0 and row.why_rejected == ""
     assert row.relative_l2 == pytest.approx(slab_truth.own[:, OWN.index("relative_l2")].mean())

@@ -30,7 +30,7 @@ class Declared(NamedTuple):
     """A function that a study declares by ``@figure(name, tables=...)`` or ``@claims(*tables)``."""
 
     name: str  # of the figure, or of the function
-    place: str  # "palpate.studies.law.figures:law"
+    place: str  # "palpate.studies.<study>.figures:function"
     tables: tuple[str, ...]  # names of the tables that it is called with
 
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.studies.dynamic.tables import TABLES
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN
-from palpate.studies.dynamic.elsewhere import MEASURED, motion_bounds
+from palpate.studies.dynamic.elsewhere import MEASURED, MOTION_BOUNDS, motion_bounds
 
 PLACES = 20
 
@@ -24,7 +23,7 @@ def measured():
 
 def row(measured, model, estimate):
     found = motion_bounds([measured])
-    assert found.columns.tolist() == TABLES["motion_bounds"].columns.split()
+    assert found.columns.tolist() == MOTION_BOUNDS.columns
     return found.set_index(["model", "estimate"]).loc[model, estimate]
 
 

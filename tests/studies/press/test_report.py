@@ -1,11 +1,10 @@
-"""The part of the report to press a body has its page, its table and its sentences."""
+"""The part of the report to press a body has its page, its table and its numbers."""
 
 import pandas as pd
-from fixtures.material import numbers
+from fixtures.material import material, page
 
-from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report.tables import columns
-from palpate.studies.press import report as press
+from palpate.report.template import Html
 
 
 def table(**changes):
@@ -14,35 +13,22 @@ def table(**changes):
     return pd.DataFrame([row | changes, row | {"model": "coarse", "rmse_of_peak": 0.1} | changes])
 
 
-def test_captions_say_what_answers():
-    said = numbers("press", {"press": table()})
-    assert said["press_worth"] == "liver: 0.4 % of the peak wrong, in 2.1 ms in Python"
-    assert said["press_errors"] == " ".join(FOUR_ERRORS)
-    assert said["press_doubted"] == "liver: 1 of 6" and said["press_contacts"] == "liver: 12"
+def test_the_text_says_what_answers():
+    text = page("press", {"press": table()})
+    assert "liver: 0.4 % of the peak wrong, in 2.1 ms in Python" in text
+    assert "liver: 1 of 6" in text and "liver: 12" in text and "The error of an answer" in text
 
 
 def test_without_truths_no_error_is_said():
-    said = numbers("press", {"press": table(samples=0, rmse_of_peak=float("nan"))})
-    assert said["press_worth"] == "liver: 2.1 ms in Python" and said["press_doubted"] == "liver: none known"
-
-
-class Page:
-    """What a part of the report asks for."""
-
-    def __init__(self, figures):
-        self.figures, self.tables = figures, {"press": table()}
-
-    def note(self, name):
-        return f"<p>{name}</p>"
-
-    def folded(self, name):
-        return f"<details>{name}</details>"
+    text = page("press", {"press": table(samples=0, rmse_of_peak=float("nan"))})
+    assert "liver: 2.1 ms in Python" in text and "liver: none known" in text
 
 
 def test_each_body_has_a_section(tmp_path):
+    report = material("press", {"press": table()})
+    report.figures = tmp_path
     (tmp_path / "press_liver.section").write_text('<figure class="press"></figure>')
-    ((key, title, content),) = press.sections(Page(tmp_path))
-    assert (key, title) == ("press_liver_section", "Liver")
-    assert (
-        content.startswith('<figure class="press">') and "on 6 presses" in content and "linear, coarse mesh" in content
-    )
+    ((key, title, content),) = report.part("press", Html).sections
+    assert (key, title) == ("press_liver", "Liver")
+    assert content.startswith('<figure class="press">')
+    assert "on 6 presses" in content and "linear, coarse mesh" in content

@@ -7,7 +7,7 @@ import pytest
 from fixtures.judged_slab import *  # noqa: F403
 from fixtures.stub import Stub, made_up
 
-from palpate.benchmark.load import Answer, Doubted, Load
+from palpate.benchmark.load import DEPTH, LOADS, NEW, PREPARED, TWO, Answer, Doubted, Load
 from palpate.bodies.contacts import contacts_of, places_between
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
@@ -16,7 +16,7 @@ from palpate.models.model_registry import model
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff import general_loads
-from palpate.studies.tradeoff.general_loads import COLUMNS, DEPTH, KINDS, NEW, PREPARED, TWO, measure_any, questions
+from palpate.studies.tradeoff.general_loads import ANY_LOAD, measure_any, questions
 
 RADIUS_M = 0.02
 
@@ -43,7 +43,7 @@ def operator(case, presses):
 
 def test_questions_of_each_kind_have_the_operators_answer(asked, slab_judge):
     case, found = asked
-    assert [question.kind for question in found] == [kind for kind in KINDS for _ in range(2)]
+    assert [question.kind for question in found] == [kind for kind in LOADS for _ in range(2)]
     for question in found:
         nodes = [press.node for press in question.load.presses]
         if question.kind == PREPARED:  # known from the samples, which here are of another operator
@@ -86,7 +86,7 @@ def test_a_load_without_a_sound_answer_is_left_out(asked, slab_judge, monkeypatc
 def test_the_operator_itself_is_right_and_a_linear_one_is_told_what_it_lacks(asked):
     case, found = asked
     table = measure_any(case, "fem_p2", model("fem_p2", {}), "level=1", found[2:], 5, 0.01)
-    assert list(table.columns) == COLUMNS and list(table["kind"]) == [NEW, TWO, DEPTH]
+    assert list(table.columns) == ANY_LOAD.columns and list(table["kind"]) == [NEW, TWO, DEPTH]
     assert (table["rmse_of_peak"] < 1e-3).all() and (table[["refused", "failures"]] == 0).all(axis=None)
     assert table["force_error"].iloc[-1] < 1e-3 and table["force_error"].iloc[:-1].isna().all()
     coarse = measure_any(case, "fem_p1", model("fem_p1", {}), "level=0, start=rest, tol", found[2:], 5, 0.01)

@@ -10,7 +10,8 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff import limit_points as module
-from palpate.studies.tradeoff.limit_points import COLUMNS, jumps, limit_points
+from palpate.studies.tradeoff.figures.scene_rows import jumps
+from palpate.studies.tradeoff.limit_points import LIMIT_POINTS, limit_points
 
 LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": 3000.0, "poisson": 0.3}
 LIVER |= {"density_kg_m3": 1000.0, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
@@ -24,7 +25,7 @@ def liver():
 
 def test_one_place_of_the_liver_snaps_and_another_does_not(liver):
     table = limit_points(liver, 0.012, [SNAPS, STANDS], [0.1, 0.2, 0.25, 0.27, 0.29, 0.31, 0.33])
-    assert list(table.columns) == COLUMNS and table["converged"].all()
+    assert list(table.columns) == LIMIT_POINTS.columns and table["converged"].all()
     found = jumps(table)
     assert found["contact"].tolist() == [SNAPS]
     before, after = found.loc[0, ["pressure_of_young_before", "pressure_of_young_after"]]

@@ -3,15 +3,15 @@
 import numpy as np
 from fixtures.trade_off import any_load as made_up
 
+from palpate.benchmark.load import LOADS
 from palpate.studies.tradeoff.figures import advice
-from palpate.studies.tradeoff.general_loads import KINDS
 
 
 def test_every_kind_has_a_panel_with_its_errors_and_refusals():
     table = made_up()
     axes = advice.draw_any_load(table).axes
-    assert [axis.get_title("left") for axis in axes[:5]] == [*KINDS, "depth: the force"] and len(axes) == 10
-    for axis, kind in zip(axes[:4], KINDS, strict=True):
+    assert [axis.get_title("left") for axis in axes[:5]] == [*LOADS, "depth: the force"] and len(axes) == 10
+    for axis, kind in zip(axes[:4], LOADS, strict=True):
         rows = table[(table["scene"] == "cylinder_large") & (table["kind"] == kind) & (table["refused"] == 0)]
         drawn = np.sort(np.concatenate([line.get_ydata() for line in axis.lines]))
         assert np.allclose(drawn, np.sort(100 * rows["rmse_of_peak"]))

@@ -3,7 +3,6 @@
 import pandas as pd
 import pytest
 
-from palpate.errors import InputError
 from palpate.report import markup
 from palpate.table import Table
 
@@ -41,8 +40,3 @@ def test_what_is_folded_says_what_it_holds():
     assert "results/tables/lengths.csv" in text and "<th" in text
     assert "data-packed" in markup.folded(pd.DataFrame({"a": range(100)}), Table("lengths", "", "a:"))
     assert markup.fold("more", "inside", opened=True) == "<details open><summary>more</summary>\ninside\n</details>"
-
-
-def test_a_missing_caption_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"question\.rst is missing: put the caption back"):
-        markup.caption(tmp_path, "question", {})

@@ -3,12 +3,13 @@
 import ast
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import NamedTuple
 
-from palpate import benchmark, studies
+from palpate import benchmark
 from palpate.errors import InputError
 from palpate.table import Table
 
@@ -23,6 +24,8 @@ CLAIMS = Table(
 """The table that no single study makes."""
 
 
+STUDIES = "palpate.studies"
+"""The package of the studies, which import this one."""
 _BENCHMARK = Path(benchmark.__path__[0])
 
 
@@ -36,13 +39,13 @@ class Declared(NamedTuple):
 
 def names() -> list[str]:
     """Return the names of all studies that there are."""
-    return [module.name for module in iter_modules(studies.__path__) if module.ispkg]
+    return [module.name for module in iter_modules(import_module(STUDIES).__path__) if module.ispkg]
 
 
 @cache
 def folder(study: str) -> Path:
     """Return the folder of a study."""
-    found = find_spec(f"{studies.__name__}.{study}")
+    found = find_spec(f"{STUDIES}.{study}")
     if found is None or not found.origin:
         raise InputError(f"There is no study {study} in palpate/studies.")
     return Path(found.origin).parent
@@ -50,35 +53,18 @@ def folder(study: str) -> Path:
 
 def figures(study: str) -> dict[str, Declared]:
     """Return the figures of a study by name, in the order of its files."""
-    return {
-        found.name: found for found in (*_decorated(study, "figures", "figure"), *_older(study, "figures/*.py", "draw"))
-    }
+    return {found.name: found for found in _decorated(study, "figures", "figure")}
 
 
 def claims(study: str) -> dict[str, tuple[str, ...]]:
     """Return the functions of a study that judge claims of the papers, by place, with the tables that each gets."""
-    found = (*_decorated(study, "claims", "claims"), *_older(study, "claims*.py", "claims"))
-    return {each.place: each.tables for each in found}
-
-
-def _older(study: str, pattern: str, function: str) -> Iterator[Declared]:
-    """Yield the modules that name their tables by a constant TABLES and have one function of that name."""
-    for path in sorted(folder(study).glob(pattern)):
-        dotted = ".".join((studies.__name__, study, *path.relative_to(folder(study)).with_suffix("").parts))
-        for line in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "TABLES":
-                yield Declared(path.stem, f"{dotted}:{function}", ast.literal_eval(line.value))
+    return {each.place: each.tables for each in _decorated(study, "claims", "claims")}
 
 
 @cache
 def tables(study: str) -> dict[str, Table]:
     """Return the tables that a study declares, and those of benchmark/ that its report names in READS, by name."""
     found = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
-    if (folder(study) / "tables.py").is_file():  # a study that declares its tables apart from their rows
-        from importlib import import_module
-
-        old = import_module(f"{studies.__name__}.{study}.tables").TABLES
-        found += [Table(name, one.description, f"{one.columns}:", one.always) for name, one in old.items()]
     report = folder(study) / "report.py"
     for line in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
         if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "READS":
@@ -110,7 +96,7 @@ def _tables(path: Path) -> Iterator[Table]:
 
 def _decorated(study: str, module: str, decorator: str) -> Iterator[Declared]:
     """Yield the functions in ``module``.py, or in the files of the folder ``module``, that are decorated so."""
-    within = f"{studies.__name__}.{study}.{module}"
+    within = f"{STUDIES}.{study}.{module}"
     file, package = folder(study) / f"{module}.py", folder(study) / module
     files = {f"{within}.{path.stem}": path for path in sorted(package.glob("*.py"))}
     files |= {within: file} if file.is_file() else {}

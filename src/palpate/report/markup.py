@@ -5,12 +5,10 @@ import re
 import zlib
 from collections.abc import Sequence
 from html import escape
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
 from palpate.table import Table
 
 _LONG = 60  # rows of a folded table from which on the page holds it deflated
@@ -109,21 +107,3 @@ def _numeric(frame: pd.DataFrame) -> list[bool]:
 def _name(column) -> str:
     """Return a column's heading."""
     return str(column).replace("_", " ")
-
-
-def caption(folder: Path, name: str, values: dict[str, str]) -> str:
-    """Return the caption ``name``.rst with its placeholders filled, as HTML.
-
-    Raises InputError if the file is missing or asks for a number that does not exist.
-    """
-    from docutils.core import publish_parts
-
-    path = Path(folder) / f"{name}.rst"
-    if not path.is_file():
-        raise InputError(f"{path} is missing: put the caption back")
-    try:
-        source = path.read_text(encoding="utf-8").format(**values)
-    except KeyError as unknown:
-        raise InputError(f"{path}: there is no number called {unknown}: see palpate/report/parts") from None
-    settings = {"halt_level": 2, "report_level": 2, "file_insertion_enabled": False, "raw_enabled": False}
-    return publish_parts(source, writer="html5", settings_overrides=settings)["body"].strip()

@@ -1,7 +1,6 @@
 """Gather what all parts of the report share: tables, published numbers, and what each study's module offers."""
 
 from collections.abc import Collection, Sequence
-from copy import copy
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.report import declared, markup, pictures, tables
+from palpate.report import declared, tables
 from palpate.report.template import Html, Part, Section, render
 
 __all__ = ["Part", "Report", "Section"]
@@ -40,14 +39,11 @@ class Report:
         always = {name for study in studies for name, table in declared.tables(study).items() if table.always}
         self.tables = tables.read_all(Path(results) / "tables", {*always, *more})
         papers = {study: declared.folder(study) / "published.yaml" for study in studies}
-        papers |= {s: declared.folder(s) / "published.yaml" for s in studies if not papers[s].is_file()}
         self.published = {study: read_yaml(path) for study, path in papers.items() if path.is_file()}
 
     def part(self, study: str, show: type[Html] = Html) -> Part:
         """Return the part of a study, from its template."""
         module, path = self.studies[study], declared.folder(study) / "report.md"
-        if not self.has_template(study):
-            return self.of(study).old_part(module)
         return render(path, study, module.TITLE, self.values(study), show(self.figures, self.tables, declared.table))
 
     def values(self, study: str) -> dict[str, Any]:
@@ -66,47 +62,11 @@ class Report:
                 if one not in set(self.tables[name][kind]):
                     raise InputError(f"{name}.csv has no rows of the {kind} {one}; delete it and type make.")
 
-    # what follows serves parts without a template
-
-    name = ""
-    numbers: dict
-
-    def has_template(self, study: str) -> bool:
-        return (declared.folder(study) / "report.md").is_file()
-
-    def of(self, study: str) -> "Report":
-        own = copy(self)
-        own.name, own.numbers = study, {}
-        return own
-
-    def old_part(self, module: ModuleType) -> Part:
-        self.numbers = module.numbers(self)
-        findings = [markup.escaped(self.numbers["headline"])] if "headline" in self.numbers else []
-        return Part(module.TITLE, findings, self.note("introduction"), module.sections(self))
-
-    def note(self, name: str, **more: str) -> str:
-        return markup.caption(declared.folder(self.name) / "captions", name, self.numbers | more)
-
-    def figure(self, name: str, caption: str | None = None, small: str | None = None, **more: str) -> str:
-        return pictures.figure(self.figures, name, self.note(caption or name, **more), small)
-
-    def picture(self, name: str, title: str, small: str | None = None) -> str:
-        return pictures.figure(self.figures, name, f"<p>{markup.escaped(title)}</p>", small)
-
-    def turnable(self, name: str, title: str, caption: str = "") -> str:
-        return pictures.turnable(self.figures, name, title, caption)
-
-    def folded(self, *names: str) -> str:
-        return "".join(markup.folded(self.tables[name], declared.table(name)) for name in names)
-
-    def entries(self, name: str):
-        return read_yaml(declared.folder(self.name) / f"captions/{name}.yaml")
-
 
 def part_of(study: str) -> ModuleType:
     """Import the part of the report about a study; InputError if there is none."""
     place = f"palpate.studies.{study}.report"
-    if not find_spec(place):
+    if study not in declared.names() or not find_spec(place):
         raise InputError(
             f"The report has no part about the study {study}; write src/palpate/studies/{study}/report.py with "
             "TITLE and numbers, and report.md beside it."

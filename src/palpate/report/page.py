@@ -54,7 +54,7 @@ def write(
 
 def _markdown(report: Report) -> str:
     """Return the findings, first figures and short tables of all parts as a page of Markdown."""
-    parts = {study: report.part(study, template.Markdown) for study in report.studies if report.has_template(study)}
+    parts = {study: report.part(study, template.Markdown) for study in report.studies}
     parts |= closing.parts(report, template.Markdown) if parts else {}
     text = "\n\n".join(
         "\n\n".join([f"## {part.title}", part.introduction, *(f"### {title}\n\n{inner}" for _, title, inner in shown)])

@@ -4,12 +4,11 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from palpate.report.claims import Claim, percent, two_digits, verdict
-
-TABLES = ("accuracy_vs_time",)
+from palpate.report.claims import Claim, claims, percent, two_digits, verdict
 
 
-def claims(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+@claims("accuracy_vs_time")
+def local(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield a claim for each order of elements, of the first split; none without whole meshes as fine as local ones."""
     table = tables["accuracy_vs_time"]
     table = table[table["split"] == table["split"].min()]

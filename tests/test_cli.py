@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from fixtures.trade_off import any_load
 
+from palpate.benchmark.advice import advise
 from palpate.benchmark.comparison import read_errors
 from palpate.cli import main
 from palpate.report.tables import read
-from palpate.studies.tradeoff.advice import advise
 
 
 def said(capsys, folder, *words) -> tuple[int, str]:

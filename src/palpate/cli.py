@@ -204,7 +204,7 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.studies.tradeoff.advise_command import advise, advise_any_load
+    from palpate.run.advise import advise, advise_any_load
 
     results = Path(asked.results)
     if asked.load is not None:

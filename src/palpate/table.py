@@ -12,7 +12,8 @@ class Table(NamedTuple):
 
     name : of results/tables/<name>.csv
     description : what it holds, in a sentence
-    about : its columns in order, a line for those that share a meaning: "force_n torque_nm: load of a press [N, N m]"
+    about : its columns in order, a line for those that share a meaning: "force_n torque_nm: load of a press [N, N m]";
+        a line that continues the one before is indented by eight blanks
     always : whether every run of the study makes it
     """
 
@@ -24,7 +25,7 @@ class Table(NamedTuple):
     @property
     def meanings(self) -> dict[str, str]:
         """The meaning of each group of columns."""
-        lines = (line.partition(":") for line in self.about.strip().splitlines())
+        lines = (line.partition(":") for line in self.about.replace(f"\n{8 * ' '}", " ").strip().splitlines())
         return {" ".join(names.split()): meaning.strip() for names, _, meaning in lines}
 
     @property

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.studies.tradeoff.tables import TABLES
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN, SAMPLES, Scene, error_bounds
 from palpate.benchmark.judge import TRAINING
 from palpate.studies.tradeoff.error_estimates import COARSER, EVERY, RESIDUAL
-from palpate.studies.tradeoff.tables import TABLES
 
 CONTACTS = 12
 

@@ -15,7 +15,7 @@ from palpate.bodies.body_file import save
 from palpate.errors import InputError
 from palpate.run.job import write_table
 from palpate.solvers.compliance import save_compliance
-from palpate.studies.press.known_presses import known_presses
+from palpate.studies.press.measure import known_presses
 
 
 @pytest.fixture

@@ -3,8 +3,25 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.split import split
+from palpate.benchmark.split import (
+    FOLD_COLUMNS,
+    SAMPLE_COLUMNS,
+    SPLITS,
+    asked_samples,
+    deal,
+    fold_sides,
+    fold_table,
+    read_folds,
+    read_samples,
+    sample_peaks,
+    sample_table,
+    sides,
+    split,
+    split_counts,
+    training_presses,
+)
 from palpate.errors import InputError
+from palpate.run.job import write_table
 
 CONTACT = np.repeat(np.arange(100, 135), 3)
 
@@ -49,3 +66,91 @@ def test_contacts_with_unequal_counts_add_up():
 def test_what_does_not_fit_is_refused(train, test, kind, says):
     with pytest.raises(InputError, match=says):
         split(CONTACT, train, test, kind, 0)
+
+
+def test_contacts_are_dealt_whole_and_evenly():
+    contact = np.repeat(np.arange(100, 124), 3)[np.random.default_rng(0).permutation(72)]
+    fold = deal(contact, 1)
+    counts = [len(set(contact[fold == each])) for each in range(1, 6)]
+    assert sorted(counts) == [4, 5, 5, 5, 5] and sum(counts) == 24
+    assert all(len(set(fold[contact == each])) == 1 for each in set(contact))
+    assert np.array_equal(fold, deal(contact, 1)) and not np.array_equal(fold, deal(contact, 2))
+    assert set(deal(np.array([5, 5, 7, 9]), 1)) == {1, 2, 3}
+
+
+def test_too_few_contacts_are_refused():
+    with pytest.raises(InputError, match=r"^tradeoff\.contacts: 2 contacts are too few"):
+        deal(np.array([1, 1, 2, 2]), 1)
+
+
+def test_every_contact_tests_once_and_chooses_once(db, tmp_path):
+    write_table(fold_table(db, 1), tmp_path / "samples.csv")
+    table = read_folds(tmp_path / "samples.csv")
+    assert table.columns.tolist() == FOLD_COLUMNS and np.allclose(table["peak_m"], db.peaks)
+    tested, chosen = [], []
+    for number in range(1, table["fold"].max() + 1):
+        training, validation, test = (set(table["contact"][side]) for side in fold_sides(table, number))
+        assert training | validation | test == set(db.contact)
+        assert not training & validation and not training & test and not validation & test
+        tested, chosen = [*tested, *test], [*chosen, *validation]
+    assert sorted(tested) == sorted(chosen) == sorted(set(db.contact))
+    with pytest.raises(InputError, match="there is no split 6; the samples have the splits 1 to 5"):
+        fold_sides(table, 6)
+
+
+def test_the_truth_is_needed_of_whoever_chooses_or_tests(db):
+    table = fold_table(db, 1)
+    asked, tested = asked_samples(table, [1])
+    _, validation, test = fold_sides(table, 1)
+    assert tested.tolist() == test.tolist() and asked.tolist() == sorted([*validation, *test])
+    both, tested = asked_samples(table, [1, 2])
+    assert tested.tolist() == asked.tolist() and len(both) > len(asked)
+    assert [each.tolist() for each in asked_samples(table, range(1, 6))] == [table["sample"].tolist()] * 2
+
+
+def test_every_training_contact_has_one_press_of_all_in_turn(db):
+    table = fold_table(db, 1)
+    training, *_ = fold_sides(table, 2)
+    found = training_presses(table, 2)
+    assert sorted(db.contact[found]) == sorted(set(db.contact[training])) and set(found) <= set(training)
+    contact = np.repeat([7, 3, 5, 9, 1], 3)
+    table = fold_table(db.take(np.resize(np.arange(len(db.contact)), 15)), 1).assign(
+        contact=contact, fold=[1] * 9 + [2] * 3 + [3] * 3
+    )
+    assert (training_presses(table, 2) % 3).tolist() == [2, 0, 1]  # of the contacts 7, 3 and 5 in their order
+
+
+@pytest.fixture
+def side_table(db):
+    return sample_table(db, 18, 6, 1)
+
+
+def test_a_row_has_contact_peak_and_sides(db, side_table):
+    assert side_table.columns.tolist() == SAMPLE_COLUMNS and side_table["sample"].tolist() == list(range(24))
+    assert np.array_equal(side_table["contact"], db.contact) and np.array_equal(side_table["peak_m"], db.peaks)
+    for kind in SPLITS:
+        expected = split(db.contact, 18, 6, kind, 1)
+        assert [side.tolist() for side in sides(side_table, kind)] == [side.tolist() for side in expected]
+
+
+def test_contacts_of_the_table_are_held_out_whole(side_table):
+    train, test = (side_table.loc[side] for side in sides(side_table, "contacts"))
+    assert not set(train["contact"]) & set(test["contact"])
+
+
+def test_it_is_the_same_when_read_again(side_table, tmp_path):
+    write_table(side_table, tmp_path / "samples.csv")
+    again = read_samples(tmp_path / "samples.csv")
+    assert again.equals(side_table.astype(again.dtypes))
+    with pytest.raises(InputError, match=r"nothing\.csv is missing"):
+        read_samples(tmp_path / "nothing.csv")
+
+
+def test_published_tables(side_table):
+    tables = {("beam", "small"): side_table, ("beam", "large"): side_table.iloc[::-1]}
+    peaks = sample_peaks(tables)
+    assert peaks.columns.tolist() == ["body", "regime", "sample", "peak_m"] and len(peaks) == 48
+    assert peaks.iloc[24].tolist() == ["beam", "large", 23, side_table["peak_m"][23]]
+    counts = split_counts(tables)
+    assert counts.columns.tolist() == ["body", "regime", "split", "train", "test"]
+    assert counts.to_numpy().tolist() == [["beam", r, kind, 18, 6] for r in ("small", "large") for kind in SPLITS]

@@ -1,12 +1,26 @@
 """Pressing: responses, what they cost, and which contacts are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from palpate.benchmark import static_responses
+from palpate.benchmark.database import read, write
 from palpate.benchmark.presses import LOAD_COLUMNS
-from palpate.benchmark.static_responses import inverted, load_responses, press, save_responses
+from palpate.benchmark.static_responses import (
+    Responses,
+    assemble,
+    digest,
+    inverted,
+    load_responses,
+    load_subsampled,
+    press,
+    save_responses,
+    save_subsampled,
+    subsample,
+)
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer, ten_nodes
 from palpate.effects.patch_load import nodal_load
@@ -15,27 +29,27 @@ from palpate.solvers.equilibrium import Equilibrium
 
 
 @pytest.fixture(scope="module")
-def loads():
+def three_loads():
     rows = [[4, 44, 0.0, 0.1, -0.2, 0.0], [5, 44, 0.0, 0.2, -0.4, 0.02], [7, 41, 0.1, 0.0, -0.1, 0.0]]
     return pd.DataFrame(rows, columns=LOAD_COLUMNS)
 
 
 @pytest.fixture(scope="module")
-def responses(slab, loads):
-    return press(slab, 1, loads, 1e-9)
+def pressed_slab(slab, three_loads):
+    return press(slab, 1, three_loads, 1e-9)
 
 
-def test_responses_are_the_equilibria_under_each_row(slab, loads, responses):
-    for row, (_, load) in enumerate(loads.iterrows()):
+def test_responses_are_the_equilibria_under_each_row(slab, three_loads, pressed_slab):
+    for row, (_, load) in enumerate(three_loads.iterrows()):
         force = load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
         nodal = nodal_load(slab, 1, int(load["contact"]), force, load["radius_m"])
         expected = Equilibrium(slab, 1).solve(nodal, 1e-9).x - slab.fine.nodes
-        assert np.abs(responses.displacement[row] - expected).max() < 1e-12
-    assert np.abs(responses.displacement[:, slab.anchors[1]]).max() == 0.0
+        assert np.abs(pressed_slab.displacement[row] - expected).max() < 1e-12
+    assert np.abs(pressed_slab.displacement[:, slab.anchors[1]]).max() == 0.0
 
 
-def test_every_sample_says_what_it_cost(loads, responses):
-    costs = responses.costs()
+def test_every_sample_says_what_it_cost(three_loads, pressed_slab):
+    costs = pressed_slab.costs()
     assert list(costs.columns) == ["sample", "newton_iterations", "linear_solves", "residual", "seconds"]
     assert costs["sample"].tolist() == [4, 5, 7]
     assert (costs["residual"] <= 1e-9).all() and (costs["residual"] > 0).all()
@@ -44,7 +58,7 @@ def test_every_sample_says_what_it_cost(loads, responses):
     assert (costs["seconds"] > 0).all()
 
 
-def test_progress_sees_every_row(slab, loads):
+def test_progress_sees_every_row(slab, three_loads):
     seen = []
 
     def progress(rows):
@@ -52,17 +66,17 @@ def test_progress_sees_every_row(slab, loads):
             seen.append(row)
             yield row
 
-    press(slab, 0, loads, 1e-6, progress)
-    assert len(seen) == len(loads)
+    press(slab, 0, three_loads, 1e-6, progress)
+    assert len(seen) == len(three_loads)
 
 
-def test_contacts_that_cannot_be_pressed_are_refused(slab, loads):
+def test_contacts_that_cannot_be_pressed_are_refused(slab, three_loads):
     contact = slab.anchors[0][0]
     with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node"):
-        press(slab, 0, loads.assign(contact=contact), 1e-6)
+        press(slab, 0, three_loads.assign(contact=contact), 1e-6)
 
 
-def test_failure_names_the_sample_and_the_remedy(slab, loads, monkeypatch):
+def test_failure_names_the_sample_and_the_remedy(slab, three_loads, monkeypatch):
     def never(*_):
         raise NotConverged("it stopped", [1.0, 0.5])
 
@@ -70,28 +84,28 @@ def test_failure_names_the_sample_and_the_remedy(slab, loads, monkeypatch):
     with pytest.raises(
         NotConverged, match=r"^slab, sample 4: it stopped; lower the regime.s peak_of_size, .* \(anchors\)\.$"
     ) as failure:
-        press(slab, 0, loads, 1e-6)
+        press(slab, 0, three_loads, 1e-6)
     assert failure.value.history == [1.0, 0.5]
 
 
-def test_parts_are_joined_in_the_order_given(slab, loads, responses, tmp_path):
+def test_parts_are_joined_in_the_order_given(slab, three_loads, pressed_slab, tmp_path):
     paths = [tmp_path / f"fine_{i}.h5" for i in range(2)]
-    save_responses(press(slab, 1, loads[:2], 1e-9), paths[0])
-    save_responses(press(slab, 1, loads[2:], 1e-9), paths[1])
+    save_responses(press(slab, 1, three_loads[:2], 1e-9), paths[0])
+    save_responses(press(slab, 1, three_loads[2:], 1e-9), paths[1])
     joined = load_responses(paths)
     for name in ("sample", "displacement", "newton_iterations", "linear_solves", "residual", "least_det", "inverted"):
-        assert np.array_equal(getattr(joined, name), getattr(responses, name)), name
+        assert np.array_equal(getattr(joined, name), getattr(pressed_slab, name)), name
     assert load_responses(paths[::-1]).sample.tolist() == [7, 4, 5]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["fine_0.h5", "fine_1.h5"]
 
 
-def test_quadratic_responses_are_those_of_ten_node_elements(slab, loads):
+def test_quadratic_responses_are_those_of_ten_node_elements(slab, three_loads):
     """Also where the body lacks the level that their midpoints need, and from the level before or from rest."""
     for level in (0, 1):
-        found = press(slab, level, loads, 1e-9, order=2)
+        found = press(slab, level, three_loads, 1e-9, order=2)
         assert found.displacement.shape == (3, len(slab.levels[level].nodes), 3)
         problem = Equilibrium(finer(slab), level, 2)
-        for row, (_, load) in enumerate(loads.iterrows()):
+        for row, (_, load) in enumerate(three_loads.iterrows()):
             force = load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
             nodal = nodal_load(finer(slab), level, int(load["contact"]), force, load["radius_m"], 2)
             x = problem.solve(nodal, 1e-9).x
@@ -124,3 +138,99 @@ def test_points_of_quadratic_elements_are_counted_by_element(slab):
     x[midpoint] += 0.2
     around = (ten_nodes(slab.coarse) == midpoint).any(axis=1).sum()
     assert 1 <= inverted(slab.coarse, x, 2) <= around
+
+
+def test_coarse_nodes_move_as_the_fine_nodes_in_their_places(slab):
+    """A field that is a known function of the place is the same function of the coarse nodes' places."""
+
+    def moved(x):
+        return np.stack([x[:, 1] ** 2, np.sin(9.0 * x[:, 2]), x[:, 0] * x[:, 1]], axis=1)
+
+    fine = np.array([moved(slab.fine.nodes), 2.5 * moved(slab.fine.nodes)])
+    found = subsample(slab, fine)
+    assert found.shape == (2, len(slab.coarse.nodes), 3)
+    assert np.array_equal(found[0], moved(slab.coarse.nodes))
+    assert np.array_equal(found[1], 2.5 * found[0])
+
+
+def test_three_nodes_by_their_numbers(slab):
+    fine = np.arange(slab.fine.nodes.size, dtype=float).reshape(1, -1, 3)
+    found = subsample(slab, fine)
+    for node, expected in ((0, [0.0, 1.0, 2.0]), (10, [30.0, 31.0, 32.0]), (44, [132.0, 133.0, 134.0])):
+        place = slab.coarse.nodes[node]
+        assert np.array_equal(slab.fine.nodes[node], place) and found[0, node].tolist() == expected
+    assert len(slab.coarse.nodes) == 45
+
+
+def test_responses_of_another_mesh_are_refused(slab):
+    with pytest.raises(InputError, match=r"^slab: the fine responses have 45 nodes and the fine mesh \d+"):
+        subsample(slab, np.zeros((2, 45, 3)))
+
+
+def test_reads_what_was_written(tmp_path):
+    moved = np.random.default_rng(0).normal(size=(3, 5, 3))
+    save_subsampled(np.array([2, 0, 1]), moved, tmp_path / "coarse_paper.h5")
+    sample, again = load_subsampled(tmp_path / "coarse_paper.h5")
+    assert sample.tolist() == [2, 0, 1] and np.array_equal(again, moved)
+    assert [path.name for path in tmp_path.iterdir()] == ["coarse_paper.h5"]
+
+
+@pytest.fixture
+def simulated(body):
+    random = np.random.default_rng(3)
+    free = np.setdiff1d(body.coarse.surface, body.anchors[0])
+    numbers = {"sample": range(4), "contact": free[:4]}
+    loads = pd.DataFrame({**numbers, "force_x_n": 1.0, "force_y_n": 0.0, "force_z_n": [1.0, 2, 3, 4]})
+
+    def responses(mesh, seconds):
+        ones = np.ones(4)
+        moved = random.normal(size=(4, *mesh.nodes.shape))
+        return Responses(np.arange(4), moved, ones, ones, 1e-11 * ones, seconds * ones, ones, 0 * ones)
+
+    return loads, responses(body.fine, 3.0), responses(body.coarse, 0.5)
+
+
+@pytest.fixture
+def made(body, simulated):
+    loads, fine, coarse = simulated
+    paper = fine.sample, subsample(body, fine.displacement)
+    return assemble(body, loads, fine, paper, coarse, "abc"), fine.displacement, coarse.displacement
+
+
+def test_it_can_be_stored_and_read(made, tmp_path):
+    write(made[0], tmp_path / "database.h5")
+    assert np.array_equal(read(tmp_path / "database.h5").fine, made[0].fine)
+
+
+def test_a_sample_costs_what_both_meshes_took(made):
+    assert made[0].seconds.tolist() == [3.5] * 4
+
+
+def test_responses_to_other_loads_are_refused(body, simulated):
+    loads, fine, coarse = simulated
+    paper = fine.sample, subsample(body, fine.displacement)
+    for name, parts in {
+        "fine": (replace(fine, sample=fine.sample + 1), paper, coarse),
+        "subsampled": (fine, (paper[0][::-1], paper[1]), coarse),
+        "coarse": (fine, paper, replace(coarse, sample=coarse.sample[:2])),
+    }.items():
+        with pytest.raises(InputError, match=f"the {name} responses are not those to the loads"):
+            assemble(body, loads, *parts, "abc")
+
+
+def test_paper_samples_are_the_fine_ones_at_coarse_nodes_and_live_ones_the_coarse_simulation(body, made):
+    db, fine, coarse = made
+    assert np.array_equal(db.coarse("paper"), fine[:, : len(body.coarse.nodes)])
+    assert np.array_equal(db.coarse("live"), coarse)
+
+
+def test_interpolation_to_the_surface_keeps_linear_fields(body, made):
+    db = made[0]
+    linear = body.coarse.nodes @ np.array([[1.0, 2, 0], [0, 1, 3], [1, 0, 1]])
+    expected = db.nodes_fine_surface @ np.array([[1.0, 2, 0], [0, 1, 3], [1, 0, 1]])
+    assert np.abs(db.prolongation @ linear - expected).max() < 1e-14
+
+
+def test_the_digest_changes_with_the_settings_and_not_with_their_order():
+    assert digest({"a": 1, "b": 2.0}) == digest({"b": 2.0, "a": 1})
+    assert digest({"a": 1, "b": 2.0}) != digest({"a": 1, "b": 2.1})

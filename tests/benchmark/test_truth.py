@@ -9,14 +9,13 @@ import pytest
 from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import force_of
-from palpate.benchmark.truth import OWN, load_truth, save_truth, truth_levels, truth_of
+from palpate.benchmark.truth import OWN, doubt, limit, load_truth, ratio, save_truth, truth_levels, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff.other_element import other_element
-from palpate.studies.tradeoff.truth_table import COLUMNS, truth_table
+from palpate.studies.tradeoff.truth_table import COLUMNS, other_element, truth_table
 
 RADIUS_M = 0.03
 
@@ -30,7 +29,7 @@ def loads(slab):
 
 
 @pytest.fixture(scope="module")
-def truth(slab, loads):
+def slab_truth(slab, loads):
     return truth_of(slab, loads, {3, 7})
 
 
@@ -49,18 +48,18 @@ def corner(block):
     return pd.DataFrame([row], columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
 
 
-def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, truth):
+def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, slab_truth):
     """Started from the level before, or from rest to a far smaller residual, answers agree to 0.002 % of the peak."""
     whole = finer(slab, 2)
-    assert truth.levels.shape == (2, 3, len(slab.fine.surface), 3) and truth.level == 2
-    assert truth.elements == 64 * 96 and truth.nodes == len(whole.fine.nodes)
+    assert slab_truth.levels.shape == (2, 3, len(slab.fine.surface), 3) and slab_truth.level == 2
+    assert slab_truth.elements == 64 * 96 and slab_truth.nodes == len(whole.fine.nodes)
     for row, (_, load) in enumerate(loads.iterrows()):
         for level in (1, 2):
             solver = Equilibrium(whole, level, order=2)
             forces = nodal_load(whole, level, int(load["contact"]), force_of(load), RADIUS_M, order=2)
             cold = (solver.solve(forces, 1e-10).x - solver.mesh.nodes)[slab.fine.surface]
             peak = np.linalg.norm(cold, axis=1).max()
-            assert np.abs(truth.levels[row, level] - cold).max() < 2e-5 * peak
+            assert np.abs(slab_truth.levels[row, level] - cold).max() < 2e-5 * peak
 
 
 def test_its_own_error_is_that_which_finer_levels_find(block, corner):
@@ -74,16 +73,16 @@ def test_its_own_error_is_that_which_finer_levels_find(block, corner):
         assert 0.2 * said < getattr(error, name) < said < 0.01, name
 
 
-def test_its_own_error_has_the_models_denominators_and_nodes(slab, loads, truth):
+def test_its_own_error_has_the_models_denominators_and_nodes(slab, loads, slab_truth):
     """By hand from the levels: the change of the two limits, on all fine surface nodes, over the limit's largest."""
     for row in range(2):
-        coarse, middle, fine = truth.levels[row]
+        coarse, middle, fine = slab_truth.levels[row]
         rate = np.linalg.norm(middle - coarse) / np.linalg.norm(fine - middle)
         limits = middle + (middle - coarse) / (rate - 1), fine + (fine - middle) / (rate - 1)
-        assert truth.ratio[row] == pytest.approx(rate) and truth.order[row] == pytest.approx(np.log2(rate))
-        assert np.allclose(truth.displacement[row], limits[1])
+        assert slab_truth.ratio[row] == pytest.approx(rate) and slab_truth.order[row] == pytest.approx(np.log2(rate))
+        assert np.allclose(slab_truth.displacement[row], limits[1])
         change, length = (np.linalg.norm(u, axis=1) for u in (limits[1] - limits[0], limits[1]))
-        own = dict(zip(OWN, truth.own[row], strict=True))
+        own = dict(zip(OWN, slab_truth.own[row], strict=True))
         assert own["rmse_of_peak"] == pytest.approx(np.sqrt(np.mean(change**2)) / length.max())
         assert own["relative_l2"] == pytest.approx(np.sqrt(np.mean(change**2) / np.mean(length**2)))
         near = np.linalg.norm(slab.fine.nodes - slab.fine.nodes[loads["contact"][row]], axis=1)[slab.fine.surface]
@@ -93,7 +92,7 @@ def test_its_own_error_has_the_models_denominators_and_nodes(slab, loads, truth)
         assert own["patch_rms_of_peak"] == pytest.approx(np.sqrt(np.mean(pressed**2)) / length.max())
 
 
-def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, truth):
+def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, slab_truth):
     """By linear elements with the same nodes, instead of the surface around quadratic ones: to what facets leave."""
     solver = Equilibrium(finer(slab, 2), 2, order=2)
     mesh = solver.mesh
@@ -102,23 +101,23 @@ def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, truth):
     corners = x[mesh.tetrahedra]
     filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
     lost = filled / mesh.volumes.sum() - 1.0
-    assert lost < -1e-5 and truth.volume_change[0] == pytest.approx(lost, rel=0.05)
-    assert (truth.iterations >= 3).all() and (truth.products > truth.iterations).all()
+    assert lost < -1e-5 and slab_truth.volume_change[0] == pytest.approx(lost, rel=0.05)
+    assert (slab_truth.iterations >= 3).all() and (slab_truth.products > slab_truth.iterations).all()
 
 
-def test_linear_elements_are_far_from_it(slab, loads, truth):
+def test_linear_elements_are_far_from_it(slab, loads, slab_truth):
     solver = Equilibrium(slab, 1)
     forces = nodal_load(slab, 1, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M)
     linear = (solver.solve(forces, 1e-8).x - solver.mesh.nodes)[slab.fine.surface]
     patch = patch_nodes(slab.fine, int(loads["contact"][0]), RADIUS_M)
-    error = truth_errors(linear, truth.displacement[0], patch).rmse_of_peak
-    assert error > 20 * truth.own[0, OWN.index("rmse_of_peak")]
+    error = truth_errors(linear, slab_truth.displacement[0], patch).rmse_of_peak
+    assert error > 20 * slab_truth.own[0, OWN.index("rmse_of_peak")]
 
 
-def test_another_element_has_the_same_limit(slab, loads, truth):
+def test_another_element_has_the_same_limit(slab, loads, slab_truth):
     """Linear elements, many times as wrong on the same nodes, are half as wrong in their limit."""
-    [row] = other_element(slab, loads, truth, [7]).itertuples()
-    own = truth.own[1, OWN.index("rmse_of_peak")]
+    [row] = other_element(slab, loads, slab_truth, [7]).itertuples()
+    own = slab_truth.own[1, OWN.index("rmse_of_peak")]
     assert row.sample == 7 and row.rmse_of_peak < 0.6 * row.finest_rmse_of_peak < 4 * own
     assert 2.0 < row.ratio < 4.5
 
@@ -145,10 +144,10 @@ def test_levels_of_another_shape_are_left_out(slab):
     assert truth_levels(moved) == range(1, 4)
 
 
-def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner, truth):
-    assert truth.rejected.tolist() == ["", ""] and truth.rows([7, 3]).tolist() == [1, 0]
+def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner, slab_truth):
+    assert slab_truth.rejected.tolist() == ["", ""] and slab_truth.rows([7, 3]).tolist() == [1, 0]
     with pytest.raises(InputError, match="sample 5 has no truth"):
-        truth.rows([3, 5])
+        slab_truth.rows([3, 5])
     both = pd.concat([corner, corner.assign(sample=1, force_z_n=-40.0)])
     with pytest.warns(UserWarning, match=r"bodies\.block: 1 of 2 presses have no truth .* they are left out"):
         found = truth_of(block, both, {0, 1})
@@ -161,19 +160,21 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
     assert row.rmse_of_peak == pytest.approx(found.own[0, OWN.index("rmse_of_peak")])
 
 
-def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(truth):
-    levels = truth.levels.copy()
+def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(slab_truth):
+    levels = slab_truth.levels.copy()
     levels[1, -1] = np.nan
-    [both], [one] = (truth_table({"slab": each}).itertuples() for each in (truth, replace(truth, levels=levels)))
+    [both], [one] = (
+        truth_table({"slab": each}).itertuples() for each in (slab_truth, replace(slab_truth, levels=levels))
+    )
     assert (both.samples, one.samples, one.rejected) == (2, 1, 0)
-    assert one.patch_rms_of_peak == truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
+    assert one.patch_rms_of_peak == slab_truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
     assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
-    assert one.validation_rmse_of_peak == truth.own[1, OWN.index("rmse_of_peak")]
-    assert one.validation_patch_rms_of_peak == truth.own[1, OWN.index("patch_rms_of_peak")]
+    assert one.validation_rmse_of_peak == slab_truth.own[1, OWN.index("rmse_of_peak")]
+    assert one.validation_patch_rms_of_peak == slab_truth.own[1, OWN.index("patch_rms_of_peak")]
 
 
-def test_every_objection_has_its_words(slab, loads, truth, monkeypatch):
-    levels = list(truth.levels[0])
+def test_every_objection_has_its_words(slab, loads, slab_truth, monkeypatch):
+    levels = list(slab_truth.levels[0])
     each = module.Ascent(loads.iloc[0], range(3), levels, 0.01)
     assert module._judge(slab, each)[3] == ""
     each.least_det = -0.01
@@ -184,28 +185,61 @@ def test_every_objection_has_its_words(slab, loads, truth, monkeypatch):
     assert module._judge(slab, slow)[3] == "the ratio 2 is not within 2.2 to 8"
 
 
-def test_it_is_the_same_when_read_again(truth, tmp_path):
-    save_truth(truth, tmp_path / "truth.h5")
+def test_it_is_the_same_when_read_again(slab_truth, tmp_path):
+    save_truth(slab_truth, tmp_path / "truth.h5")
     again = load_truth(tmp_path / "truth.h5")
-    for name, value in vars(truth).items():
+    for name, value in vars(slab_truth).items():
         assert np.array_equal(getattr(again, name), value), name
     (tmp_path / "truth.h5").write_bytes(b"")
     with pytest.raises(InputError, match=r"truth\.h5 is damaged"):
         load_truth(tmp_path / "truth.h5")
 
 
-def test_the_table_says_how_well_it_is_known(truth):
-    other = pd.DataFrame({"sample": truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02})
-    table = truth_table({"slab_small": truth}, {"slab_small": other})
+def test_the_table_says_how_well_it_is_known(slab_truth):
+    other = pd.DataFrame(
+        {"sample": slab_truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
+    )
+    table = truth_table({"slab_small": slab_truth}, {"slab_small": other})
     assert table.columns.tolist() == COLUMNS
     [row] = table.itertuples()
     assert row.samples == 2 and row.rejected == row.inverted == 0 and row.why_rejected == ""
-    assert row.relative_l2 == pytest.approx(truth.own[:, OWN.index("relative_l2")].mean())
-    assert row.patch_rms_of_peak_max == pytest.approx(truth.own[:, OWN.index("patch_rms_of_peak")].max())
-    assert row.ratio_min == truth.ratio.min() and row.least_det == truth.least_det.min()
-    assert row.volume_change == pytest.approx(truth.volume_change.mean())
-    assert (row.iterations, row.cycles) == (truth.iterations.mean(), truth.products.mean())
+    assert row.relative_l2 == pytest.approx(slab_truth.own[:, OWN.index("relative_l2")].mean())
+    assert row.patch_rms_of_peak_max == pytest.approx(slab_truth.own[:, OWN.index("patch_rms_of_peak")].max())
+    assert row.ratio_min == slab_truth.ratio.min() and row.least_det == slab_truth.least_det.min()
+    assert row.volume_change == pytest.approx(slab_truth.volume_change.mean())
+    assert (row.iterations, row.cycles) == (slab_truth.iterations.mean(), slab_truth.products.mean())
     assert row.other_element == pytest.approx(0.002) and row.other_element_samples == 2
     assert row.other_element_patch == pytest.approx(0.02)
-    assert row.other_element_own == truth.own[1, OWN.index("rmse_of_peak")] != row.rmse_of_peak
-    assert row.other_element_own_patch == truth.own[1, OWN.index("patch_rms_of_peak")]
+    assert row.other_element_own == slab_truth.own[1, OWN.index("rmse_of_peak")] != row.rmse_of_peak
+    assert row.other_element_own_patch == slab_truth.own[1, OWN.index("patch_rms_of_peak")]
+
+
+@pytest.fixture
+def parts():
+    """A limit (30, 3) and two shapes of error."""
+    return np.random.default_rng(0).normal(size=(3, 30, 3))
+
+
+@pytest.mark.parametrize("rate", [1.5, 2.0, 2.8, 4.0, 8.0])
+def test_a_geometric_series_has_its_limit_and_no_doubt(parts, rate):
+    truth, wrong, _ = parts
+    levels = np.array([truth + wrong / rate**k for k in range(4)])
+    assert ratio(levels) == pytest.approx(rate)  # not clipped, whatever it is
+    assert np.allclose(limit(levels), truth) and np.allclose(limit(levels[:3]), truth)
+    assert np.abs(doubt(levels)).max() < 1e-12 and np.abs(doubt(levels[:3])).max() < 1e-12
+
+
+def test_a_diverging_series_shows_in_its_ratio(parts):
+    truth, wrong, _ = parts
+    assert ratio(np.array([truth, truth + wrong, truth + 3 * wrong])) == pytest.approx(0.5)
+    assert np.isnan(ratio(np.array([truth] * 3)))
+    assert np.array_equal(limit(np.array([truth] * 3)), truth) and not doubt(np.array([truth] * 3)).any()
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_the_doubt_is_about_as_large_as_the_error_of_the_limit(parts, count):
+    """Two shapes of error that fall at different rates, as those of an edge and of a smooth part do."""
+    truth, edge, smooth = parts
+    levels = np.array([truth + edge / 2.6**k + 0.5 * smooth / 5.0**k for k in range(count)])
+    error, said = np.linalg.norm(limit(levels) - truth), np.linalg.norm(doubt(levels))
+    assert error < said < 6 * error

@@ -129,7 +129,8 @@ def test_turning_changes_nothing_and_forces_balance(box, rotation, kind, law):
     for angle in [*np.linspace(0, 2 * np.pi, 25), np.pi - 1e-8, 1e-9]:
         x = rest.nodes @ rotation(angle).T + [0.3, -0.2, 0.1]
         assert np.abs(elasticity.force(x)).max() < 1e-10 * scale
-        assert abs(elasticity.energy(x)) < 1e-19 * scale * rest.size
+        rounding = 1e-19 if law == LAWS[0] else 1e-14
+        assert abs(elasticity.energy(x)) < rounding * scale * rest.size
     x, turn = crumpled(rest, rotation, 0.05), rotation(0.7)
     force = elasticity.force(x)
     assert elasticity.energy(x @ turn.T + [1, 2, -0.5]) == pytest.approx(elasticity.energy(x), rel=1e-10)

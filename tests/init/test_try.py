@@ -7,6 +7,7 @@ import meshio
 import pytest
 import yaml
 
+from palpate.benchmark.advice import advise
 from palpate.benchmark.comparison import read_errors
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
@@ -20,7 +21,6 @@ from palpate.init.data import HOLDS, recognise, sides_of
 from palpate.init.try_body import MODELS, is_unchanged
 from palpate.report.tables import read
 from palpate.run.settings import complete
-from palpate.studies.tradeoff.advice import advise
 
 ROOT = Path(__file__).parents[2]
 

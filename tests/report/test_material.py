@@ -2,7 +2,6 @@
 
 import sys
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 from fixtures.material import STUDIES as FOLDER
@@ -33,14 +32,6 @@ def test_a_part_offers_what_the_page_needs(study):
     part = import_module(f"palpate.studies.{study}.report")
     assert part.TITLE and callable(part.numbers)
     assert any((FOLDER / study / name).is_file() for name in ("report.md", "captions/introduction.rst"))
-
-
-def test_no_list_of_studies_is_kept():
-    places = [path for path in Path(page.__file__).parent.glob("*.py")]
-    named = {
-        (path.stem, study) for path in places for study in STUDIES if f'"{study}"' in path.read_text(encoding="utf-8")
-    }
-    assert named == set()
 
 
 @pytest.fixture

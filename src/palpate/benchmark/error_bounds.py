@@ -11,12 +11,21 @@ from palpate.benchmark import measure
 from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
+from palpate.table import Table
 
-COLUMNS = [
-    "scene", "body", "regime", "model", "setting", "error", "estimate", "contacts", "samples", "rank_correlation",
-    "error_of_peak", "bound_factor", "bound_of_peak", "sharpness", "coverage", "coverage_low", "coverage_of_contacts",
-    "coverage_elsewhere", "estimate_s",
-]  # fmt: skip
+ERROR_BOUNDS = Table(
+    "error_bounds",
+    "Below what the error of a single answer stays in nine cases of ten, by what that is estimated from.",
+    """
+    scene body regime model setting error: what answers, and the kind of error
+    estimate: what its error is estimated from
+    contacts samples rank_correlation: what it was tried on, and how well estimates order errors
+    error_of_peak bound_factor bound_of_peak sharpness: median error, factor of an estimate, median bound, bound / error
+    coverage coverage_low coverage_of_contacts coverage_elsewhere: answers below their bound; the low end of
+        that; contacts wholly below; and below bounds of other bodies
+    estimate_s: time of an estimate [s]
+    """,
+)
 RESIDUAL, COARSER = "residual", "coarser"
 """Estimates from one fine residual, and from a second, coarser answer."""
 EVERY = "every model"
@@ -119,7 +128,7 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
                     row |= _row(own, key, values) | {"estimate_s": seconds}
                     rows.append(row | {"coverage_elsewhere": _elsewhere(own, others, key, name)})
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return ERROR_BOUNDS.frame(rows)
 
 
 def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:

@@ -8,6 +8,10 @@ import numpy as np
 
 from palpate.errors import InputError, NotConverged
 
+PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
+LOADS = (PREPARED, NEW, TWO, DEPTH)
+"""Kinds of load: at a prepared contact, at another place, at two at once, and a disc that is pushed to a depth."""
+
 
 class Refused(NotConverged):
     """A load that a model cannot answer, whatever its numbers; the message names the model's limit."""

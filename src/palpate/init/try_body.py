@@ -22,7 +22,7 @@ from palpate.files import PART, read_yaml, write_whole
 from palpate.init.command import PICTURE, ROOT, config_file, program, run_of, typed, write_config
 from palpate.init.data import Data
 from palpate.report import tables
-from palpate.studies.tradeoff.advice_list import advice_list
+from palpate.report.advice_words import advice_list
 
 CONTACTS, PRESSES = 8, 2
 """Places that are pressed, and presses at each; with fewer contacts bounds of errors say little."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import NamedTuple
 
-from palpate import studies
+from palpate import benchmark, studies
 from palpate.errors import InputError
 from palpate.table import Table
 
@@ -21,6 +21,9 @@ CLAIMS = Table(
     """,
 )
 """The table that no single study makes."""
+
+
+_BENCHMARK = Path(benchmark.__path__[0])
 
 
 class Declared(NamedTuple):
@@ -69,13 +72,18 @@ def _older(study: str, pattern: str, function: str) -> Iterator[Declared]:
 
 @cache
 def tables(study: str) -> dict[str, Table]:
-    """Return the tables that a study declares, by name."""
+    """Return the tables that a study declares, and those of benchmark/ that its report names in READS, by name."""
     found = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
     if (folder(study) / "tables.py").is_file():  # a study that declares its tables apart from their rows
         from importlib import import_module
 
         old = import_module(f"{studies.__name__}.{study}.tables").TABLES
         found += [Table(name, one.description, f"{one.columns}:", one.always) for name, one in old.items()]
+    report = folder(study) / "report.py"
+    for line in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
+        if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "READS":
+            shared = {one.name: one for path in sorted(_BENCHMARK.glob("*.py")) for one in _tables(path)}
+            found += [shared[name] for name in ast.literal_eval(line.value)]
     return {table.name: table for table in found}
 
 

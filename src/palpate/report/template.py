@@ -1,7 +1,7 @@
 """Render a part of the report from its template: one Markdown file with Jinja's placeholders, for HTML and Markdown.
 
-A template names numbers, ``{{ depths }}``, and calls ``figure``, ``turnable``, ``table``, ``folded`` and, with a text
-inside (``{% call fold("How to read it") %} ... {% endcall %}``), ``fold``, ``finding`` and ``answer``.
+A template names numbers, ``{{ depths }}``, and calls ``figure``, ``turnable``, ``embedded``, ``table``, ``folded`` and,
+with a text inside (``{% call fold("How to read it") %} ... {% endcall %}``), ``fold``, ``finding`` and ``answer``.
 """
 
 import re
@@ -17,6 +17,7 @@ import pandas as pd
 from markdown_it import MarkdownIt
 
 from palpate.errors import InputError
+from palpate.files import require_file
 from palpate.report import markup, pictures
 from palpate.report.names import plain
 from palpate.report.number_format import percent, seconds
@@ -93,6 +94,10 @@ class Html:
         shown = [markup.folded(self.tables[name], self.describe(name)) for name in names if name in self.tables]
         return self.keep("".join(shown))
 
+    def embedded(self, name: str) -> _Text:
+        """Show a piece of a page that a job has written beside the figures; InputError if it is missing."""
+        return self.keep(require_file(self.folder / name).read_text(encoding="utf-8"))
+
     def fold(self, summary: str, caller: Callable[[], str]) -> _Text:
         """Show a text, closed at first."""
         return self.keep(markup.fold(summary, self.convert(caller())))
@@ -129,6 +134,9 @@ class Markdown(Html):
         return _Text(f"\n\n![{name.replace('_', ' ')}](figures/{name}.png)\n\n")
 
     def turnable(self, name: str, title: str, caption: str = "") -> _Text:
+        return _Text("")
+
+    def embedded(self, name: str) -> _Text:
         return _Text("")
 
     def table(
@@ -176,7 +184,7 @@ def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
         loader=jinja2.FileSystemLoader(path.parent),
     )
     environment.filters |= FILTERS
-    calls = ("figure", "turnable", "table", "folded", "fold", "finding", "answer")
+    calls = ("figure", "turnable", "embedded", "table", "folded", "fold", "finding", "answer")
     environment.globals |= {call: getattr(show, call) for call in calls}
     if not path.is_file():
         raise InputError(f"{path} is missing: put the template back")

@@ -19,7 +19,8 @@ WRAPPERS = frozenset(
     for name in ("run/job.py", "run/dependencies.py", "run/system_faults.py", "files.py", "errors.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
-KEPT = PACKAGE / "__pycache__" / "digests.json"
+KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}.json"
+"""Facts of files by the digest of their text, as this version of this module finds them."""
 FACTS = 2000
 """Files of which facts are kept: all modules several times over."""
 _FRESH: list[str] = []
@@ -30,7 +31,7 @@ def digest(call: str, *lazily: str) -> str:
 
     Comments, docstrings and layout do not count, nor do the dates of the files, nor the rest of the function's module.
 
-    call : "palpate.run.jobs:make_body"
+    call : "palpate.studies.jobs:make_body"
     lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
     """
     module, _, name = call.partition(":")
@@ -183,7 +184,7 @@ def _roots(tree: ast.Module) -> Iterator[str]:
 def _columns(about: ast.AST) -> list[str]:
     """Return the columns that a declared table names, without their meanings."""
     text = about.value if isinstance(about, ast.Constant) else ""
-    return [line.partition(":")[0].strip() for line in str(text).splitlines()]
+    return [line.partition(":")[0].strip() for line in str(text).splitlines() if line[:8].strip()]
 
 
 def _is_text(line: ast.AST) -> bool:

@@ -5,14 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.benchmark.load import Load, Press, Refused
+from palpate.benchmark.load import Doubted, Load, Press, Refused
+from palpate.bodies.material import LAWS
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
-from palpate.models.contact_modes import contact_modes
+from palpate.models.contact_modes import contact_modes, workshop
+from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
 from palpate.solvers.compliance import compute_compliance
 
-OPERATOR = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
+SNAPSHOTS = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 
 
 @pytest.fixture(scope="module")
@@ -23,12 +25,12 @@ def pressed(slab_case):
 
 
 @pytest.fixture(scope="module")
-def solver(pressed):
-    return contact_modes.offline(pressed[0]).online(OPERATOR)
+def modes_of(pressed):
+    return contact_modes.offline(pressed[0]).online(SNAPSHOTS)
 
 
 @pytest.fixture(scope="module")
-def converged(pressed):
+def exact_at(pressed):
     return fem.Fem(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
 
 
@@ -36,30 +38,30 @@ def nodes_of(case):
     return case.grid["contact_modes"]["nodes"]
 
 
-def distance(found, expected):
+def distance_to(found, expected):
     peak = np.linalg.norm(expected, axis=1).max()
     return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / peak)
 
 
-def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, solver, converged):
+def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, modes_of, exact_at):
     case, contact, force = pressed
-    columns = contact_modes.offline(case).online(OPERATOR | {"modes": "columns"})
+    columns = contact_modes.offline(case).online(SNAPSHOTS | {"modes": "columns"})
     for share in (1.0, 0.4):
         load = Load.at(contact, share * force)
-        expected = converged.respond(load)
-        assert distance(solver.respond(load).displacement, expected) < 0.002
-        assert distance(columns.respond(load).displacement, expected) < 0.01
+        expected = exact_at.respond(load)
+        assert distance_to(modes_of.respond(load).displacement, expected) < 0.002
+        assert distance_to(columns.respond(load).displacement, expected) < 0.01
 
 
 def test_columns_alone_take_no_press_of_the_elements(pressed):
     case = replace(pressed[0], body=replace(pressed[0].body, name="other"))
-    solver = contact_modes.offline(case).online(OPERATOR | {"modes": "columns"})
-    solver.prepare_contact(pressed[1])
+    modes_of = contact_modes.offline(case).online(SNAPSHOTS | {"modes": "columns"})
+    modes_of.prepare_contact(pressed[1])
     made = {name for name, *_ in contact_modes._kept[case.body][case.radius_m, nodes_of(case)].seconds}
     assert "columns" in made and not made & {"snapshots", "to finer"}
 
 
-def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, converged):
+def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, exact_at):
     """Of two levels the coarse one is reduced."""
     case, contact, force = pressed
     body = replace(case.body, name="of two levels")
@@ -68,61 +70,61 @@ def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, c
     case = replace(case, body=body, grid=grid, response=columns)
     nodes, _ = patch_shares(body.fine, patch_at(body, contact, case.radius_m))
     rows = np.searchsorted(body.fine.surface, nodes)
-    solvers = [contact_modes.offline(case).online(OPERATOR | {"modes": modes}) for modes in ("snapshots", "finer")]
+    solvers = [contact_modes.offline(case).online(SNAPSHOTS | {"modes": modes}) for modes in ("snapshots", "finer")]
     for share in (1.0, 0.5):
         load = Load.at(contact, share * force)
-        expected = converged.respond(load)
+        expected = exact_at.respond(load)
         peak = np.linalg.norm(expected, axis=1).max()
         found = [np.linalg.norm(each.respond(load).displacement - expected, axis=1)[rows].max() for each in solvers]
         assert found[1] < 0.6 * found[0] and found[1] < 0.005 * peak
 
 
-def test_a_small_force_gets_the_linear_answer(pressed, solver):
+def test_a_small_force_gets_the_linear_answer(pressed, modes_of):
     _, contact, force = pressed
-    linear = (solver.prepare_contact(contact).columns @ force).reshape(-1, 3)
-    found = 1e9 * solver.respond(Load.at(contact, 1e-9 * force)).displacement
+    linear = (modes_of.prepare_contact(contact).columns @ force).reshape(-1, 3)
+    found = 1e9 * modes_of.respond(Load.at(contact, 1e-9 * force)).displacement
     assert np.abs(found - linear).max() < 1e-8 * np.abs(linear).max()
 
 
-def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(pressed, solver, converged):
+def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(pressed, modes_of, exact_at):
     case, _, force = pressed
     body = case.body
     inner = np.setdiff1d(body.fine.surface, np.arange(len(body.coarse.nodes)))
     node = int(inner[np.argmax(body.fine.nodes[inner, 0])])
     load = Load.at(node, -0.5 * np.linalg.norm(force) * body.fine.normals[node])
-    found = solver.respond(load).displacement
-    assert (node,) in solver.prepared
-    again = contact_modes.offline(case).online(OPERATOR).respond(load).displacement
+    found = modes_of.respond(load).displacement
+    assert (node,) in modes_of.prepared
+    again = contact_modes.offline(case).online(SNAPSHOTS).respond(load).displacement
     assert np.array_equal(found, again)
 
 
-def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, solver):
+def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, modes_of):
     case, contact, force = pressed
-    expected = solver.respond(Load.at(contact, force)).displacement
+    expected = modes_of.respond(Load.at(contact, force)).displacement
     nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
     rows = np.searchsorted(case.body.fine.surface, nodes)
-    found = solver.respond(Load((Press(contact, moved=shares @ expected[rows]),)))
+    found = modes_of.respond(Load((Press(contact, moved=shares @ expected[rows]),)))
     assert np.linalg.norm(found.forces[0] - force) < 0.05 * np.linalg.norm(force)
-    assert distance(found.displacement, expected) < 0.03
+    assert distance_to(found.displacement, expected) < 0.03
 
 
-def test_two_presses_are_answered_with_the_modes_of_both(pressed, solver, converged):
+def test_two_presses_are_answered_with_the_modes_of_both(pressed, modes_of, exact_at):
     case, contact, force = pressed
     other = int(np.setdiff1d(case.prepared_contacts, contact)[-1])
     load = Load(
         (Press(contact, 0.7 * force), Press(other, -0.4 * np.linalg.norm(force) * case.body.fine.normals[other]))
     )
-    expected = converged.respond(load)
-    apart = sum(converged.respond(Load((press,))) for press in load.presses)
-    found = solver.respond(load).displacement
-    assert distance(found, expected) < min(0.004, 0.5 * distance(apart, expected))
+    expected = exact_at.respond(load)
+    apart = sum(exact_at.respond(Load((press,))) for press in load.presses)
+    found = modes_of.respond(load).displacement
+    assert distance_to(found, expected) < min(0.004, 0.5 * distance_to(apart, expected))
 
 
-def test_the_limit_is_extrapolated_over_levels(pressed, solver):
+def test_the_limit_is_extrapolated_over_levels(pressed, modes_of):
     """The linear part of the limit is that of Richardson's ratio, and what is beyond it lies further on, too."""
     case, contact, force = pressed
-    limit = contact_modes.offline(case).online(OPERATOR | {"target": "limit"})
-    fine, far = (each.prepare_contact(contact).columns @ (1e-6 * force) for each in (solver, limit))
+    limit = contact_modes.offline(case).online(SNAPSHOTS | {"target": "limit"})
+    fine, far = (each.prepare_contact(contact).columns @ (1e-6 * force) for each in (modes_of, limit))
     elements = [fem.Fem(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 2) for level in (0, 1)]
     small = 1e-6 * force
     coarse, middle = (each.respond(Load.at(contact, small)) for each in elements)
@@ -134,44 +136,44 @@ def test_the_limit_is_extrapolated_over_levels(pressed, solver):
     coarse, middle = (each.respond(Load.at(contact, force)) for each in elements)
     expected = middle + (middle - coarse) / (ratio - 1.0)
     found = limit.respond(Load.at(contact, force)).displacement
-    assert distance(found, expected) < min(0.004, 0.5 * distance(middle, expected))
+    assert distance_to(found, expected) < min(0.004, 0.5 * distance_to(middle, expected))
 
 
-def test_what_it_does_not_know_is_refused_or_told(pressed, solver, refuses):
+def test_what_it_does_not_know_is_refused_or_told(pressed, modes_of, refuses):
     _, contact, force = pressed
     with pytest.raises(NotConverged, match=r"as far as|squeezed|residual"):
-        solver.respond(Load.at(contact, 30.0 * force))
+        modes_of.respond(Load.at(contact, 30.0 * force))
     with pytest.raises(NotConverged, match="residual"):
-        solver.respond(Load.at(contact, np.array([1e200, 0.0, 0.0])))
+        modes_of.respond(Load.at(contact, np.array([1e200, 0.0, 0.0])))
     with pytest.raises(InputError, match="not a free surface node"):
-        solver.respond(Load.at(int(pressed[0].body.anchors[0][0]), force))
+        modes_of.respond(Load.at(int(pressed[0].body.anchors[0][0]), force))
     with pytest.raises(NotConverged, match="no force was found"):
-        solver.respond(Load((Press(contact, moved=np.ones(3)),)))
+        modes_of.respond(Load((Press(contact, moved=np.ones(3)),)))
 
 
 def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
     case = replace(pressed[0], used={})
     settings = contact_modes.settings(case)
-    assert len(settings) >= 5 and OPERATOR in settings
-    solver = contact_modes.offline(case).online(settings[0])
-    solver.precede(Load.at(pressed[1], pressed[2]))
-    assert case.used["contacts"] > 0.0 and 0.0 < solver.memory_mb < 2.0
+    assert len(settings) >= 5 and SNAPSHOTS in settings
+    modes_of = contact_modes.offline(case).online(settings[0])
+    modes_of.precede(Load.at(pressed[1], pressed[2]))
+    assert case.used["contacts"] > 0.0 and 0.0 < modes_of.memory_mb < 2.0
 
 
-def test_the_same_disc_cannot_be_pushed_to_two_depths(pressed, solver):
+def test_the_same_disc_cannot_be_pushed_to_two_depths(pressed, modes_of):
     _, contact, _ = pressed
     way = np.array([0.0, 0.0, -1e-3])
     with pytest.raises(Refused, match="same place"):
-        solver.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
+        modes_of.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
 
 
 @pytest.mark.parametrize("wrong", [{"modes": "colums"}, {"target": "limits"}])
 def test_words_that_no_setting_has_are_refused(pressed, wrong):
     with pytest.raises(InputError, match=f"contact_modes: {next(iter(wrong))} is"):
-        contact_modes.offline(pressed[0]).online(OPERATOR | wrong)
+        contact_modes.offline(pressed[0]).online(SNAPSHOTS | wrong)
 
 
-def test_discs_that_overlap_press_together(pressed, solver):
+def test_discs_that_overlap_press_together(pressed, modes_of):
     """Two presses that one disc alone would bear are doubted where their sum is not borne, and answered far apart."""
     case, contact, _ = pressed
     nodes, free = case.body.fine.nodes, sorted(set(case.prepared_contacts.tolist()) - {contact})
@@ -180,17 +182,77 @@ def test_discs_that_overlap_press_together(pressed, solver):
     assert away.max() > 2 * case.radius_m
 
     def borne(node, share):
-        row = solver.prepare_contact(node).bearing[0]
+        row = modes_of.prepare_contact(node).bearing[0]
         return Press(node, share * row / (row @ row))
 
-    assert np.isfinite(solver.respond(Load((borne(contact, 0.3), borne(far, 0.3)))).displacement).all()
+    assert np.isfinite(modes_of.respond(Load((borne(contact, 0.3), borne(far, 0.3)))).displacement).all()
     with pytest.raises(NotConverged, match=r"1\.20 times as hard"):
-        solver.respond(Load((borne(contact, 0.6), borne(contact, 0.6))))
+        modes_of.respond(Load((borne(contact, 0.6), borne(contact, 0.6))))
 
 
-def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, solver):
+def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, modes_of):
     _, contact, force = pressed
-    columns = solver.prepare_contact(contact).columns
+    columns = modes_of.prepare_contact(contact).columns
     for share in (1e-11, 1e-16, 1e-200):
-        found = solver.respond(Load.at(contact, share * force)).displacement
+        found = modes_of.respond(Load.at(contact, share * force)).displacement
         np.testing.assert_allclose(found.ravel(), columns @ (share * force), rtol=1e-9)
+
+
+RADIUS = 0.03
+
+
+def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_not_is_lowered(slab_case):
+    body, contact = slab_case[0].body, int(slab_case[1].contact[0])
+    shop = Workshop(body, RADIUS, 1)
+    assert shop.gap == 1
+    shown = shop.shown(contact, "snapshots")
+    hard = np.linalg.norm(shown.forces[0])
+    assert bearing(shop, [contact], "snapshots")[0] == pytest.approx(-shown.normal / hard)
+    other = Workshop(body, RADIUS, 1)
+    other.make(("snapshots", contact), lambda: replace(shown, forces=20 * shown.forces, answers=20 * shown.answers))
+    lowered = 1.0 / np.linalg.norm(bearing(other, [contact], "snapshots"))
+    assert 0.9 * hard < lowered < 19 * hard
+    finer, disc = other.elements(1), other.disc(contact, 1)
+    load = finer.nodal(*disc, -lowered * shown.normal)
+    moved = finer.settle(load, np.zeros_like(finer.rest), 400, TRIAL_RESIDUAL)
+    assert np.linalg.norm(finer.force(moved) + load) <= TRIAL_RESIDUAL * np.linalg.norm(load)
+    assert finer.least_det(moved) > 0.9 * SOUND
+
+
+def test_a_press_that_squeezes_nothing_is_believed_without_a_trial_on_the_finer_level(slab_case, monkeypatch):
+    body, contact = slab_case[0].body, int(slab_case[1].contact[0])
+    shown = Workshop(body, RADIUS, 1).shown(contact, "columns")
+    light = replace(shown, forces=0.1 * shown.forces, answers=0.1 * shown.answers)
+    for sure, tried in ((workshop.SURE, False), (1.1, True)):
+        monkeypatch.setattr(workshop, "SURE", sure)
+        shop = Workshop(body, RADIUS, 1)
+        shop.make(("columns", contact), lambda: light)
+        assert bearing(shop, [contact], "columns")[0] @ light.forces[0] == pytest.approx(1.0)
+        assert (("elements", 1) in shop.seconds) == tried
+
+
+def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept(slab_case):
+    case, contact, force = replace(slab_case[0], radius_m=RADIUS), int(slab_case[1].contact[0]), slab_case[1].force[0]
+    setting = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
+    solver, load = contact_modes.offline(case).online(setting), Load.at(contact, 0.5 * force)
+    expected = solver.respond(load)
+    kept = solver.prepared[contact,]
+    most = 1.0 / float((kept.bearing @ load.single()[1]).max())
+    solver.prepared[contact,] = kept._replace(bearing=1.2 * most * kept.bearing)
+    with pytest.raises(Doubted, match="times as hard as finer elements are known to bear") as told:
+        solver.respond(load)
+    assert np.array_equal(told.value.answer.displacement, expected.displacement)
+    solver.prepared[contact,] = kept._replace(bearing=most * kept.bearing)
+    assert np.array_equal(solver.respond(load).displacement, expected.displacement)
+
+
+@pytest.mark.parametrize("law", LAWS[1:])
+def test_a_law_is_answered_by_its_own_elements(slab_case, law):
+    case, test, _ = slab_case
+    body, contact = case.body, int(test.contact[0])
+    lawful = replace(case, radius_m=0.03, body=replace(body, material=replace(body.material, law=law)), used={})
+    load = Load.at(contact, 0.6 * test.force[0])
+    converged = {"level": 1, "start": "rest", "tolerance": 1e-8}
+    own, other = (fem.Fem(each, converged, 2).respond(load) for each in (lawful, replace(case, radius_m=0.03)))
+    found = contact_modes.offline(lawful).online(SNAPSHOTS).respond(load).displacement
+    assert distance_to(found, own) < min(0.002, 0.25 * distance_to(found, other))

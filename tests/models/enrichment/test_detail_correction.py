@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.linalg import polar
 
 from palpate.benchmark.model import FitOptions
 from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.static_responses import assemble, press, subsample
 from palpate.bodies.mesh import TetMesh
-from palpate.models.enrichment.detail_correction import DetailCorrection, NodalRotations, Scale
-from palpate.models.enrichment.fitting import gather
+from palpate.models.enrichment.detail_correction import DetailCorrection, NodalRotations, Scale, fit_scale
+from palpate.models.enrichment.fitting import Training, gather
 from palpate.models.interpolation import Interpolation
 
 PROTOCOLS = ("paper", "live")
@@ -52,7 +53,7 @@ def error(method, db, protocol, i):
     return np.sqrt(np.mean(np.sum((found - db.fine[i]) ** 2, axis=1))) / db.peaks[i]
 
 
-def ratios(method, db, coarse, contact, force):
+def ratios_of(method, db, coarse, contact, force):
     """What each coefficient of the scale alone makes of the detail, relative to the scale 1."""
     scales = []
     interpolated = db.prolongation @ coarse
@@ -82,7 +83,7 @@ def test_a_linear_world_is_exact(slab, slab_compliance, tiny, protocol):
         coarse, fine = (np.tensordot(factor * FORCE, u[row], 1) for u in (seen, slab_compliance.fine))
         found = method.predict(coarse, 44, factor * FORCE)
         assert np.abs(found - fine).max() < 1e3 * factor * np.abs(fine).max()
-        assert ratios(method, tiny, coarse, 44, factor * FORCE) == pytest.approx(1.0, abs=1e3 * factor)
+        assert ratios_of(method, tiny, coarse, 44, factor * FORCE) == pytest.approx(1.0, abs=1e3 * factor)
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
@@ -161,7 +162,7 @@ def test_without_turning_the_force_acts_on_the_rest_shape(slab, slab_compliance,
 def test_the_scale_is_linear_in_the_ratios(slab_compliance, db):
     method = DetailCorrection(db, slab_compliance, "live")
     contact, force, coarse = int(db.contact[3]), db.force[3], db.coarse_live[3]
-    first, second = ratios(method, db, coarse, contact, force)
+    first, second = ratios_of(method, db, coarse, contact, force)
     assert abs(first - 1.0) > 0.01 and abs(second - 1.0) > 0.01
     interpolated = db.prolongation @ coarse
     detail = method.predict(coarse, contact, force) - interpolated
@@ -174,8 +175,126 @@ def test_ratios_compare_motion_and_dent_with_the_linear_ones(slab_compliance, db
     """Twice the linear motion: both ratios are two. Moved as a whole besides: the dent is the same."""
     method, row, force = DetailCorrection(db, slab_compliance, "live"), slab_compliance.row(44), 1e-8 * FORCE
     linear = np.tensordot(force, slab_compliance.coarse[row], 1)
-    assert ratios(method, db, 2 * linear, 44, force) == pytest.approx(2.0, rel=1e-4)
+    assert ratios_of(method, db, 2 * linear, 44, force) == pytest.approx(2.0, rel=1e-4)
     shift = 100 * linear[44]
-    moved, dent = ratios(method, db, linear + shift, 44, force)
+    moved, dent = ratios_of(method, db, linear + shift, 44, force)
     assert moved == pytest.approx(101.0, rel=1e-4)
     assert dent == pytest.approx(1.0, rel=1e-4)
+
+
+BETA = np.array([0.4, -0.7])
+
+
+@pytest.fixture
+def scaled_world():
+    """40 samples of 10 contacts whose detail is applied 1 + β · (ratios − 1) times; folds hold out contacts."""
+    random = np.random.default_rng(0)
+    contact = np.repeat(np.arange(10), 4)
+    detail = 1e-3 * random.normal(size=(40, 30, 3))
+    ratios = 1.0 + 0.2 * random.normal(size=(40, 2))
+    peaks = random.uniform(0.01, 0.03, 40)
+    empty = np.zeros((40, 0, 3))
+    training = Training(empty, empty, contact, np.zeros((40, 3)), peaks, contact % 5)
+    return random, ratios, detail, training
+
+
+def scaled(beta, ratios, detail):
+    return (1.0 + (ratios - 1.0) @ beta)[:, None, None] * detail
+
+
+def test_finds_a_known_scale(scaled_world):
+    _, ratios, detail, training = scaled_world
+    found = fit_scale(ratios, detail, scaled(BETA, ratios, detail), training)
+    assert found.beta == pytest.approx(BETA, rel=1e-5)
+
+
+def test_finds_it_under_noise(scaled_world):
+    random, ratios, detail, training = scaled_world
+    missing = scaled(BETA, ratios, detail) + 3e-4 * random.normal(size=detail.shape)
+    assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, abs=0.05)
+
+
+def test_counts_samples_by_relative_error(scaled_world):
+    """Half the samples want another scale, but matter less since they move far more."""
+    _, ratios, detail, training = scaled_world
+    other = np.arange(40) % 2 == 1
+    missing = scaled(BETA, ratios, detail)
+    missing[other] = scaled(-BETA, ratios, detail)[other]
+    training.peaks[other] = 1e3
+    assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, rel=1e-4)
+
+
+def test_learns_nothing_from_nothing(scaled_world):
+    random, ratios, detail, training = scaled_world
+    assert not fit_scale(ratios, detail, detail, training).beta.any()  # the detail is right as it is
+    assert not fit_scale(np.ones_like(ratios), detail, 2 * detail, training).beta.any()  # ratios say nothing
+    assert not fit_scale(ratios, np.zeros_like(detail), detail, training).beta.any()  # there is no detail
+    noise = random.normal(size=detail.shape)
+    found = fit_scale(ratios, detail, detail + 1e-3 * noise, training)
+    assert np.abs(found.beta).max() < 0.2
+
+
+def test_does_not_believe_what_other_contacts_contradict(scaled_world):
+    """Each fold wants the opposite of the rest: no scale generalises, so none is applied."""
+    _, ratios, detail, training = scaled_world
+    sign = np.where(training.contact % 2, 1.0, -1.0)
+    missing = (1.0 + sign * ((ratios - 1.0) @ BETA))[:, None, None] * detail
+    alternating = Training(
+        *[getattr(training, n) for n in ("coarse", "fine", "contact", "force", "peaks")], training.contact % 2
+    )
+    assert not fit_scale(ratios, detail, missing, alternating).beta.any()
+
+
+def test_bounds_are_those_of_the_samples_only_where_that_helps_at_other_contacts(scaled_world):
+    """A scale that saturates at a contact of large ratios is bounded; one that goes on growing is not."""
+    _, ratios, detail, training = scaled_world
+    ratios = ratios.copy()
+    ratios[training.contact % 5 == 0, 0] += 2.0  # a fold beyond all others
+    beta = np.array([0.5, 0.0])
+    growing = fit_scale(ratios, detail, scaled(beta, ratios, detail), training)
+    assert growing.beta == pytest.approx(beta, abs=1e-3) and np.isinf([growing.low, growing.high]).all()
+    within = np.minimum(ratios, 1.3)
+    saturated = fit_scale(ratios, detail, scaled(beta, within, detail), training)
+    assert np.isfinite([saturated.low, saturated.high]).all()
+    assert saturated.of(np.array([9.0, 1.0])) == saturated.high < Scale(saturated.beta).of(np.array([9.0, 1.0]))
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-6, 1.0, np.pi - 1e-6, np.pi, 5.0])
+def test_a_rigid_motion_turns_every_node_alike(slab, rotation, angle):
+    nodes, turn = slab.coarse.nodes, rotation(angle)
+    found = NodalRotations(slab.coarse).at(nodes @ turn.T + [0.1, 0.2, -0.3] - nodes)
+    assert np.abs(found - turn).max() < 1e-12
+
+
+def test_an_affine_deformation_turns_by_its_polar_part(slab, rotation):
+    nodes = slab.coarse.nodes
+    f = rotation(2.0) @ np.array([[1.3, 0.2, 0.0], [0.1, 0.8, -0.1], [0.0, 0.1, 1.1]])
+    found = NodalRotations(slab.coarse).at(nodes @ f.T - nodes)
+    assert np.abs(found - polar(f)[0]).max() < 1e-12
+
+
+def test_a_bent_bar_turns_along_its_length(beam):
+    """Bent to a circle's arc the cross-section at height z turns by z/radius about y."""
+    radius, nodes = 0.3, beam.fine.nodes
+    angle = nodes[:, 2] / radius
+    x, z = (radius - nodes[:, 0]) * np.cos(angle), (radius - nodes[:, 0]) * np.sin(angle)
+    found = NodalRotations(beam.fine).at(np.column_stack([radius - x, nodes[:, 1], z]) - nodes)
+    middle = (nodes[:, 2] > 0.02) & (nodes[:, 2] < 0.18)
+    turned = np.arctan2(found[:, 0, 2], found[:, 2, 2])
+    assert np.abs(turned - angle)[middle].max() < 0.03
+    assert np.abs(np.swapaxes(found, 1, 2) @ found - np.eye(3)).max() < 1e-12
+    assert np.abs(np.linalg.det(found) - 1.0).max() < 1e-12
+
+
+def test_the_mean_around_a_node_is_weighted_by_volume(slab):
+    """Moving one node turns its neighbours by the polar part of what their elements say together."""
+    mesh, moved = slab.coarse, np.zeros_like(slab.coarse.nodes)
+    moved[44] = [0.02, -0.03, 0.05]
+    corners = mesh.nodes[mesh.tetrahedra]
+    rest, now = ((c[:, 1:] - c[:, :1]).swapaxes(1, 2) for c in (corners, corners + moved[mesh.tetrahedra]))
+    f = now @ np.linalg.inv(rest)
+    found = NodalRotations(mesh).at(moved)
+    for node in (44, 41, 0, 30):
+        around = (mesh.tetrahedra == node).any(axis=1)
+        mean = np.average(f[around], axis=0, weights=mesh.volumes[around])
+        assert np.abs(found[node] - polar(mean)[0]).max() < 1e-11

@@ -7,10 +7,23 @@ import pytest
 
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
-from palpate.effects.springs import Springs
+from palpate.effects.linear_elements import LinearElements
+from palpate.effects.springs import Springs, volume_springs
 from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
-from palpate.models.springs.spring_motion import ALONE, advance, constants, dampings, simulate, stiffnesses, trajectory
+from palpate.models.springs.spring_motion import (
+    ALONE,
+    Press,
+    advance,
+    constants,
+    damping_time,
+    dampings,
+    key_points,
+    reference_motion,
+    simulate,
+    stiffnesses,
+    trajectory,
+)
 from palpate.solvers.symplectic_euler import SymplecticEuler
 from palpate.solvers.system import System
 
@@ -112,3 +125,76 @@ def test_a_diverging_motion_and_bad_moduli_are_reported(cube):
     for young in (np.full(120, -1.0), np.ones(119)):
         with pytest.raises(InputError, match="120 positive numbers"):
             simulate(cube.model, young, cube.press, cube.settings)
+
+
+def test_masses_and_weights_are_the_bodys(cube):
+    assert cube.model.masses.sum() == pytest.approx(1000.0 * 1e-6, rel=1e-12)
+    pairs, stiffness = volume_springs(cube.particles)
+    assert np.array_equal(cube.model.pairs, pairs)
+    assert 1000.0 * cube.model.weights == pytest.approx(stiffness, rel=1e-13)
+
+
+def test_swelling_springs_have_the_bulk_modulus_of_a_quarter(cube):
+    """Σ k l² = 9 V (2E/3): eq. 5 is isotropic elasticity at ν = 1/4, averaged over directions."""
+    total = (cube.model.weights * cube.model.rest_m**2).sum()
+    assert total == pytest.approx(9.0 * 1e-6 * 2.0 / 3.0, rel=1e-12)
+
+
+def test_key_points_follow_an_affine_motion(cube):
+    gradient, shift = np.array([[1.1, 0.2, 0], [0, 0.9, 0.1], [0.3, 0, 1]]), np.array([1.0, 2, 3])
+    moved = np.stack([cube.model.nodes, cube.model.nodes @ gradient.T + shift])
+    points = cube.settings.keys.of(moved)
+    assert points.shape == (2, 4, 3)
+    assert points[0] == pytest.approx(np.array([[5, 5, 10], [0, 0, 10], [10, 3, 6], [5, 4, 5]]) * 1e-3, abs=1e-15)
+    assert points[1] == pytest.approx(points[0] @ gradient.T + shift, rel=1e-12)
+
+
+@pytest.mark.parametrize("point", [[0.005, 0.005, 0.0101], [-1, 0, 0], [np.nan, 0.001, 0.001]])
+def test_a_point_outside_gets_one_sentence(cube, point):
+    with pytest.raises(InputError, match=r"^keys\[1\] is \[.*\], which is outside the mesh; give .*\.$") as caught:
+        key_points(cube.mesh.nodes, cube.mesh.tetrahedra, [[0.001, 0.001, 0.001], point], "keys")
+    assert "\n" not in str(caught.value)
+
+
+def test_no_points_get_one_sentence(cube):
+    with pytest.raises(InputError, match="keys is empty"):
+        key_points(cube.mesh.nodes, cube.mesh.tetrahedra, [], "keys")
+
+
+def test_a_press_rises_without_a_kink():
+    factors = Press("top", 0, np.zeros(3), 0.01).factors(0.001, 20)
+    assert factors[[4, 9, 19]] == pytest.approx([0.5, 1.0, 1.0])
+    assert (np.diff(factors) >= 0.0).all()
+
+
+def test_swelling_is_damped_as_in_the_springs(cube):
+    """At ν = 1/4, where both have the same bulk modulus."""
+    model, v = cube.model, 3.0 * cube.model.nodes
+    k = stiffnesses(model, np.full(120, 1000.0))
+    rates = 3.0 * model.rest_m
+    elastic = LinearElements(cube.particles, cube.particles.material)
+    stiffness = elastic.stiffness(model.nodes, definite=True)
+    power = damping_time(model, 1000.0, 0.2) * v.ravel() @ (stiffness @ v.ravel())
+    assert (dampings(model, k, 0.2) * rates**2).sum() == pytest.approx(power, rel=1e-9)
+
+
+def test_finer_steps_converge_to_first_order(cube):
+    settings = replace(cube.settings, steps=20)
+    coarse, middle, fine = (
+        reference_motion(cube.particles, cube.model, cube.press, settings, substeps)[0] for substeps in (1, 2, 4)
+    )
+    assert coarse.shape == (20, 4, 3)
+    moved = np.abs(fine - settings.keys.of(cube.model.nodes)).max()
+    assert 1e-5 < moved < 1e-3
+    assert np.abs(middle - fine).max() < 0.05 * moved
+    assert np.abs(coarse - middle).max() / np.abs(middle - fine).max() == pytest.approx(2.0, rel=0.2)
+
+
+def test_it_follows_the_press(cube):
+    """The top goes down, and as far within a factor of three as springs of the same modulus."""
+    positions, velocities = reference_motion(
+        cube.particles, cube.model, cube.press, replace(cube.settings, steps=30), 1
+    )
+    down = 0.01 - positions[-1, 0, 2]
+    assert 1.0 < (0.01 - cube.motion[0][29, 0, 2]) / down < 3.0
+    assert velocities[10, 0, 2] < 0.0

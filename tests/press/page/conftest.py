@@ -8,7 +8,7 @@ from report import browser as chromium
 from palpate.bodies.make_body import make_body
 from palpate.press.page.page import PressModel, PressTruth, press_document
 from palpate.studies.press import coarse_answer
-from palpate.studies.press.known_presses import place_of
+from palpate.studies.press.measure import place_of
 
 RADIUS_M, PEAK_M = 0.03, 0.02
 LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}

@@ -7,8 +7,8 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.models.fem_statics import to_surface
-from palpate.studies.dynamic.corrected_motion import CorrectedMotion, corrects
-from palpate.studies.dynamic.dynamic_trial import Trial, trial
+from palpate.studies.dynamic.fitted import CorrectedMotion, corrects
+from palpate.studies.dynamic.trial import Trial, trial
 
 PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -1e-3], "radius_m": 0.03, "start_s": 0.0, "press_s": 0.1}
 PUSH |= {"hold_s": 1.0, "release_s": 0.1}

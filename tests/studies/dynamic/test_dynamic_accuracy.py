@@ -9,9 +9,9 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError, NotConverged
 from palpate.run.settings import defaults
-from palpate.studies.dynamic import dynamic_accuracy
-from palpate.studies.dynamic.dynamic_reference import Reference, load, reference, resolved_frames, save
-from palpate.studies.dynamic.dynamic_trial import Trial, training_of, trial
+from palpate.studies.dynamic import accuracy
+from palpate.studies.dynamic.reference import Reference, load, reference, resolved_frames, save
+from palpate.studies.dynamic.trial import Trial, training_of, trial
 
 PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -0.2], "radius_m": 0.03}
 PUSH |= {"start_s": 0.0, "press_s": 0.1, "hold_s": 1.0, "release_s": 0.1}
@@ -78,7 +78,7 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["fem_fine"] |= {"steps_per_frame": [2]}
     grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}
-    table = dynamic_accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
+    table = accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
     assert table.groupby("model").size().drop("fem_fine").to_dict() == {
         "fem_coarse": 5, "detail_correction": 3, "moving_modes": 3, "shape_matching": 1, "springs": 2,
         "springs_volume": 2,
@@ -108,8 +108,8 @@ def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
     def unstable(trial, steps):
         return replace(trial.springs(steps, {}, 0.1), allow_unstable=True)
 
-    fitted = dynamic_accuracy.Fitted(unstable, 1e12, 0.0)
-    row = dynamic_accuracy._row(pressed, truth, pressed.frames * 20, fitted, "")
+    fitted = accuracy.Fitted(unstable, 1e12, 0.0)
+    row = accuracy._row(pressed, truth, pressed.frames * 20, fitted, "")
     assert row["failures"] == 1 and "rmse_m" not in row
 
 

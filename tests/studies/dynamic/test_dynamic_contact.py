@@ -6,11 +6,10 @@ import pytest
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError
-from palpate.studies.dynamic import dynamic_accuracy
-from palpate.studies.dynamic.dynamic_reference import reference
-from palpate.studies.dynamic.dynamic_trial import Trial, training_of, trial, trial_and_training
-from palpate.studies.dynamic.resolution import tabulate
+from palpate.studies.dynamic import accuracy
+from palpate.studies.dynamic.reference import reference, tabulate
 from palpate.studies.dynamic.settings import _check_training
+from palpate.studies.dynamic.trial import Trial, training_of, trial, trial_and_training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
 ENTRY = {"body": "block", "effects": ["corotational", "gravity", "contact", "rayleigh"], "held": False}
@@ -55,7 +54,7 @@ def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
     grid = {"fem_coarse": {"steps_per_frame": [1, 2], "tolerances": [0.1], "gaps": [4.0]}}
     grid |= {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
     grid |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
-    table = dynamic_accuracy.measure(*falling, found, grid)
+    table = accuracy.measure(*falling, found, grid)
     assert set(table["resolved_s"]) == {found.duration_s} and set(table["duration_s"]) == {0.06}
     assert set(table["model"]) == {
         "fem_fine",
@@ -68,13 +67,13 @@ def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
 
 
 def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
-    monkeypatch.setattr("palpate.studies.dynamic.dynamic_fit.error_of", lambda *_: 1.0)
+    monkeypatch.setattr("palpate.studies.dynamic.fitted.error_of", lambda *_: 1.0)
     found = reference(*falling, 0.05, 6)
     grid = {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
     grid |= {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
     grid |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
-    assert set(dynamic_accuracy.measure(*falling, found, grid, ["fem_coarse"])["model"]) == {"fem_fine"}
-    table = dynamic_accuracy.measure(*falling, found, grid)
+    assert set(accuracy.measure(*falling, found, grid, ["fem_coarse"])["model"]) == {"fem_fine"}
+    table = accuracy.measure(*falling, found, grid)
     failed = table[table["failures"] == 1]
     assert list(failed["model"]) == ["springs", "springs_volume", "shape_matching"] and failed["rmse_m"].isna().all()
 
@@ -97,7 +96,7 @@ def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
     assert lesson is None
     found = reference(made, lesson, 0.05, 6)
     assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
-    assert list(dynamic_accuracy._models(made, lesson, found, {"fem_coarse": {}})) == ["fem_coarse"]
+    assert list(accuracy._models(made, lesson, found, {"fem_coarse": {}})) == ["fem_coarse"]
 
 
 def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
@@ -106,7 +105,7 @@ def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
     own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
     made = trial("dent", entry, block, own)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
-    assert list(dynamic_accuracy._models(made, made, replace_truth(), grid)) == ["fem_coarse", "shape_matching"]
+    assert list(accuracy._models(made, made, replace_truth(), grid)) == ["fem_coarse", "shape_matching"]
     assert "plasticity" in made.shapes(5, {}, 1.0).effects
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.studies.dynamic.tables import TABLES
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN
-from palpate.studies.dynamic.motion_bounds import MEASURED, motion_bounds
-from palpate.studies.dynamic.tables import TABLES
+from palpate.studies.dynamic.elsewhere import MEASURED, motion_bounds
 
 PLACES = 20
 

@@ -5,12 +5,12 @@ import pandas as pd
 import pytest
 from fixtures.poked_bar import poked
 
-from palpate.studies.dynamic import dynamic_accuracy
-from palpate.studies.dynamic.dynamic_fit import Fitted
-from palpate.studies.dynamic.dynamic_reference import reference
-from palpate.studies.dynamic.dynamic_trial import Trial
+from palpate.studies.dynamic import accuracy
+from palpate.studies.dynamic.accuracy import estimated, mesh_residual
 from palpate.studies.dynamic.elsewhere import measure_elsewhere, moved_pushes
-from palpate.studies.dynamic.motion_estimates import estimated, mesh_residual
+from palpate.studies.dynamic.fitted import Fitted
+from palpate.studies.dynamic.reference import reference
+from palpate.studies.dynamic.trial import Trial
 
 MODES = {"vibrations": 10, "bent": 3, "coarsened": 1}
 FINE = {"steps_per_frame": [1], "tolerances": []}
@@ -30,7 +30,7 @@ def test_estimates_of_elements_and_modes_are_near_their_errors(pressed, truth):
     grid = {"fem_coarse": {"steps_per_frame": [2], "tolerances": [], "gaps": []}}
     grid |= {"moving_modes": MODES | {"steps_per_frame": [2]}, "fem_fine": FINE}
     names = ("fem_coarse", "moving_modes", "detail_correction")
-    table = dynamic_accuracy.measure(pressed, None, truth, grid, names)
+    table = accuracy.measure(pressed, None, truth, grid, names)
     told = table[table["varied"] == "step"].set_index("model")
     ratio = (told["estimate_of_peak"] / told["rmse_of_peak"]).groupby(level=0).last()
     assert 0.4 < ratio["fem_coarse"] < 2.5 and 0.2 < ratio["fem_fine"] < 5.0

@@ -3,10 +3,10 @@
 import pandas as pd
 from fixtures.material import material, numbers
 
+from palpate.benchmark.advice_other_loads import advise_motion
 from palpate.report import page as report
 from palpate.studies.dynamic import report as dynamic
-from palpate.studies.dynamic.motion_bounds import COLUMNS
-from palpate.studies.tradeoff.advice_motion import advise_motion
+from palpate.studies.dynamic.elsewhere import COLUMNS
 
 
 def test_the_headline_is_about_models_in_real_time(dynamic_table):

@@ -8,7 +8,7 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.press import coarse_answer
-from palpate.studies.press.known_presses import place_of, trial_presses
+from palpate.studies.press.measure import place_of, trial_presses
 
 RADIUS_M = 0.06
 

@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.press.page.page import press_models, worth
-from palpate.studies.press.known_presses import Known
-from palpate.studies.press.measure import CALLS, measure
+from palpate.studies.press.measure import CALLS, Known, measure
 
 TRUTH = np.zeros((4, 3))
 TRUTH[0] = [0.0, 0.0, -0.01]

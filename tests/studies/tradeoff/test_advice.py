@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark.advice import NONE, Advice, advise
 from palpate.benchmark.comparison import BOUNDS, TRUTH
 from palpate.errors import InputError
-from palpate.studies.tradeoff.advice import NONE, Advice, advise
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pandas as pd
-
-from palpate.studies.tradeoff.advice_agreement import AGREEMENT_COLUMNS, RADIUS_COLUMNS, agreed, agreement, by_radius
 from palpate.studies.tradeoff.advice_words import agreement_words
+
+from palpate.benchmark.advice import AGREEMENT_COLUMNS, RADIUS_COLUMNS, agreed, agreement, by_radius
 
 
 def row(scene, model, error=0.01, setting="k=1", split=1, kind="rms", budget=1.0, limit=np.nan) -> dict:

@@ -2,11 +2,11 @@
 
 import pandas as pd
 import pytest
-
-from palpate.studies.tradeoff.advice import NONE
-from palpate.studies.tradeoff.advice_any_load import advise_any_load
 from palpate.studies.tradeoff.any_load_words import brief, lines
 from palpate.studies.tradeoff.tables import TABLES
+
+from palpate.benchmark.advice import NONE
+from palpate.benchmark.advice_other_loads import advise_any_load
 
 
 def rows(*told):

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.studies.tradeoff.advice_motion import advise_motion
+from palpate.benchmark.advice_other_loads import advise_motion
 
 
 @pytest.fixture

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-
-from palpate.studies.tradeoff.advice import advise
-from palpate.studies.tradeoff.advice_list import advice_list
 from palpate.studies.tradeoff.advice_words import behind, lines, sentence
+
+from palpate.benchmark.advice import advise
+from palpate.report.advice_words import advice_list
 
 
 @pytest.fixture

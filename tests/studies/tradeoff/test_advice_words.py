@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from palpate.studies.tradeoff.advice_words import lines, sentence
 
 from palpate.report import tables
-from palpate.studies.tradeoff.advice_words import lines, sentence
 
 
 @pytest.fixture

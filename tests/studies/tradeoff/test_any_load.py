@@ -16,8 +16,7 @@ from palpate.models.model_registry import model
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff import general_loads
-from palpate.studies.tradeoff.any_load import COLUMNS, measure_any
-from palpate.studies.tradeoff.general_loads import DEPTH, KINDS, NEW, PREPARED, TWO, questions
+from palpate.studies.tradeoff.general_loads import COLUMNS, DEPTH, KINDS, NEW, PREPARED, TWO, measure_any, questions
 
 RADIUS_M = 0.02
 

@@ -10,7 +10,7 @@ from fixtures.stub import Stub, made_up
 from palpate.benchmark.load import Answer, Doubted
 from palpate.errors import NotConverged
 from palpate.models import fem
-from palpate.studies.tradeoff.beyond_design import COLUMNS, measure_beyond, presses_beyond
+from palpate.studies.tradeoff.general_loads import BEYOND_COLUMNS, measure_beyond, presses_beyond
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_answers_are_right_wrong_or_doubted_with_or_without_need(asked):
     solver = Stub(respond=respond, memory_mb=0.0)
     model = made_up(lambda case: [{"kind": "made"}], lambda case, setting: solver, "made.py")
     table = measure_beyond(case, "made", model, "made", made)
-    assert list(table) == COLUMNS
+    assert list(table) == BEYOND_COLUMNS
     found = table.set_index("kind")[["unsound", "right", "doubted", "needless", "wrong"]]
     expected = {
         "right": [0, 1, 0, 0, 0],

@@ -1,7 +1,6 @@
 """The claim on local meshes is judged by the error at the patch and the time, beside the coarse and the fine mesh."""
 
 import pandas as pd
-
 from palpate.studies.tradeoff.claims_local import claims
 
 

@@ -10,8 +10,7 @@ from palpate.benchmark.truth import OWN, Truth, ascend, truth_levels
 from palpate.bodies.refinement import finer
 from palpate.bodies.smooth_surface import SmoothSurface
 from palpate.errors import NotConverged
-from palpate.studies.tradeoff.geometry import COLUMNS, geometry_share
-from palpate.studies.tradeoff.truth_table import truth_table
+from palpate.studies.tradeoff.truth_table import GEOMETRY_COLUMNS, geometry_share, truth_table
 
 ROUND = SmoothSurface("cylinder", 0.03)
 SIDES = 12
@@ -44,7 +43,9 @@ def truth_on_level_1(body, loads):
 def test_facets_bend_more_by_what_their_section_lacks(beam, loads):
     truth = truth_on_level_1(beam, loads)
     share = geometry_share(beam, ROUND, loads, truth, [4])
-    assert share.columns.tolist() == COLUMNS and share["sample"].tolist() == [4] and share["seconds"].item() > 0
+    assert (
+        share.columns.tolist() == GEOMETRY_COLUMNS and share["sample"].tolist() == [4] and share["seconds"].item() > 0
+    )
     assert share["relative_l2"].item() == pytest.approx(1.0 - SECOND_MOMENTS, rel=0.06)
     [row] = truth_table({"beam_large": truth}, None, {"beam_large": share}).itertuples()
     assert row.geometry_of_peak == share["rmse_of_peak"].item() and row.geometry_samples == 1

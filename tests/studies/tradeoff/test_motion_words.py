@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from palpate.studies.tradeoff.advice_list import advice_list
-from palpate.studies.tradeoff.advice_motion import advise_motion
 from palpate.studies.tradeoff.motion_words import bounded, brief, lines, pace, sentence
+
+from palpate.benchmark.advice_other_loads import advise_motion
+from palpate.report.advice_words import advice_list
 
 MODES = "vibration and contact modes (step_s=0.035)"
 

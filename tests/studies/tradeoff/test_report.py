@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 from fixtures.material import STUDIES, material, numbers
 from fixtures.trade_off import OWN, accuracy_vs_time
+from palpate.studies.tradeoff.report_numbers import snaps
 
 from palpate.files import read_yaml
 from palpate.models.model_registry import MODELS, RESERVED
 from palpate.report import page as report
 from palpate.studies.tradeoff import report as tradeoff
 from palpate.studies.tradeoff import report_models as tradeoff_models
-from palpate.studies.tradeoff.report_numbers import snaps
 
 FAMILIES = read_yaml(STUDIES / "tradeoff/captions/models.yaml")
 FIGURES = ["advice", "break_even", "truth", "error_bounds", *(f"work_precision_{scene}" for scene in OWN)]

@@ -20,7 +20,7 @@ from palpate.report.number_format import percent, seconds
 from palpate.report.words import spaced
 
 if TYPE_CHECKING:
-    from palpate.studies.press.known_presses import Known
+    from palpate.studies.press.measure import Known
 
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),

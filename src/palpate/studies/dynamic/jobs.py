@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.run.jobs says how."""
+"""What the rules of the study call; palpate.studies.jobs says how."""
 
 import pandas as pd
 
@@ -14,9 +14,8 @@ def leave_out_scenes(params):
 
 
 def simulate_dynamic_reference(input, output, params, say):
-    from palpate.studies.dynamic.dynamic_reference import reference, save
-    from palpate.studies.dynamic.dynamic_trial import trial_and_training
-    from palpate.studies.dynamic.resolution import tabulate
+    from palpate.studies.dynamic.reference import reference, save, tabulate
+    from palpate.studies.dynamic.trial import trial_and_training
 
     scene, lesson = trial_and_training(body=load(input.body), **params.trial)
     own = params.trial["own"]
@@ -27,24 +26,24 @@ def simulate_dynamic_reference(input, output, params, say):
 
 
 def measure_dynamic(input, params, say):
-    from palpate.studies.dynamic import dynamic_reference
-    from palpate.studies.dynamic.dynamic_accuracy import measure
-    from palpate.studies.dynamic.dynamic_trial import trial_and_training
+    from palpate.studies.dynamic import reference
+    from palpate.studies.dynamic.accuracy import measure
+    from palpate.studies.dynamic.trial import trial_and_training
 
     moving = trial_and_training(body=load(input.body), **params.trial)
     more = params.trial["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
-    return measure(*moving, dynamic_reference.load(input.reference), params.settings, *more)
+    return measure(*moving, reference.load(input.reference), params.settings, *more)
 
 
 def measure_elsewhere(input, params, say):
-    from palpate.studies.dynamic.dynamic_trial import trial_and_training
     from palpate.studies.dynamic.elsewhere import measure_elsewhere
+    from palpate.studies.dynamic.trial import trial_and_training
 
     scene, _ = trial_and_training(body=load(input.body), **params.trial)
     return measure_elsewhere(scene, params.own, params.settings, params.seed, steps(say, f"{scene.name}: place"))
 
 
 def tabulate_motion_bounds(input):
-    from palpate.studies.dynamic.motion_bounds import motion_bounds
+    from palpate.studies.dynamic.elsewhere import motion_bounds
 
     return motion_bounds(pd.read_csv(path) for path in input)

@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.run.jobs says how."""
+"""What the rules of the study call; palpate.studies.jobs says how."""
 
 from palpate.run.job import steps
 

@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.run.jobs says how."""
+"""What the rules of the study call; palpate.studies.jobs says how."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from palpate.run.job import steps
 
 def export_model(input, output, params, say):
     from palpate.studies.press.coarse_answer import coarse_answer, save
-    from palpate.studies.press.prepared import export
+    from palpate.studies.press.measure import export
 
     body = load(input.body)
     save(coarse_answer(body, params.radius_m), output.coarse)
@@ -20,8 +20,7 @@ def write_press(input, output, params):
     from palpate.press.page.page import held_nodes, press_models, write_pages
     from palpate.press.portable.file import read
     from palpate.studies.press import coarse_answer
-    from palpate.studies.press.known_presses import known_presses, trial_presses
-    from palpate.studies.press.measure import measure
+    from palpate.studies.press.measure import known_presses, measure, trial_presses
 
     body, model, coarse = load(input.body), read(input.model), coarse_answer.load(input.coarse)
     known = known_presses(body, input.truths, input.loads, params.samples)

@@ -1,6 +1,13 @@
-"""Measure the models of the page on which a body is pressed: their error, what they say of it, and their time."""
+"""Prepare the model of the page on which a body is pressed, from the body alone, and write it to its file.
+
+Choose presses whose truth a run has simulated, for a reader to put answers beside.
+
+Measure the models of the page on which a body is pressed: their error, what they say of it, and their time.
+"""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -8,8 +15,106 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
-from palpate.studies.press.known_presses import Known
-from palpate.studies.press.tables import TABLES
+from palpate.benchmark.model import Case
+from palpate.benchmark.presses import force_of
+from palpate.benchmark.truth import OWN, load_truth
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import kept_contacts, spread_out
+from palpate.press.portable.export import Progress, export_model
+from palpate.table import Table
+
+PRESS = Table(
+    "press",
+    "The models that answer in this page: their errors on presses whose truth was simulated, and their time.",
+    """
+    body model contacts samples: what answers, contacts that are prepared, presses with a truth
+    rmse_of_peak rmse_of_peak_most: median and largest error [peak]
+    error_of_peak doubted: the error that the model states itself, and how many answers it doubts
+    online_median_s online_p95_s file_mb: time of an answer in Python [s], and size of the file [1e6 bytes]
+    """,
+)
+REGIME = "press"
+"""The name of a regime that has no samples."""
+
+
+def export(
+    body: Body,
+    settings: Mapping,
+    radius_m: float,
+    grid: Mapping,
+    seed: int,
+    tolerance: float,
+    path: Path | str,
+    progress: Progress,
+) -> None:
+    """Write contact modes of ``body`` for discs of ``radius_m`` [m] to ``path``.
+
+    settings : ``contacts``, how many are prepared, ``modes`` and ``thinned``; grid, seed, tolerance : as of a Case
+    """
+    case = Case.untrained(body, REGIME, radius_m, seed, tolerance, grid)
+    setting = {"modes": settings["modes"], "rings": grid["contact_modes"]["rings"][-1]}
+    setting |= {"thinned": settings["thinned"], "target": "limit"}
+    export_model(case, setting, settings["contacts"], path, progress)
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """A press and its truth.
+
+    contact : coarse node; place : its triangle of the fine surface, and the weights of its corners
+    force : (3,) [N]; displacement : (n, 3) [m] of the fine surface; own : the truth's own error, RMSE over peak
+    """
+
+    contact: int
+    place: dict
+    force: np.ndarray
+    displacement: np.ndarray
+    own: float
+
+    @property
+    def press(self) -> dict:
+        """The press as portable models take it."""
+        return self.place | {"force": [float(part) for part in self.force]}
+
+
+def place_of(body: Body, node: int) -> dict:
+    """Return the place of a fine surface node: the number of a triangle, and the weights (3,) of its corners."""
+    triangle = int(np.flatnonzero((body.fine.triangles == node).any(axis=1))[0])
+    return {"triangle": triangle, "weights": (body.fine.triangles[triangle] == node).astype(float).tolist()}
+
+
+def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path | str], count: int) -> list[Known]:
+    """Return at most ``count`` believed presses, the hardest of each contact, at contacts well spread over the body.
+
+    truths, loads : files of the same regimes, truth.h5 and loads.csv
+    """
+    found: dict[int, Known] = {}
+    for truth_file, load_file in zip(truths, loads, strict=True):
+        truth, table = load_truth(truth_file), pd.read_csv(load_file).set_index("sample", drop=False)
+        for i in np.flatnonzero(truth.believed):
+            contact, force = int(truth.contact[i]), force_of(table.loc[truth.sample[i]])
+            if contact in found and np.linalg.norm(found[contact].force) >= np.linalg.norm(force):
+                continue
+            own = float(truth.own[i, OWN.index("rmse_of_peak")])
+            found[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own)
+    return [found[contact] for contact in _spread(body, list(found), count)]
+
+
+def _spread(body: Body, contacts: list[int], count: int) -> list[int]:
+    """Choose ``count`` of ``contacts``, each far from those before it."""
+    if not contacts:
+        return []
+    points = body.fine.nodes[contacts]
+    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    rows = [first, *spread_out(points, points[[first]], min(count, len(contacts)) - 1)]
+    return [contacts[row] for row in rows]
+
+
+def trial_presses(body: Body, count: int, depth_m: float) -> list[dict]:
+    """Return straight presses to ``depth_m`` [m] at ``count`` contacts, where no truth is known."""
+    contacts = kept_contacts(body, count)
+    return [place_of(body, int(node)) | {"moved": (-depth_m * body.fine.normals[node]).tolist()} for node in contacts]
+
 
 CALLS = 40
 """Answers that are timed, after one that warms up."""
@@ -38,7 +143,7 @@ def measure(
         row |= {"error_of_peak": _median(told), "doubted": sum(bool(answer.doubt) for answer in answers)}
         row |= {"online_median_s": _median(seconds), "online_p95_s": float(np.percentile(seconds, 95))}
         rows.append(row | {"file_mb": files_mb[name]})
-    return pd.DataFrame(rows, columns=TABLES["press"].columns.split())
+    return PRESS.frame(rows)
 
 
 def _timed(model: Any, presses: list[dict]) -> float:

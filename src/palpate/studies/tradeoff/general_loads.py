@@ -1,24 +1,32 @@
-"""Ask for more than one force at a prepared contact, and know the answer: the fine operator's own, converged."""
+"""Ask for more than one force at a prepared contact, and know the answer: the fine operator's own, converged.
 
-from collections.abc import Callable, Iterator
+Measure models under loads that they were not prepared for: other places, two contacts, discs pushed to a depth.
+
+Press harder than models were made for, aslant and outward: is an answer right, doubted by its model, or wrong?
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
-from palpate.benchmark.accuracy import patch_nodes
+from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.load import Load, Press
-from palpate.benchmark.model import Case
+from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press
+from palpate.benchmark.measure import Queries, labels_of, prepared_settings
+from palpate.benchmark.model import Case, Model, Solver, answered, checked
 from palpate.benchmark.static_responses import NESTED
+from palpate.benchmark.timing import said, time_calls
 from palpate.bodies.contacts import places_between
 from palpate.bodies.refinement import quadratic_prolongation
 from palpate.errors import NotConverged
+from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import Simulation
 from palpate.solvers.equilibrium import FastEquilibrium
+from palpate.table import Table
 
-PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
-KINDS = (PREPARED, NEW, TWO, DEPTH)
 SHARE = 0.7
 """Part of its own force that each of two presses has, so that both together squeeze no element that one would not."""
 APART = 2.0
@@ -26,7 +34,7 @@ APART = 2.0
 
 
 class Question(NamedTuple):
-    """A load of one of KINDS, and the fine operator's answer.
+    """A load of one of LOADS, and the fine operator's answer.
 
     truth : displacement (n_surface, 3) [m]; forces : (presses, 3) [N]; patch : (n_surface,) the nodes that are pressed
     """
@@ -112,3 +120,224 @@ def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
         if np.isfinite(away).any():
             pair = (i, int(np.argmin(away)))
             yield Load(tuple(Press(int(samples.contact[j]), SHARE * samples.force[j]) for j in pair))
+
+
+MEANS = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error"]
+MOST = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]
+"""The errors whose largest one is tabulated beside their mean: there are few loads of a kind."""
+ANY_LOAD = Table(
+    "any_load",
+    "Loads that models were not prepared for, against the fine operator: new places, two contacts, a disc to a depth.",
+    """
+    scene body regime model setting kind: what is asked, and the kind of load
+    samples refused doubted failures contacts: loads; refused beforehand, doubted, failed; places that were answered
+    rmse_of_peak relative_l2 patch_rms_of_peak patch_max_of_peak force_error: mean errors; of the force of a pushed disc
+    rmse_of_peak_most patch_rms_of_peak_most force_error_most: the largest of them
+    online_median_s online_p95_s preparation_s: time of an answer, and beforehand for one press [s]
+    offline_s memory_mb failure: preparation of all contacts [s], memory [1e6 bytes], and the first reason
+    """,
+    always=False,
+)
+
+
+def measure_any(
+    case: Case,
+    name: str,
+    model: Model,
+    pattern: str,
+    asked: Sequence[Question],
+    repeats: int,
+    budget_s: float,
+    progress: Callable = iter,
+) -> pd.DataFrame:
+    """Measure those settings of ``model`` whose text ``pattern`` is found in: a row each kind of question.
+
+    repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
+    Errors are means over what was answered, at so many ``contacts``, against the fine operator; ``refused`` of the
+    ``samples`` are loads of a sort that the model does not answer, ``doubted`` those whose answer it does not believe,
+    ``failures`` the others that it should have answered. ``preparation_s`` is the median time of what a solver prepares
+    for a press beforehand, as ``Solver.prepare_nodes`` says. On one BLAS thread.
+    """
+    from threadpoolctl import threadpool_limits
+
+    rows: list[dict] = []
+    with threadpool_limits(limits=1):
+        for one in prepared_settings(case, model, pattern, progress):
+            labels, offline = labels_of(case, name, one.text), one.offline_s
+            ready: dict[tuple[int, ...], float] = {}
+            for kind in dict.fromkeys(question.kind for question in asked):
+                questions = [question for question in asked if question.kind == kind]
+                row = {**labels, "kind": kind, "samples": len(questions), "offline_s": offline}
+                if isinstance(one.solver, NotConverged):
+                    row |= {"refused": 0, "doubted": 0, "failures": len(questions), "contacts": 0}
+                    rows.append(row | {"failure": said(one.solver)})
+                else:
+                    place = case.n_surface, model.place
+                    rows.append(row | _asked(one.solver, questions, ready, repeats, budget_s, *place))
+    return ANY_LOAD.frame(rows)
+
+
+def _asked(
+    solver: Solver,
+    questions: Sequence[Question],
+    ready: dict[tuple[int, ...], float],
+    repeats: int,
+    budget_s: float,
+    n_surface: int,
+    place: str,
+) -> dict:
+    """Ask the questions of one kind; return what of a row follows from the answers; ``ready`` as in ``Queries``."""
+    found: dict[int, Mapping[str, float]] = {}
+    queries = Queries(solver, len(questions), lambda i: questions[i].load, ready)
+
+    def receive(i: int, answer: np.ndarray | Answer) -> None:
+        moved = checked(answer, n_surface, place)
+        forces = answer.forces if isinstance(answer, Answer) else None
+        found[i] = _errors(questions[i], moved, forces)
+
+    timed = time_calls(queries, repeats, budget_s, receive)
+    wrong = [i for i, failure in enumerate(timed.failures) if failure]
+    row: dict[str, Any] = {"refused": len(queries.refused), "doubted": len(queries.doubted)}
+    row["failures"] = len(set(wrong) - queries.refused - queries.doubted)
+    row["failure"] = next((timed.failures[i] for i in wrong), "")
+    row["memory_mb"] = float(solver.memory_mb)
+    answered = sorted(set(found) - set(wrong))
+    row["contacts"] = len({tuple(press.node for press in questions[i].load.presses) for i in answered})
+    errors = pd.DataFrame([found[i] for i in answered], columns=MEANS, dtype=float)
+    row |= errors.mean().to_dict()
+    row |= {f"{name}_most": errors[name].max() for name in MOST}
+    if seconds := [s for calls in timed.seconds for s in calls]:
+        row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
+        row["preparation_s"] = float(np.median(queries.prepared)) if queries.prepared else 0.0
+    return row
+
+
+def _errors(question: Question, moved: np.ndarray, forces: np.ndarray | None) -> Mapping[str, float]:
+    """Measure one answer; the force's error is of a disc that was pushed to a depth, over the force there."""
+    error = truth_errors(moved, question.truth, question.patch)._asdict()
+    if forces is None or all(press.moved is None for press in question.load.presses):
+        return error | {"force_error": np.nan}
+    return error | {"force_error": float(np.linalg.norm(forces - question.forces) / np.linalg.norm(question.forces))}
+
+
+TIMES = {"as designed": 1.0, "1.5 times": 1.5, "2 times": 2.0, "3 times": 3.0}
+TANGENTIAL, PULLING = "tangential", "pulling"
+RIGHT, RIGHT_AT_PATCH = 0.01, 0.05
+"""What an answer that is right is wrong by at most, as a share of the peak: RMSE, and at the worst node of the disc."""
+STEPS, LEFT = 60, 1e-3
+"""Most steps of L-BFGS on the finest level, 15 are usual, and the residual over the load that ends them."""
+BEYOND_DESIGN = Table(
+    "beyond_design",
+    "Presses that models were not made for: how many answers are right, doubted by the model itself, or wrong.",
+    """
+    scene body regime model setting kind: what is asked, and the kind of press
+    samples unsound: presses, and those that have no answer that would be right
+    right doubted needless wrong: answers that are right, doubted, doubted needlessly, and wrong without a word
+    rmse_most patch_max_most: largest errors of those that are not doubted [peak]
+    """,
+    always=False,
+)
+
+
+class Pressed(NamedTuple):
+    """One press, the nodes that are pressed (n_surface,), and the fine operator's answer (n_surface, 3) [m] or None."""
+
+    kind: str
+    load: Load
+    patch: np.ndarray
+    truth: np.ndarray | None
+
+    def right(self, answer: Answer) -> tuple[bool, float, float]:
+        """Return whether an answer is right, its RMSE, and its error at the worst node of the disc, over the peak."""
+        if self.truth is None:
+            return False, np.nan, np.nan
+        error = truth_errors(answer.displacement, self.truth, self.patch)
+        found = error.rmse_of_peak, error.patch_max_of_peak
+        return found[0] <= RIGHT and found[1] <= RIGHT_AT_PATCH, *found
+
+
+def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = iter) -> list[Pressed]:
+    """Press ``count`` contacts of test samples by the hardest force there, times TIMES, across it, and outward.
+
+    A press is unsound, and has no truth, where quadratic elements on the finest level find no answer in STEPS or an
+    element of it is inverted.
+    """
+    body, samples = case.body, judge.samples
+    tests = np.flatnonzero(judge.side == "test")
+    size = np.linalg.norm(samples.force, axis=1)
+    contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
+    hardest = [each[np.argmax(size[each])] for each in contacts]
+    chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
+    operator, found = _Operator(case), []
+    for i in progress([hardest[k] for k in chosen]):
+        node = int(samples.contact[i])
+        patch = patch_nodes(body.fine, node, case.radius_m)
+        for kind, force in _forces(samples.force[i], body.coarse.normals[node]):
+            found.append(Pressed(kind, Load.at(node, force), patch, operator.answer(node, force)))
+    return found
+
+
+def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Sequence[Pressed]) -> pd.DataFrame:
+    """Ask those settings of ``model`` whose text ``pattern`` is found in: a row each kind of press.
+
+    Of the ``samples`` presses ``right`` are answered so, ``doubted`` are not answered, ``needless`` of them would have
+    been right, and ``wrong`` are answered wrongly without a word; ``unsound`` ones have no answer that would be right.
+    """
+    rows = []
+    for one in prepared_settings(case, model, pattern):
+        if isinstance(one.solver, NotConverged):
+            raise one.solver
+        told = labels_of(case, name, one.text)
+        for kind in dict.fromkeys(press.kind for press in asked):
+            judged = [_judged(one.solver, press) for press in asked if press.kind == kind]
+            counts = {what: sum(verdict == what for verdict, *_ in judged) for what in ("right", "needless", "wrong")}
+            doubted = sum(verdict in ("doubted", "needless") for verdict, *_ in judged)
+            unsound = sum(press.truth is None for press in asked if press.kind == kind)
+            most = [max((e[k] for e in judged if np.isfinite(e[k])), default=np.nan) for k in (1, 2)]
+            rows.append(told | {"kind": kind, "samples": len(judged), "unsound": unsound, "doubted": doubted} | counts)
+            rows[-1] |= {"rmse_most": most[0], "patch_max_most": most[1]}
+    return BEYOND_DESIGN.frame(rows)
+
+
+def _judged(solver: Solver, press: Pressed) -> tuple[str, float, float]:
+    """Return what an answer is, and its errors if it was given."""
+    try:
+        solver.precede(press.load)
+        answer, doubt = answered(solver, press.load, len(press.patch))
+    except NotConverged:
+        return "doubted", np.nan, np.nan
+    right, rmse, patch = press.right(answer)
+    if doubt:
+        return "needless" if right else "doubted", np.nan, np.nan
+    return "right" if right else "wrong", rmse, patch
+
+
+def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield a kind and a force (3,) [N] each, of the size of ``force``; across is a fixed way along the surface."""
+    for kind, times in TIMES.items():
+        yield kind, times * force
+    across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    size = np.linalg.norm(force)
+    yield TANGENTIAL, size * across / np.linalg.norm(across)
+    yield PULLING, size * normal
+
+
+class _Operator:
+    """Quadratic elements on the finest level, from the answer of the level before; no search beyond STEPS."""
+
+    def __init__(self, case: Case):
+        self._shop = Workshop(case.body, case.radius_m, 0)
+        self._body, self._last = case.body, len(case.body.levels) - 1
+        self._up = quadratic_prolongation(*case.body.levels[-2:])
+
+    def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
+        """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""
+        before, last = self._shop.elements(self._last - 1), self._shop.elements(self._last)
+        load = before.nodal(*self._shop.disc(node, self._last - 1), force)
+        start = before.settle(load, np.zeros_like(before.rest), STEPS, LEFT)
+        load = last.nodal(*self._shop.disc(node, self._last), force)
+        moved = last.settle(load, self._up @ start, STEPS, LEFT)
+        left = np.linalg.norm(last.force(moved) + load)
+        if not (left <= LEFT * np.linalg.norm(load) and last.least_det(moved) > 0.0):
+            return None
+        return moved[self._body.fine.surface]

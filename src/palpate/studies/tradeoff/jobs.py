@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.run.jobs says how."""
+"""What the rules of the study call; palpate.studies.jobs says how."""
 
 from pathlib import Path
 
@@ -57,8 +57,7 @@ def measure_bounds(input, params, wildcards):
 
 def check_truth(input, params, wildcards, say):
     from palpate.bodies.smooth_surface import surface_of
-    from palpate.studies.tradeoff.geometry import geometry_share
-    from palpate.studies.tradeoff.other_element import other_element
+    from palpate.studies.tradeoff.truth_table import geometry_share, other_element
 
     body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
     place, found = f"{body.name}, {wildcards.regime}", {"check": pd.DataFrame(), "geometry": pd.DataFrame()}
@@ -84,8 +83,7 @@ def tabulate_truth(input, params):
 
 
 def tabulate_tradeoff(input):
-    from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time
-    from palpate.studies.tradeoff.provenance import commit
+    from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time, commit
 
     return accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
 
@@ -110,8 +108,8 @@ def tabulate_error_bounds(input):
 
 def _advice(table, errors, limits):
     """Advise on each scene of a table, the files of whose samples are ``errors``."""
+    from palpate.benchmark.advice import advise
     from palpate.benchmark.comparison import errors_from
-    from palpate.studies.tradeoff.advice import advise
 
     return [
         advise(settings, errors_from(_of(errors, body, regime), settings), **limits)
@@ -120,7 +118,7 @@ def _advice(table, errors, limits):
 
 
 def tabulate_advice(input, params):
-    from palpate.studies.tradeoff.advice_motion import advise_motion
+    from palpate.benchmark.advice_other_loads import advise_motion
 
     limits, found = params.limits, []
     for table in input.table:
@@ -133,15 +131,14 @@ def tabulate_advice(input, params):
 
 
 def tabulate_advice_agreement(input, params):
-    from palpate.studies.tradeoff.advice_agreement import agreement
+    from palpate.benchmark.advice import agreement
 
     return agreement(pd.read_csv(input[0]), {scene: tuple(place) for scene, place in params.scenes.items()})
 
 
 def tabulate_advice_by_radius(input, params):
-    from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time
-    from palpate.studies.tradeoff.advice_agreement import by_radius
-    from palpate.studies.tradeoff.provenance import commit
+    from palpate.benchmark.advice import by_radius
+    from palpate.studies.tradeoff.accuracy_vs_time import accuracy_vs_time, commit
 
     table = accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
     radii = {scene: tuple(place) for scene, place in params.radii.items()}
@@ -157,8 +154,7 @@ def _asked(params):
 
 
 def measure_any_load(input, params, wildcards, say):
-    from palpate.studies.tradeoff.any_load import measure_any
-    from palpate.studies.tradeoff.general_loads import questions
+    from palpate.studies.tradeoff.general_loads import measure_any, questions
 
     place, found = f"{wildcards.body}, {wildcards.regime}", []
     case, judge = _judged(input, params, wildcards, params.split, params.grid)
@@ -171,7 +167,7 @@ def measure_any_load(input, params, wildcards, say):
 
 
 def measure_beyond_design(input, params, wildcards, say):
-    from palpate.studies.tradeoff.beyond_design import measure_beyond, presses_beyond
+    from palpate.studies.tradeoff.general_loads import measure_beyond, presses_beyond
 
     case, judge = _judged(input, params, wildcards, params.split, params.grid)
     progress = steps(say, f"{wildcards.body}, {wildcards.regime}: contact")

@@ -17,15 +17,24 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
-COLUMNS = ["body", "contact", "pressure_of_young", "peak_of_size", "least_det", "converged"]
+LIMIT_POINTS = Table(
+    "limit_points",
+    "The dent under a growing pressure, contact by contact: where the law itself has more than one answer.",
+    """
+    body contact: the node that is pressed
+    pressure_of_young: peak pressure / Young's modulus
+    peak_of_size: largest displacement / the body's size
+    least_det converged: least determinant of F, and whether there is an answer
+    """,
+    always=False,
+)
 PRESSURES = tuple(np.round(np.arange(0.02, 0.4001, 0.02), 2))
 """Peak pressures 2 F / (π radius²) as shares of Young's modulus, which tissue models are not meant to exceed."""
 TOLERANCE = 1e-6
 LEVEL = 1
 """Level of the quadratic elements: fine enough to show the law's limits, coarse enough for a minute."""
-JUMP = 2.0
-"""A step that moves the body so many times as far as the one before is a jump."""
 
 
 def limit_points(
@@ -39,7 +48,7 @@ def limit_points(
 
     contacts : coarse nodes, or how many of those that ``kept_contacts`` spreads; InputError for one that is not free,
         or for a radius that ``check_radius`` refuses
-    Returns one row a step with COLUMNS: the peak displacement reached, the smallest det F (0 and below: an element is
+    Returns one row a step: the peak displacement reached, the smallest det F (0 and below: an element is
     inverted), and whether an equilibrium was found; if not, the first two are empty, and the contact ends there.
     """
     check_radius(body, radius_m)
@@ -55,24 +64,7 @@ def limit_points(
         inward = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0
         unit = nodal_load(whole, level, contact, inward, radius_m, order=2)
         rows += [[body.name, contact, *step] for step in _curve(problem, unit, pressures, body.fine.size)]
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def jumps(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the steps of ``table``, of ``limit_points``, in which a body jumps or its equilibrium is lost.
-
-    Columns: body, contact, pressure_of_young before and after, peak_of_size before and after, least_det after.
-    """
-    rows = []
-    for (body, contact), curve in table.groupby(["body", "contact"], sort=False):
-        pressure, peak = curve["pressure_of_young"].to_numpy(), curve["peak_of_size"].to_numpy()
-        slopes = np.diff(peak, prepend=0.0) / np.diff(pressure, prepend=0.0)
-        for i in range(1, len(curve)):
-            if not curve["converged"].iloc[i] or slopes[i] > JUMP * slopes[i - 1]:
-                least = curve["least_det"].iloc[i]
-                rows.append([body, contact, pressure[i - 1], pressure[i], peak[i - 1], peak[i], least])
-    ends = [f"{name}_{end}" for name in ("pressure_of_young", "peak_of_size") for end in ("before", "after")]
-    return pd.DataFrame(rows, columns=["body", "contact", *ends, "least_det"])
+    return LIMIT_POINTS.frame(rows)
 
 
 def _curve(problem: Equilibrium, unit: np.ndarray, pressures: Sequence[float], size: float) -> list[list]:

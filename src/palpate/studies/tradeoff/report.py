@@ -1,62 +1,281 @@
 """Compare models on pressed bodies: what to take, the truth, error against time, the models, when preparing pays."""
 
-from collections.abc import Callable, Iterator
-from html import escape
+from collections import Counter
+from collections.abc import Iterator
+from itertools import groupby
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from palpate.report import markup, tables
-from palpate.report.material import Report, Section
+from palpate.benchmark.advice import MARGIN, NONE
+from palpate.benchmark.advice_other_loads import advise_any_load
+from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
+from palpate.files import read_yaml
+from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
+from palpate.report import tables
+from palpate.report.advice_words import agreement_words, any_load_cell, by_limit, error_of, exceeded, limit, next_best
+from palpate.report.material import Report
 from palpate.report.model_looks import label
+from palpate.report.names import named
 from palpate.report.number_format import percent, seconds
-from palpate.report.words import capital
-from palpate.studies.tradeoff.advice import NONE
-from palpate.studies.tradeoff.advice_words import error_of, limit, sentence
-from palpate.studies.tradeoff.figures.error_bounds import DEAR, SOURCES
-from palpate.studies.tradeoff.figures.scene_rows import averaged, first_split, front_rows
-from palpate.studies.tradeoff.report_any_load import any_load
-from palpate.studies.tradeoff.report_models import given_table, models_table, variants_table
-from palpate.studies.tradeoff.report_numbers import hardest_of, numbers, pressed, scene_words
-from palpate.studies.tradeoff.tables import TABLES
-
-__all__ = ["TABLES", "TITLE", "failures", "numbers", "sections"]
+from palpate.report.words import listed, spaced
+from palpate.studies.tradeoff.figures.scene_rows import (
+    KNOWN,
+    answers,
+    averaged,
+    curves,
+    first_split,
+    front_rows,
+    jumps,
+)  # fmt: skip
+from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
 TITLE = "What accuracy costs in time"
+READS = ("advice", "advice_agreement", "advice_by_radius", "error_bounds")
+"""Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
 """The kinds of error that advice is for, in words."""
+LIMITS = (0.05, 0.01)
+"""Largest errors [of the peak] that kinds of load are asked for."""
+MEANINGS = {
+    1.0: "fast enough for force feedback to a hand",
+    16.7: "one picture at 60 a second",
+    100.0: "still felt as immediate",
+}
+"""What a budget [ms] is for."""
+_OWN = {"what": "a model of your own", "before": "–", "setting": "–"}
+_GIVEN = {
+    ("load", True): "the load, at a contact that was prepared",
+    ("load", False): "the load",
+    ("deformation", True): "a coarse deformation, at a contact that was prepared",
+    ("deformation", False): "a coarse deformation only",
+}
+"""In words, what a model is given: the columns ``sees`` and ``prepared``."""
 
 
-def sections(report: Report) -> list[Section]:
-    """Return what to take, the truth, the diagram of each scene, the models, and when preparing them pays."""
-    settings, advice = report.tables["accuracy_vs_time"], pressed(report)
+def numbers(report: Report) -> dict[str, Any]:
+    """Return what the template names."""
+    settings, truth = report.tables["accuracy_vs_time"], report.tables["truth"]
+    advice, optional = pressed(report), report.tables
+    first, models = first_split(advice), answers(settings)
     names = {scene: scene_words(settings, scene) for scene in tables.scenes(settings)}
     hardest = hardest_of(settings)
-    ordered = sorted(names, key=lambda scene: scene != hardest)
-    taken = "".join(overview(tables.where(advice, error=kind), names, kind) for kind in WHERE)
-    diagrams = report.note("work_precision")
-    diagrams += "".join(_scene(report, scene, names[scene]) for scene in ordered)
-    models = report.note("models") + models_table(report) + given_table(settings) + variants_table(settings)
-    asked = "any_load" in report.tables
-    paid = report.figure("break_even") + report.folded("accuracy_vs_time")
-    return [
-        (
-            "advice_section",
-            "What to take",
-            taken + report.figure("advice") + _agreement(report) + report.folded("advice"),
-        ),
-        ("truth_section", "How well the truth is known", _truth(report, names)),
-        ("error_bounds_section", "How wrong a single answer may be", _bounds(report, hardest)),
-        ("diagrams", "Error against time, scene by scene", diagrams),
-        *([("any_load_section", "Loads that nothing was prepared for", any_load(report))] if asked else []),
-        ("models", "The models", models),
-        ("break_even_section", "When preparing pays", paid),
-    ]
+    families = read_yaml(Path(__file__).with_name("models.yaml"))
+    what = {name: family["short"] for family in families for name in family["names"]}
+    measured = set(models["model"])
+    return {
+        "budgets": budgets(tables.where(first, error="rms")),
+        "answer_of": answer(tables.where(first, scene=hardest), tables.where(settings, scene=hardest), what),
+        "hardest": {"scene": hardest, "words": names[hardest]} | _situation(settings, hardest),
+        "known_there": tables.where(truth, scene=hardest).to_dict("records"),
+        "models": counted(models),
+        "settings": models.groupby(["model", "setting"]).ngroups,
+        "failed": int((models["failures"] > 0).sum()),
+        "truth_errors": [_range(truth[column]) for column in KINDS.values()],
+        "samples": _few(truth["samples"]),
+        "less_known": _validation(truth),
+        "checked": _checked(truth),
+        "splits": settings["split"].nunique(),
+        "spread": _spread(settings),
+        "bound_contacts": _few(report.tables["error_bounds"]["contacts"]),
+        "known": KNOWN,
+        "close": CLOSE,
+        "equal": EQUAL,
+        "spare": MARGIN,
+        "taken": {text: _overview(tables.where(advice, error=kind), names) for kind, text in WHERE.items()},
+        "agreed": agreement_words(optional["advice_agreement"]) if "advice_agreement" in optional else "",
+        "by_radius": "advice_by_radius" in optional,
+        "truth_table": _truth(truth, names),
+        "snaps": snaps(optional["limit_points"]) if "limit_points" in optional else None,
+        "bounds": _bounds(report.tables["error_bounds"], hardest),
+        "scenes": [
+            {"scene": scene, "words": names[scene], "front": _front(tables.where(settings, scene=scene))}
+            for scene in sorted(names, key=lambda scene: scene != hardest)
+        ],
+        "any_load": _any_load(optional["any_load"]) if "any_load" in optional else None,
+        "refusals": _refusals(optional["any_load"]) if "any_load" in optional else None,
+        "described": models_table(models, families),
+        "not_measured": [label(name, "default") for name in ENGINES if name not in measured],
+        "install": INSTALL,
+        "given": given_table(settings),
+        "variants": variants_table(settings),
+    }
 
 
-def _truth(report: Report, names: dict[str, str]) -> str:
-    """Show how well each scene's truth is known and, if the run has looked for them, the limit points of the law."""
-    truth = report.tables["truth"]
-    rows = pd.DataFrame(
+def pressed(report: Report) -> pd.DataFrame:
+    """Return the advice for bodies that are pressed; scenes that move have a part of their own."""
+    advice = report.tables["advice"]
+    return advice[advice["scene"].isin(report.tables["accuracy_vs_time"]["scene"])]
+
+
+def scene_words(settings: pd.DataFrame, scene: str) -> str:
+    """Name a scene: "liver, large loads"."""
+    row = tables.where(settings, scene=scene).iloc[0]
+    return f"{spaced(row['body'])}, {spaced(row['regime'])} loads"
+
+
+def _fine(settings: pd.DataFrame) -> pd.Series:
+    """Return the time [s] of a converged answer of the model that prepares nothing, by scene."""
+    return tables.where(settings, model=SAVED_AGAINST).groupby("scene", sort=False)["online_median_s"].last()
+
+
+def hardest_of(settings: pd.DataFrame) -> str:
+    """Name the scene in which a simulation on the finest mesh takes longest."""
+    return str(_fine(settings).idxmax())
+
+
+def _situation(settings: pd.DataFrame, scene: str) -> dict[str, Any]:
+    """Return the body and the regime of a scene, and what a simulation on the finest mesh takes there."""
+    row = tables.where(settings, scene=scene).iloc[0]
+    fine = {"model": label(SAVED_AGAINST, "default"), "seconds": _fine(settings)[scene]}
+    return {"body": spaced(row["body"]), "regime": spaced(row["regime"])} | fine
+
+
+def budgets(advice: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the models that are advised within each budget, in how many scenes, and the range of their errors."""
+    found = []
+    for budget, rows in advice.groupby("budget_ms"):
+        models = [
+            {
+                "name": "no model" if model == NONE else label(str(model), "default"),
+                "scenes": len(part),
+                "error": "" if model == NONE else _range(part["rmse_of_peak"]),
+            }
+            for model, part in rows.groupby("model", sort=False)
+        ]
+        found.append({"ms": f"{budget:g}", "scenes": len(rows), "models": models})
+    return found
+
+
+def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> dict[str, Any]:
+    """Return what the first screen says of one scene, of which these are the rows: of the first split.
+
+    what : a few words on what each model does
+    """
+    settings = settings[settings["split"] == settings["split"].min()]
+    medians = settings.set_index(["model", "setting"])["online_median_s"]
+    rows = [row for _, row in tables.where(advice, error="rms").iterrows()]
+    timed, exact = ([row for row in rows if np.isfinite(row["budget_ms"]) == given] for given in (True, False))
+    at_finger = tables.where(advice, error="patch").dropna(subset="budget_ms")
+    at_finger = at_finger[at_finger["model"] != NONE].drop_duplicates(subset=["model", "setting"])
+    return {
+        "within": [_answer(same, medians) | _within(same, what) for same in _alike(timed)],
+        "under": [_answer(same, medians) | _under(same, settings) for same in _alike(exact)],
+        "dent": [
+            f"{percent(row['patch_rms_of_peak'])} within {row['budget_ms']:g}\u00a0ms "
+            f"({label(row['model'], 'default')})"
+            for _, row in at_finger.iterrows()
+        ],
+    }
+
+
+def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:
+    """Group neighbouring rows of advice.csv that advise the same."""
+    return [list(same) for _, same in groupby(rows, lambda row: (row["model"], row["setting"]))]
+
+
+def _answer(rows: list[pd.Series], medians: pd.Series) -> dict[str, Any]:
+    """Return the model that rows of advice.csv share, its error and its time; no model is an empty name."""
+    first = rows[0]
+    if first["model"] == NONE:
+        return {"model": ""}
+    time = medians[first["model"], first["setting"]]
+    return {"model": label(first["model"], "default"), "error": first["rmse_of_peak"], "seconds": time}
+
+
+def _within(rows: list[pd.Series], what: dict[str, str]) -> dict[str, Any]:
+    first = rows[0]
+    given = [(row["budget_ms"], MEANINGS.get(row["budget_ms"])) for row in rows]
+    budgets = listed([f"{budget:g}\u00a0ms{f' ({meaning})' if meaning else ''}" for budget, meaning in given])
+    return {"budgets": budgets, "what": what.get(first["model"], ""), "next": next_best(first)}
+
+
+def _under(rows: list[pd.Series], settings: pd.DataFrame) -> dict[str, Any]:
+    """Return the limits of the error, and of what is advised what exceeds them, or why nothing is."""
+    own, limits = rows[0]["reference_error"], [row["max_error"] for row in rows]
+    able = answers(settings)
+    able = able[able["failures"] == 0].dropna(subset="validation_rmse_of_peak")
+    least = able.loc[able["rmse_of_peak"].idxmin()] if len(able) else None
+    return {
+        "limits": listed([percent(most) for most in limits]),
+        "beware": next(filter(None, map(exceeded, rows)), "") if rows[0]["model"] != NONE else "",
+        "truth": own if any(own > most for most in limits) else None,
+        "least": None
+        if least is None
+        else {
+            "model": label(least["model"], "default"),
+            "test": least["rmse_of_peak"],
+            "chosen": least["validation_rmse_of_peak"],
+        },
+    }
+
+
+def snaps(limit_points: pd.DataFrame) -> dict[str, Any]:
+    """Return how many contacts snap, and which of them first."""
+    found = jumps(limit_points)
+    count, every = (len(table.groupby(["body", "contact"])) for table in (found, limit_points))
+    first = found.loc[found["pressure_of_young_after"].idxmin()].to_dict() if len(found) else {}
+    return {"count": count, "every": every, "first": first}
+
+
+def counted(models: pd.DataFrame) -> str:
+    """Count the models, of which variants of one method are one: "13 methods (one in 12 variants, one in 4)"."""
+    counts = Counter(FAMILY_OF.get(name, name) for name in models["model"].unique())
+    several = [f"one in {count} variants" for count in counts.values() if count > 1]
+    return f"{len(counts)} methods" + (f" ({', '.join(several)})" if several else "")
+
+
+def _range(errors: pd.Series) -> str:
+    """Return the least and the largest of some errors, in per cent."""
+    if errors.empty:
+        return "–"
+    low, high = percent(errors.min()), percent(errors.max())
+    return low if low == high else f"{low} to {high}"
+
+
+def _validation(truth: pd.DataFrame) -> list[str]:
+    """Return the truth's errors on samples that only choose settings, if these do without the finest mesh."""
+    less = truth[truth["validation_samples"] > 0]
+    return [] if less.empty else [_range(less[f"validation_{column}"]) for column in KINDS.values()]
+
+
+def _checked(truth: pd.DataFrame) -> str:
+    """Return on how many samples of a scene another element was tried."""
+    counts = truth["other_element_samples"].dropna().astype(int) if "other_element_samples" in truth else []
+    return _few(counts) if len(counts) else "no"
+
+
+def _few(counts: pd.Series) -> str:
+    least, most = counts.min(), counts.max()
+    return f"{least}" if least == most else f"{least} to {most}"
+
+
+def _spread(settings: pd.DataFrame) -> float:
+    """Return the median factor by which the error of a setting changes between splits."""
+    scenes = [averaged(answers(tables.where(settings, scene=scene))) for scene in tables.scenes(settings)]
+    return pd.concat(rows["rmse_of_peak_high"] / rows["rmse_of_peak_low"].clip(lower=1e-9) for rows in scenes).median()
+
+
+def _overview(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
+    """Tabulate what to take in each scene: model, error and time; where splits disagree, how many advise the same."""
+
+    def taken(row: pd.Series) -> str:
+        said = "none"
+        if row["model"] != NONE:
+            said = f"{label(row['model'], 'default')}: {percent(error_of(row))} in {seconds(row['online_p95_s'])}"
+        asked = tables.where(advice, scene=row["scene"])
+        asked = asked[[limit(other) == limit(row) for _, other in asked.iterrows()]]
+        same = int((asked["model"] == row["model"]).sum())
+        return f"{said} ({same} of {len(asked)} splits)" if same < len(asked) else said
+
+    return by_limit(first_split(advice), names, taken)
+
+
+def _truth(truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
+    """Tabulate how well each scene's truth is known."""
+    return pd.DataFrame(
         {
             "scene": [names.get(scene, scene) for scene in truth["scene"]],
             "samples": truth["samples"],
@@ -70,20 +289,16 @@ def _truth(report: Report, names: dict[str, str]) -> str:
             "change of volume [%]": 100 * truth["volume_change"],
         }
     )
-    shown = report.figure("truth") + markup.table(rows, "The truth's own error, mean over the samples")
-    if "limit_points" in report.tables:
-        shown += report.figure("limit_points") + report.folded("limit_points")
-    return shown + report.folded("truth")
 
 
-def _bounds(report: Report, hardest: str) -> str:
-    """Show the bounds of single answers in the scene ``hardest``: of each setting the sharpest cheap and dear ones."""
-    found = tables.where(report.tables["error_bounds"], scene=hardest, error="rms").dropna(subset="sharpness")
+def _bounds(bounds: pd.DataFrame, hardest: str) -> pd.DataFrame:
+    """Tabulate the bounds of single answers in one scene: of each setting the sharpest cheap and dear ones."""
+    found = tables.where(bounds, scene=hardest, error="rms").dropna(subset="sharpness")
     dear = found["estimate"].isin(DEAR).rename("dear")
     found = found.loc[found.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
     least = found.groupby(["model", "setting"])["bound_of_peak"].transform("min")
     found = found.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
-    rows = pd.DataFrame(
+    return pd.DataFrame(
         {
             "model": [label(row.model, row.setting) for row in found.itertuples()],
             "estimated from": [SOURCES.get(name, name) for name in found["estimate"]],
@@ -97,27 +312,12 @@ def _bounds(report: Report, hardest: str) -> str:
             "below bounds of other bodies [%]": 100 * found["coverage_elsewhere"],
         }
     )
-    caption = (
-        "90 % bounds of single answers' RMSE in the hardest scene, each from the sharpest estimate that costs next to "
-        "nothing, and from the sharpest that costs a simulation"
-    )
-    return report.figure("error_bounds") + markup.table(rows, caption) + report.folded("error_bounds")
 
 
-def _agreement(report: Report) -> str:
-    """Show how often the splits advise the same, and how advice changes with the finger, where the run has that."""
-    shown = ""
-    if "advice_agreement" in report.tables:
-        shown += report.note("advice_agreement") + report.folded("advice_agreement")
-    if "advice_by_radius" in report.tables:
-        shown += report.figure("advice_flips") + report.folded("advice_by_radius")
-    return shown
-
-
-def _scene(report: Report, scene: str, title: str) -> str:
-    """Show the diagram of a scene; folded, its advice in sentences and what is on the front."""
-    front = front_rows(averaged(tables.where(report.tables["accuracy_vs_time"], scene=scene)))
-    rows = pd.DataFrame(
+def _front(settings: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate the settings of one scene that no other beats, fastest first."""
+    front = front_rows(averaged(settings))
+    return pd.DataFrame(
         {
             "model": [label(row.model, row.setting) for row in front.itertuples()],
             "RMSE [% of peak]": 100 * front["rmse_of_peak"],
@@ -131,56 +331,78 @@ def _scene(report: Report, scene: str, title: str) -> str:
             "answers until it has paid": front["break_even_queries"],
         }
     )
-    advice = first_split(tables.where(report.tables["advice"], scene=scene))
-    inside = "".join(f"<p>Errors {text}:</p>{items(tables.where(advice, error=kind))}" for kind, text in WHERE.items())
-    inside += markup.table(rows, "The front that lasts from run to run, fastest first")
-    return report.picture(f"work_precision_{scene}", capital(title), small=f"best_models_{scene}") + markup.fold(
-        f"{capital(title)}: the advice in words, and the models on the front", inside
+
+
+def _any_load(table: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate what to take for each kind of load."""
+    rows = []
+    for scene in tables.scenes(table):
+        found = tables.where(table, scene=scene)
+        for kind in dict.fromkeys(found["kind"]):
+            cells = [any_load_cell(advise_any_load(found, kind, max_error=most)) for most in LIMITS]
+            heads = [f"error of at most {percent(most)}" for most in LIMITS]
+            rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))
+    return pd.DataFrame(rows)
+
+
+def _refusals(table: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate what each model refuses, in its own words."""
+    rows = []
+    for name, found in table[table["refused"] > 0].groupby("model", sort=False):
+        answered = table[(table["model"] == name) & (table["refused"] == 0)]
+        never = [kind for kind in dict.fromkeys(found["kind"]) if kind not in set(answered["kind"])]
+        if never:
+            said = found[found["kind"].isin(never)].drop_duplicates("kind")["failure"]
+            what = "; ".join(dict.fromkeys(said.str.replace(r"^contact \d+", "the place", regex=True)))
+            rows.append({"model": label(str(name), "default"), "refuses": listed(never), "in its words": what})
+    return pd.DataFrame(rows)
+
+
+def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
+    """Describe the models that were measured: a row for each family, and for each model of the user's own."""
+    measured = models.groupby("model", sort=False)["setting"].nunique()
+    known = {name for family in families for name in family["names"]}
+    rows = [(family["family"], family, [name for name in family["names"] if name in measured]) for family in families]
+    rows += [(named(name), _OWN, [name]) for name in measured.index if name not in known]
+    return pd.DataFrame(
+        {
+            "model": title,
+            "what it does": words["what"],
+            "preparation": words["before"],
+            "setting": words["setting"],
+            "variants": len(names),
+            "settings of each": int(measured[names].max()),
+        }
+        for title, words, names in rows
+        if names
     )
 
 
-def items(advice: pd.DataFrame, said: Callable[[pd.Series], str] = sentence) -> str:
-    """List advice, each row as ``said`` puts it."""
-    return f"<ul>{''.join(f'<li>{escape(said(row))}</li>' for _, row in advice.iterrows())}</ul>"
+def given_table(settings: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate what models are given: their names, and the least error of any of them in any time, over the scenes."""
+    rows = []
+    for (sees, prepared), found in answers(settings).groupby(["sees", "prepared"], sort=False):
+        least = found[found["failures"] == 0].groupby(["scene", "split"])[["rmse_of_peak", "patch_rms_of_peak"]].min()
+        rows.append(
+            {
+                "is given": _GIVEN[sees, bool(prepared)],
+                "models": ", ".join(label(name, "default") for name in curves(found)),
+                "least RMSE": _range(least["rmse_of_peak"]),
+                "least error at the patch": _range(least["patch_rms_of_peak"]),
+            }
+        )
+    return pd.DataFrame(rows)
 
 
-def overview(advice: pd.DataFrame, names: dict[str, str], kind: str) -> str:
-    """Tabulate what to take for the least error of ``kind``, one of WHERE, its error and its time."""
-    first = first_split(advice)
-    caption = f"What to take for the least error {WHERE[kind]}, that error, and the time at the 95th percentile"
-    if len(first) < len(advice):
-        caption += "; in brackets, the number of splits that advise the same model, if not all do"
-    return by_limit(advice, names, caption, lambda row: _taken(row) + _in_splits(row, advice))
-
-
-def by_limit(advice: pd.DataFrame, names: dict[str, str], caption: str, said: Callable[[pd.Series], str]) -> str:
-    """Tabulate advice: a row for each scene of ``names``, a column for each limit, cells as ``said`` puts them."""
-    if advice.empty:
-        return ""
-    first = first_split(advice)
-    wide = first.assign(taken=[said(row) for _, row in first.iterrows()], limit=_limits(first))
-    wide = wide.pivot(index="scene", columns="limit", values="taken")
-    wide = wide.reindex(index=list(names), columns=pd.unique(_limits(advice))).rename(index=names)
-    return markup.table(wide.reset_index(), caption)
-
-
-def _limits(advice: pd.DataFrame) -> pd.Series:
-    return pd.Series([limit(row) for _, row in advice.iterrows()], index=advice.index, dtype=object)
-
-
-def _taken(row: pd.Series) -> str:
-    """Name what is advised, without its setting, for which there is no room."""
-    if row["model"] == NONE:
-        return "none"
-    return f"{label(row['model'], 'default')}: {percent(error_of(row))} in {seconds(row['online_p95_s'])}"
-
-
-def _in_splits(row: pd.Series, advice: pd.DataFrame) -> str:
-    """Count the splits in which the same model is advised for one question, unless that is all of them."""
-    asked = tables.where(advice, scene=row["scene"])
-    asked = asked[_limits(asked) == limit(row)]
-    same = int((asked["model"] == row["model"]).sum())
-    return f" ({same} of {len(asked)} splits)" if same < len(asked) else ""
+def variants_table(settings: pd.DataFrame) -> pd.DataFrame:
+    """Tabulate the variants that share a curve in the diagrams: the least error of each."""
+    whole = settings[settings["model"].isin(FAMILY_OF) & (settings["failures"] == 0)]
+    if whole.empty:
+        return whole
+    wide = pd.concat([averaged(tables.where(whole, scene=scene)) for scene in tables.scenes(whole)])
+    wide = wide.pivot_table("rmse_of_peak", "model", "scene", aggfunc="min", sort=False)
+    wide = wide.map(percent).rename(index=named, columns=spaced).rename_axis("variant").rename_axis(None, axis=1)
+    return wide.reset_index()
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

@@ -1,21 +1,46 @@
-"""Tabulate truth.csv: how exactly the truth of each scene is known, and what it took."""
+"""Tabulate truth.csv: how exactly the truth of each scene is known, and what it took.
 
-from collections.abc import Callable, Mapping
+Check the truth by another element: the limit of linear elements on levels with the same nodes.
+
+Measure what flat facets change: the difference between a body of facets and the one on its smooth surface.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.comparison import KINDS
-from palpate.benchmark.truth import OWN, SQUEEZED, Truth
+from palpate.benchmark.presses import force_of
+from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, truth_levels
+from palpate.bodies.body import Body
+from palpate.bodies.refinement import finer
+from palpate.bodies.smooth_surface import SmoothSurface
+from palpate.effects.patch_load import patch_at, spread
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.table import Table
 
-COLUMNS = [
-    "scene", "radius_m", "samples", "rejected", "elements", "level", "nodes", "inverted", "rmse_of_peak", "relative_l2",
-    "patch_rms_of_peak", "order", "rmse_of_peak_max", "relative_l2_max", "patch_rms_of_peak_max", "ratio_min",
-    "ratio_max", "least_det", "squeezed", "volume_change", "iterations", "cycles", "seconds",
-    "validation_samples", "validation_rmse_of_peak", "validation_patch_rms_of_peak", "other_element",
-    "other_element_patch", "other_element_samples", "other_element_own", "other_element_own_patch", "geometry_of_peak",
-    "geometry_patch_of_peak", "geometry_samples", "why_rejected",
-]  # fmt: skip
+TRUTH = Table(
+    "truth",
+    "How exactly the truth of each scene is known, the mesh and time that it takes, and what volume the body loses.",
+    """
+    scene radius_m samples rejected: a scene, the disc's radius [m], test samples, and those without a truth
+    elements level nodes inverted: the finest mesh, and the samples with an element inside out
+    rmse_of_peak relative_l2 patch_rms_of_peak order: means of the truth's own errors, and the order of convergence
+    rmse_of_peak_max relative_l2_max patch_rms_of_peak_max: its greatest errors
+    ratio_min ratio_max: between which the ratios of successive changes lie
+    least_det squeezed volume_change: least determinant of F, samples below a half, and change of volume / volume
+    iterations cycles seconds: means of a sample's iterations, multigrid cycles and time [s]
+    validation_samples validation_rmse_of_peak validation_patch_rms_of_peak: samples that choose settings and do without
+        the finest mesh, and their truth's own errors
+    other_element other_element_patch other_element_samples: distance of linear elements' limit, on so many samples
+    other_element_own other_element_own_patch: the truth's own errors on these
+    geometry_of_peak geometry_patch_of_peak geometry_samples: what the facets change against the smooth shape
+    why_rejected: the reasons, with their counts
+    """,
+)
 _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 
 
@@ -88,7 +113,7 @@ def truth_table(
     rows = [
         truth_row(scene, truth, (others or {}).get(scene), (shares or {}).get(scene)) for scene, truth in truths.items()
     ]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return TRUTH.frame(rows)
 
 
 def _own(truth: Truth, samples: np.ndarray, name: str) -> dict[str, float]:
@@ -99,3 +124,101 @@ def _own(truth: Truth, samples: np.ndarray, name: str) -> dict[str, float]:
 def _of(function: Callable, values: np.ndarray) -> float:
     values = values[np.isfinite(values)]
     return float(function(values)) if len(values) else np.nan
+
+
+OTHER_ELEMENT_COLUMNS = ["sample", *TruthErrors._fields, "ratio", "finest_rmse_of_peak"]
+
+
+def other_element(
+    body: Body, loads: pd.DataFrame, truth: Truth, samples: Sequence[int], progress: Callable = iter
+) -> pd.DataFrame:
+    """Tabulate how far the limit of linear elements is from ``truth``, a row for each of ``samples`` that is believed.
+
+    The levels are the last three that have the truth's nodes: linear elements on a level have those of quadratic ones
+    on the level before. ratio : by how much their last halving reduced the change, as it is; finest_rmse_of_peak : the
+    error of the finest linear answer itself. ``progress`` wraps the sequence of all solutions, as ``tqdm`` does.
+    """
+    last = truth_levels(body)[-1] + 1
+    levels = range(last - 2, last + 1)
+    whole = finer(body, last + 1 - len(body.levels))
+    rows = truth.rows(np.asarray(samples))
+    table = loads.set_index("sample", drop=False)
+    asked = [table.loc[truth.sample[row]] for row in rows]
+    found: list[list[np.ndarray]] = [[] for _ in asked]
+    starts: list[np.ndarray | None] = [None] * len(asked)
+    solver: Equilibrium | None = None
+    for level, i in progress([(level, i) for level in levels for i in range(len(asked))]):
+        if i == 0 or solver is None:
+            solver = None  # before the next one is made, which is eight times as large
+            solver = Equilibrium(whole, level)
+        moved = _solve(solver, body, whole, level, asked[i], starts[i])
+        starts[i] = whole.prolongations[level] @ moved if level < last else None
+        found[i].append(_on_surface(body, whole, level, moved))
+    return pd.DataFrame(
+        [
+            _row(body, load, np.array(u), truth.displacement[row])
+            for load, u, row in zip(asked, found, rows, strict=True)
+        ],
+        columns=OTHER_ELEMENT_COLUMNS,
+    )
+
+
+def _solve(
+    solver: Equilibrium, body: Body, whole: Body, level: int, load: pd.Series, start: np.ndarray | None
+) -> np.ndarray:
+    rest = solver.mesh.nodes
+    patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
+    forces = spread(whole.levels[level], patch, force_of(load))
+    return solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
+
+
+def _on_surface(body: Body, whole: Body, level: int, moved: np.ndarray) -> np.ndarray:
+    for prolongation in whole.prolongations[level : len(body.levels) - 1]:
+        moved = prolongation @ moved
+    return moved[body.fine.surface]
+
+
+def _row(body: Body, load: pd.Series, levels: np.ndarray, truth: np.ndarray) -> dict:
+    patch = patch_nodes(body.fine, int(load["contact"]), float(load["radius_m"]))
+    row = {"sample": int(load["sample"])} | truth_errors(limit(levels), truth, patch)._asdict()
+    return row | {"ratio": ratio(levels), "finest_rmse_of_peak": truth_errors(levels[-1], truth, patch).rmse_of_peak}
+
+
+GEOMETRY_COLUMNS = ["sample", *TruthErrors._fields, "seconds"]
+LEVEL = 1
+"""Level of the quadratic elements, for an eighth of the time that the next one takes."""
+ORDER = 2
+"""Order by which facets whose corners are on a smooth surface come nearer to it with every level."""
+
+
+def geometry_share(
+    body: Body,
+    surface: SmoothSurface,
+    loads: pd.DataFrame,
+    truth: Truth,
+    samples: Sequence[int],
+    progress: Callable = iter,
+) -> pd.DataFrame:
+    """Tabulate how far the answers of a body of flat facets and of one on its smooth ``surface`` are apart.
+
+    A row for each of ``samples`` that is believed; ``seconds`` is the time of its solution. ``body`` is one of the two,
+    whose answer is that of ``truth`` on level 1, the other is made of its coarse mesh. Contacts are the same nodes of
+    it, and what is held, the material, the disc that is pressed and the total force are the same, too. Both are
+    answered by quadratic elements with equally many unknowns, so that what these leave out nearly cancels. What the
+    facets of that level itself leave out, a quarter of the whole on level 1, is added by the order of 2. Errors are
+    those of ``truth_errors``. ``progress`` wraps the sequence of all solutions, as ``tqdm`` does.
+    """
+    level = max(LEVEL, len(body.levels) - 2)
+    rows = truth.rows(np.asarray(samples))
+    asked = loads.set_index("sample", drop=False).loc[truth.sample[rows]]
+    other = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
+    answers, _ = ascend(other, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
+    found = []
+    for row, answer in zip(rows, answers, strict=True):
+        if answer.failure:
+            continue
+        own, limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
+        moved = (answer.surface[0] - own) / (1.0 - 2.0 ** (-ORDER * level))
+        patch = patch_nodes(body.fine, int(answer.load["contact"]), float(answer.load["radius_m"]))
+        found.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
+    return pd.DataFrame(found, columns=GEOMETRY_COLUMNS)

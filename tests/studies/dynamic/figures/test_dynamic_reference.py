@@ -3,7 +3,7 @@
 import pandas as pd
 
 from palpate.report import style
-from palpate.studies.dynamic.figures import dynamic_reference
+from palpate.studies.dynamic import figures
 
 
 def test_a_line_a_step_and_what_is_left_out_is_shaded(tmp_path):
@@ -14,7 +14,7 @@ def test_a_line_a_step_and_what_is_left_out_is_shaded(tmp_path):
         for time in (0.1, 0.2, 0.3)
     ]
     columns = ["scene", "step_s", "time_s", "change_of_peak", "bound", "resolved"]
-    figure = dynamic_reference.draw(pd.DataFrame(rows, columns=columns))
+    figure = figures.draw_dynamic_reference(pd.DataFrame(rows, columns=columns))
     assert [axis.get_title("left") for axis in figure.axes] == [f"scene {number}" for number in range(5)]
     first, second = figure.axes[:2]
     assert [line.get_ydata()[0] for line in first.lines] == [4.0, 2.0, 1.0]

@@ -7,12 +7,12 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
 
 from palpate.report.model_looks import look
-from palpate.studies.tradeoff.figures import advice_flips
+from palpate.studies.tradeoff.figures import advice
 
 
 @pytest.fixture
 def figure():
-    return advice_flips.draw(advice_by_radius())
+    return advice.draw_advice_flips(advice_by_radius())
 
 
 def test_each_body_and_kind_of_error_has_its_panel(figure):

@@ -3,13 +3,13 @@
 import numpy as np
 from fixtures.trade_off import any_load as made_up
 
-from palpate.studies.tradeoff.figures import any_load
+from palpate.studies.tradeoff.figures import advice
 from palpate.studies.tradeoff.general_loads import KINDS
 
 
 def test_every_kind_has_a_panel_with_its_errors_and_refusals():
     table = made_up()
-    axes = any_load.draw(table).axes
+    axes = advice.draw_any_load(table).axes
     assert [axis.get_title("left") for axis in axes[:5]] == [*KINDS, "depth: the force"] and len(axes) == 10
     for axis, kind in zip(axes[:4], KINDS, strict=True):
         rows = table[(table["scene"] == "cylinder_large") & (table["kind"] == kind) & (table["refused"] == 0)]
@@ -25,5 +25,5 @@ def test_a_setting_that_failed_on_some_is_hollow():
     table = made_up()
     first = (table["model"] == "fem_p2") & (table["kind"] == "prepared")
     table.loc[first & (table["setting"] == "level=0, start=rest"), "failures"] = 1
-    hollow = [line for line in any_load.draw(table).axes[0].lines if line.get_markerfacecolor() == "white"]
+    hollow = [line for line in advice.draw_any_load(table).axes[0].lines if line.get_markerfacecolor() == "white"]
     assert [list(line.get_xdata()) for line in hollow] == [[20.0]]

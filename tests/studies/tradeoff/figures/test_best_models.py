@@ -5,12 +5,14 @@ from fixtures.drawn import texts
 
 from palpate.report import style
 from palpate.report.model_looks import look
-from palpate.studies.tradeoff.figures import best_models
+from palpate.studies.tradeoff.figures import precision
 
 
 @pytest.fixture
 def figure(trade_off_tables):
-    return best_models.draw(trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"], scene="liver_small")
+    return precision.draw_best_models(
+        trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"], scene="liver_small"
+    )
 
 
 def test_the_front_is_numbered_and_named(figure, tmp_path):

@@ -2,12 +2,12 @@
 
 from fixtures.trade_off import accuracy_vs_time
 
-from palpate.studies.tradeoff.figures import break_even
+from palpate.studies.tradeoff.figures import advice
 
 
 def test_preparing_pays_where_the_table_says(trade_off_tables):
     settings, advised = trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"]
-    axis = break_even.draw(settings, advised).axes[0]
+    axis = advice.draw_break_even(settings, advised).axes[0]
     dots = {line.get_xdata()[0]: line.get_ydata()[0] for line in axis.lines if line.get_marker() == "o"}
     offline, online, fine = 9.0, 0.012e-3, 0.45
     answers = offline / (fine - online)
@@ -17,13 +17,13 @@ def test_preparing_pays_where_the_table_says(trade_off_tables):
 
 
 def test_several_splits_have_one_line_for_each_setting(trade_off_tables):
-    axis = break_even.draw(accuracy_vs_time((1, 2)), trade_off_tables["advice"]).axes[0]
+    axis = advice.draw_break_even(accuracy_vs_time((1, 2)), trade_off_tables["advice"]).axes[0]
     named = [text.get_text().rsplit(",", 1)[0] for text in axis.get_legend().get_texts()]
     assert len(named) == len(set(named))
 
 
 def test_no_line_is_hidden_by_the_names(trade_off_tables):
-    figure = break_even.draw(trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"])
+    figure = advice.draw_break_even(trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"])
     figure.draw_without_rendering()
     for axis in figure.axes:
         assert axis.get_legend().get_window_extent().y1 < axis.get_window_extent().y0
@@ -33,7 +33,7 @@ def test_long_names_leave_the_panels_their_width(trade_off_tables):
     settings, advised = (trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice"))
     for table in (settings, advised):
         table["setting"] += ", modes=snapshots, rings=50, thinned=0.003, target=limit, and as much again"
-    figure = break_even.draw(settings, advised)
+    figure = advice.draw_break_even(settings, advised)
     figure.draw_without_rendering()
     for axis in figure.axes:
         assert axis.get_position().width > 0.8 / len({each.get_position().x0 for each in figure.axes})

@@ -6,11 +6,11 @@ from fixtures.drawn import texts
 from fixtures.trade_off import OWN
 from fixtures.trade_off import error_bounds as made_up
 
-from palpate.studies.tradeoff.figures import error_bounds
+from palpate.studies.tradeoff.figures import truth
 
 
 def test_sharpness_and_coverage_of_each_estimate_are_drawn():
-    left, right = error_bounds.draw(made_up()).axes
+    left, right = truth.draw_error_bounds(made_up()).axes
     points = [line for line in left.lines if line.get_marker() == "o"]
     assert [set(line.get_ydata()) for line in points] == [{4.0}, {1.3}]
     assert all(len(line.get_xdata()) == 2 * len(OWN) for line in points)

@@ -4,11 +4,11 @@ import pytest
 from fixtures.trade_off import limit_points as made_up
 
 from palpate.benchmark.presses import PRESSURE
-from palpate.studies.tradeoff.figures import limit_points
+from palpate.studies.tradeoff.figures import truth
 
 
 def test_only_the_contact_that_snaps_is_marked():
-    cylinder, liver = limit_points.draw(made_up()).axes[:2]
+    cylinder, liver = truth.draw_limit_points(made_up()).axes[:2]
     thick = [[line for line in axis.lines if line.get_linewidth() == 2.5] for axis in (cylinder, liver)]
     assert thick[0] == [] and [list(line.get_xdata()) for line in thick[1]] == [[0.29, 0.31]]
     crosses = [
@@ -19,11 +19,11 @@ def test_only_the_contact_that_snaps_is_marked():
 
 def test_the_colour_is_the_least_determinant():
     table = made_up()
-    points = limit_points.draw(table).axes[0].collections[0]
+    points = truth.draw_limit_points(table).axes[0].collections[0]
     first = table[(table["body"] == "cylinder") & (table["contact"] == 0)]
     assert list(points.get_array()) == list(first["least_det"])
 
 
 def test_the_limit_is_that_of_the_presses():
-    lines = limit_points.draw(made_up()).axes[0].lines
+    lines = truth.draw_limit_points(made_up()).axes[0].lines
     assert [line.get_xdata()[0] for line in lines if line.get_linestyle() == ":"] == [PRESSURE]

@@ -10,7 +10,7 @@ from palpate.studies.tradeoff.figures import truth
 
 def test_each_scene_has_its_errors_and_its_order():
     table = made_up()
-    errors, order = truth.draw(table).axes
+    errors, order = truth.draw_truth(table).axes
     points = {line.get_label(): list(line.get_xdata()) for line in errors.lines if line.get_marker() in "osD"}
     assert points["over the surface, RMSE of peak"] == [pytest.approx(100 * rms) for rms, _ in OWN.values()]
     assert points["at the patch, RMS of peak"] == [pytest.approx(100 * patch) for _, patch in OWN.values()]
@@ -22,27 +22,27 @@ def test_each_scene_has_its_errors_and_its_order():
 
 def test_the_limit_of_another_element_is_drawn_where_it_was_found():
     table = made_up()
-    named = [text.get_text() for text in truth.draw(table).legends[0].get_texts()]
+    named = [text.get_text() for text in truth.draw_truth(table).legends[0].get_texts()]
     checked = table.assign(other_element=[0.002] + [float("nan")] * (len(table) - 1))
-    added = {text.get_text() for text in truth.draw(checked).legends[0].get_texts()} - set(named)
+    added = {text.get_text() for text in truth.draw_truth(checked).legends[0].get_texts()} - set(named)
     assert added == {"distance of the limit of linear elements, from the own error of the same samples"}
 
 
 def test_the_worst_sample_and_all_orders_are_lines():
     table = made_up()
     more = table.assign(rmse_of_peak_max=3 * table["rmse_of_peak"], ratio_min=2.0, ratio_max=4.0)
-    errors, order = truth.draw(more).axes
+    errors, order = truth.draw_truth(more).axes
     ends = [segment[-1, 0] for segment in errors.collections[0].get_segments()]
     assert ends == [pytest.approx(300 * rms) for rms, _ in OWN.values()]
     assert order.collections[0].get_segments()[0][:, 0] == pytest.approx([1, 2])
-    diverging = truth.draw(more.assign(ratio_min=0.5)).axes[1]  # a change that grew is shown as it is
+    diverging = truth.draw_truth(more.assign(ratio_min=0.5)).axes[1]  # a change that grew is shown as it is
     assert diverging.collections[0].get_segments()[0][0, 0] == pytest.approx(-1) and diverging.get_xlim()[0] < -1
 
 
 def test_validation_samples_and_the_own_error_of_checked_samples_are_drawn_beside():
     table = made_up()
     more = table.assign(other_element=0.002, other_element_own=0.001, other_element_patch=0.02)
-    errors = truth.draw(more.assign(other_element_own_patch=0.01)).axes[0]
+    errors = truth.draw_truth(more.assign(other_element_own_patch=0.01)).axes[0]
     crosses = [list(line.get_xdata()) for line in errors.lines if line.get_marker() == "x"]
     assert crosses[0] == [pytest.approx(250 * rms) for rms, _ in OWN.values()] and len(crosses) == 2
     joined = [part.get_segments()[0][:, 0] for part in errors.collections[-2:]]
@@ -52,7 +52,7 @@ def test_validation_samples_and_the_own_error_of_checked_samples_are_drawn_besid
 def test_what_facets_change_is_drawn_where_it_was_measured():
     table = made_up()
     some = [0.05] + [float("nan")] * (len(table) - 1)
-    errors = truth.draw(table.assign(geometry_of_peak=some, geometry_patch_of_peak=0.08)).axes[0]
+    errors = truth.draw_truth(table.assign(geometry_of_peak=some, geometry_patch_of_peak=0.08)).axes[0]
     triangles = [line.get_xdata() for line in errors.lines if line.get_marker() == "^"]
     assert triangles[0][0] == pytest.approx(5) and list(triangles[1]) == [pytest.approx(8)] * len(table)
-    assert not [line for line in truth.draw(table).axes[0].lines if line.get_marker() == "^"]
+    assert not [line for line in truth.draw_truth(table).axes[0].lines if line.get_marker() == "^"]

@@ -1,23 +1,29 @@
-"""Errors of the advised model and of the next best model within each budget, over the surface and at the patch."""
+"""Draw advice: errors within each budget, fingers of other radii, other kinds of load, and when preparing pays."""
 
+from textwrap import fill
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
-from palpate.benchmark.comparison import EQUAL, KINDS
+from palpate.benchmark.advice import NONE
+from palpate.benchmark.comparison import BY_ERROR, EQUAL, KINDS, pick
+from palpate.benchmark.load import DEPTH, LOADS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
-from palpate.studies.tradeoff.advice import NONE
-from palpate.studies.tradeoff.figures.precision_panel import LEAST
-from palpate.studies.tradeoff.figures.scene_rows import averaged, first_split, own_error
+from palpate.report.number_format import percent
+from palpate.studies.tradeoff.figures.precision import LEAST
+from palpate.studies.tradeoff.figures.scene_rows import answers, averaged, first_split, own_error
 
-TABLES = ("advice", "accuracy_vs_time")
 NAMES = {"rms": "RMSE", "patch": "RMS at the patch"}
 """The kinds of error that advice is asked for, as axes name them."""
 
 
-@style.styled
-def draw(advice, accuracy_vs_time) -> Figure:
+@style.figure("advice", tables=("advice", "accuracy_vs_time"))
+def draw_advice(advice, accuracy_vs_time) -> Figure:
     """Draw the advised model with its interval, the next best and the factor; a column of panels per budget.
 
     advice, accuracy_vs_time : the tables of these names
@@ -97,3 +103,170 @@ def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> No
     axis.annotate(
         text, (x, place), (0, 5 * side), textcoords="offset points", ha="center", va=va, fontsize=7, color=colour
     )
+
+
+WHERE = {"rms": "over the surface", "patch": "at the patch"}
+"""The kinds of error that advice is for, in words."""
+
+
+@style.figure("advice_flips", tables=("advice_by_radius",))
+def draw_advice_flips(advice_by_radius) -> Figure:
+    """Draw a cell for each question and radius, in the colour of the advised model; a panel per body and error.
+
+    advice_by_radius : the table of this name, of which the first split is drawn
+    A cell holds the error of the advised model. Where the model changes with the radius, a line stands between cells.
+    """
+    table = tables.where(advice_by_radius, split=advice_by_radius["split"].min())
+    names, kinds = tables.bodies(table), [kind for kind in KINDS if kind in set(table["error"])]
+    questions = [row for row in table[["budget_ms", "max_error"]].drop_duplicates().itertuples(index=False)]
+    radii = sorted(set(table["radius_m"]))
+    size = (1.6 + (0.4 + 0.85 * len(radii)) * len(kinds), 0.9 + (0.75 + 0.3 * len(questions)) * len(names))
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(len(names), len(kinds), sharex=True, sharey=True, squeeze=False)
+    for line, body in zip(panels, names, strict=True):
+        for axis, kind in zip(line, kinds, strict=True):
+            for y, asked in enumerate(questions):
+                rows = tables.where(table, body=body, error=kind)
+                rows = rows[_same(rows["budget_ms"], asked.budget_ms) & _same(rows["max_error"], asked.max_error)]
+                for row in rows.sort_values("radius_m").itertuples():
+                    _cell(axis, radii.index(row.radius_m), y, row, KINDS[kind])
+            axis.set(title=f"{body.replace('_', ' ')}: error {WHERE[kind]}", xlim=(-0.5, len(radii) - 0.5))
+            axis.grid(visible=False)
+    panels[0, 0].set_ylim(len(questions) - 0.5, -0.5)
+    panels[0, 0].set_xticks(range(len(radii)), [f"{1e3 * radius:g}" for radius in radii])
+    panels[0, 0].set_yticks(range(len(questions)), [_limit(*asked) for asked in questions])
+    for axis in panels[-1]:
+        axis.set_xlabel("radius of the finger [mm]")
+    models = [model for model in dict.fromkeys(table["model"]) if model != NONE]
+    handles = [Patch(color=look(model).colour, alpha=0.55, label=look(model).label) for model in models]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _same(values, wanted: float):
+    """Mark the values that equal the one wanted, or are empty like it."""
+    return values.isna() if np.isnan(wanted) else values == wanted
+
+
+def _limit(budget_ms: float, max_error: float) -> str:
+    return f"within {budget_ms:g} ms" if np.isfinite(budget_ms) else f"at most {percent(max_error)}"
+
+
+def _cell(axis, x: int, y: int, row, column: str) -> None:
+    """Draw one cell: the colour of the model, its error, and a line before it where the model has changed."""
+    none = row.model == NONE
+    colour = "#f4f4f4" if none else look(row.model).colour
+    axis.add_patch(Rectangle((x - 0.5, y - 0.46), 1, 0.92, color=colour, alpha=1 if none else 0.55, lw=0))
+    axis.text(x, y, NONE if none else percent(getattr(row, column)), ha="center", va="center", fontsize=8)
+    if row.flips:
+        axis.plot([x - 0.5, x - 0.5], [y - 0.5, y + 0.5], color="black", lw=3, solid_capstyle="butt")
+
+
+FORCE = "depth: the force"
+"""The last column: what a disc bears that is pushed to a depth."""
+
+
+@style.figure("any_load", tables=("any_load",))
+def draw_any_load(any_load) -> Figure:
+    """Draw the error of every setting over its time; a row per scene, a column for each kind of load, and the force.
+
+    any_load : the table of this name
+    Settings that answered all loads are full, others hollow. Models that refuse all of a kind are named in its panel.
+    """
+    scenes, columns = tables.scenes(any_load), [*LOADS, FORCE]
+    figure = Figure(figsize=(2.75 * len(columns), 0.9 + 2.5 * len(scenes)), layout="constrained")
+    panels = figure.subplots(len(scenes), len(columns), squeeze=False, sharex=True, sharey=True)
+    for row, scene in zip(panels, scenes, strict=True):
+        found = tables.where(any_load, scene=scene)
+        for axis, column in zip(row, columns, strict=True):
+            kind, error = (DEPTH, "force_error") if column == FORCE else (column, "rmse_of_peak")
+            _panel(axis, tables.where(found, kind=kind), error)
+            axis.set_title(column)
+        row[0].set_ylabel(f"{scene.replace('_', ' ')}\nerror, RMSE [% of peak]")
+    for axis in panels[-1]:
+        axis.set_xlabel("time of an answer [ms]")
+        style.plain_log(axis.xaxis)
+    style.plain_log(panels[0, 0].yaxis)
+    handles: dict[str, Artist] = {}
+    for axis in panels.ravel():
+        handles |= {text: handle for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=5)
+    return figure
+
+
+def _panel(axis, rows: pd.DataFrame, error: str) -> None:
+    """Draw a line for each model, and name below those that refuse."""
+    refused = []
+    for name, found in rows.groupby("model", sort=False):
+        shown, text = look(name), label(name, "default")
+        able = found[found[error].notna()].sort_values("online_median_s")
+        if (found["refused"] == found["samples"]).all():
+            refused.append(text)
+        if able.empty:
+            continue
+        times, errors = 1e3 * able["online_median_s"], 100 * able[error]
+        mark = {"marker": shown.marker, "ms": 9 if shown.marker == "*" else 6, "mew": 0.4, "color": shown.colour}
+        axis.loglog(times, errors, "-", lw=1, mec="white", label=text, **mark)
+        partly = (able["refused"] + able["doubted"] + able["failures"] > 0).to_numpy()
+        if partly.any():
+            axis.loglog(times[partly], errors[partly], ls="", mfc="white", **mark | {"mew": 1.0})
+    axis.set(xscale="log", yscale="log")
+    if refused:
+        axis.text(
+            0.02, 0.02, "\n".join(["refused by", *refused]), transform=axis.transAxes, va="bottom", fontsize=6.5,
+            color="#777777",
+        )  # fmt: skip
+
+
+ANSWERS = np.geomspace(1, 1e6, 61)
+DASHES = ("-", "--", ":", "-.")
+"""Line styles, one for each setting of a model."""
+WIDE = 64
+"""Letters in a line of the legend, about as wide as a panel."""
+
+
+@style.figure("break_even", tables=("accuracy_vs_time", "advice"))
+def draw_break_even(accuracy_vs_time, advice) -> Figure:
+    """Draw the time of preparation and answers together, for every setting advised by RMSE; a panel per scene.
+
+    accuracy_vs_time, advice : the tables of these names
+    """
+    names, advice = tables.scenes(accuracy_vs_time), tables.where(first_split(advice), error="rms")
+    columns = min(2, len(names))
+    taken = {
+        scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))
+        for scene in names
+    }
+    told = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in taken.items()}
+    lines, most = -(-len(names) // columns), max("\n".join(texts).count("\n") + 1 for texts in told.values())
+    figure = Figure(figsize=(5 * columns, (3.1 + 0.15 * most) * lines), layout="constrained")
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
+    for axis, scene in zip(panels, names, strict=False):
+        drawn: list[str] = []
+        for row, text in zip(taken[scene].itertuples(), told[scene], strict=True):
+            shown = look(row.model)
+            total = row.offline_s + ANSWERS * row.online_median_s
+            axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=text, zorder=2)
+            drawn.append(row.model)
+            if ANSWERS[0] <= row.break_even_queries <= ANSWERS[-1]:
+                paid = row.offline_s + row.break_even_queries * row.online_median_s
+                axis.plot(row.break_even_queries, paid, "o", color=shown.colour, mec="white", ms=6, zorder=3)
+        axis.set(title=scene.replace("_", " "), xlabel="answers", ylabel="preparation and answers [s]")
+        axis.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.17), borderaxespad=0)  # no line is hidden
+        style.plain_log(axis.xaxis)
+        style.plain_log(axis.yaxis)
+    for axis in panels[len(names) :]:
+        axis.set_visible(False)
+    return figure
+
+
+def _named(row) -> str:
+    return fill(f"{label(row.model, row.setting)}, {percent(row.rmse_of_peak)}", WIDE)
+
+
+def advised(settings, advice):
+    """Select the settings of one scene that are advised for any limit, and the most accurate; most accurate first."""
+    means = answers(averaged(settings))
+    able = means[means["failures"] == 0].set_index(["model", "setting"], drop=False)
+    taken = {*zip(advice["model"], advice["setting"], strict=True), pick(able, BY_ERROR).name}
+    return able[able.index.isin(taken)].sort_values("rmse_of_peak")

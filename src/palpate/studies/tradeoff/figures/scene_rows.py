@@ -8,6 +8,8 @@ from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003
 """Own error [of the peak] above which a truth is said not to be known well."""
+JUMP = 2.0
+"""A step that moves the body so many times as far as the one before is a jump."""
 
 
 def own_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
@@ -80,3 +82,20 @@ def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataF
     rows = [alone(same, floor) for _, same in kept.groupby("model", sort=False)]
     found = pd.concat(rows).sort_values("online_median_s") if rows else kept
     return settings.loc[found.index]
+
+
+def jumps(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the steps of ``table``, of ``limit_points``, in which a body jumps or its equilibrium is lost.
+
+    Columns: body, contact, pressure_of_young before and after, peak_of_size before and after, least_det after.
+    """
+    rows = []
+    for (body, contact), curve in table.groupby(["body", "contact"], sort=False):
+        pressure, peak = curve["pressure_of_young"].to_numpy(), curve["peak_of_size"].to_numpy()
+        slopes = np.diff(peak, prepend=0.0) / np.diff(pressure, prepend=0.0)
+        for i in range(1, len(curve)):
+            if not curve["converged"].iloc[i] or slopes[i] > JUMP * slopes[i - 1]:
+                least = curve["least_det"].iloc[i]
+                rows.append([body, contact, pressure[i - 1], pressure[i], peak[i - 1], peak[i], least])
+    ends = [f"{name}_{end}" for name in ("pressure_of_young", "peak_of_size") for end in ("before", "after")]
+    return pd.DataFrame(rows, columns=["body", "contact", *ends, "least_det"])

@@ -1,13 +1,16 @@
-"""Draw how well the truth of each scene is known, and the order in which quadratic elements converge to it."""
+"""Draw how well truths are known, what bounds of single answers are worth, and where the law has limit points."""
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate.benchmark.conformal import LEVEL
+from palpate.benchmark.presses import PRESSURE
 from palpate.report import style, tables
-from palpate.studies.tradeoff.figures.scene_rows import KNOWN
+from palpate.studies.tradeoff.figures.scene_rows import KNOWN, jumps
 
-TABLES = ("truth",)
 COLUMNS = {
     "rmse_of_peak": ("over the surface, RMSE of peak", "#0072b2", "o"),
     "patch_rms_of_peak": ("at the patch, RMS of peak", "#d55e00", "s"),
@@ -18,8 +21,8 @@ SMOOTH = 3
 """Order of quadratic elements where nothing is singular."""
 
 
-@style.styled
-def draw(truth) -> Figure:
+@style.figure("truth", tables=("truth",))
+def draw_truth(truth) -> Figure:
     """Draw the truth's own errors of each scene, and its order of convergence beside them; a row per scene.
 
     truth : the table of this name
@@ -96,3 +99,107 @@ def _facets(axis, truth, rows: np.ndarray) -> None:
         if values is not None and values.notna().any():
             label = name if column == "geometry_of_peak" else ""
             axis.plot(100 * values, rows + place, "^", mfc="none", mec=colour, ms=6, label=label, zorder=3)
+
+
+SOURCES = {
+    "constant": "nothing: the same for all",
+    "linear": "the peak of the linear response",
+    "turned": "the rotations of the linear response",
+    "distance": "the distance to what was learnt from",
+    "residual": "one fine residual",
+    "coarser": "a second answer, of coarser elements",
+    "own": "the model itself",
+}
+"""The estimates by what they are made from, in words."""
+DEAR = ("residual", "coarser")
+"""Those that cost a simulation, or a part of one; the others take next to nothing."""
+_COLOURS = dict(
+    zip(SOURCES, ("#9a9a9a", "#e6b400", "#009e73", "#56b4e9", "#d55e00", "#0072b2", "#7a3b63"), strict=True)
+)
+_JITTER = 0.18
+"""Half width over which the points of one estimate are spread."""
+
+
+@style.figure("error_bounds", tables=("error_bounds",))
+def draw_error_bounds(error_bounds) -> Figure:
+    """Draw bound over error against the rank correlation, and the shares of answers below their bounds.
+
+    error_bounds : the table of this name, of which the errors over the surface are drawn; a point a setting and scene
+    """
+    found = tables.where(error_bounds, error="rms")
+    figure = Figure(figsize=(9.5, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[3, 2.4])
+    names = [name for name in SOURCES if name in set(found["estimate"])]
+    for place, name in enumerate(names):
+        rows, colour = tables.where(found, estimate=name).dropna(subset="sharpness"), _COLOURS[name]
+        points = {"ms": 4, "mec": colour, "alpha": 0.6, "ls": "", "marker": "o"}
+        ranks = rows["rank_correlation"].fillna(0.0)
+        left.plot(ranks, rows["sharpness"], mfc=colour, **points)
+        spread = place + np.linspace(-_JITTER, _JITTER, max(len(rows), 2))[: len(rows)]
+        right.plot(spread - 0.2, 100 * rows["coverage"], mfc=colour, **points)
+        right.plot(spread + 0.25, 100 * rows["coverage_elsewhere"], mfc="none", **points)
+    left.axhline(1, color=style.FAINT, lw=1, ls=":")
+    left.set(yscale="log", xlabel="rank correlation of estimate and error", ylabel="bound over error, median")
+    left.set(title="how sharp the bounds are")
+    style.plain_log(left.yaxis)
+    right.axhline(100 * LEVEL, color="#aa0000", lw=1, ls=(0, (4, 2)))
+    right.set_xticks(range(len(names)), names)
+    right.set(ylabel="answers below their bound [%]", ylim=(0, 103), title="how often they hold")
+    right.grid(axis="x", visible=False)
+    kinds = [Line2D([], [], ls="", marker="o", color=_COLOURS[name], label=SOURCES[name]) for name in names]
+    kinds += [
+        Line2D([], [], ls="", marker="o", color=style.INK, label="bound found on this body"),
+        Line2D([], [], ls="", marker="o", mfc="none", color=style.INK, label="bound found on the other bodies"),
+    ]
+    figure.legend(handles=kinds, loc="outside lower center", ncols=3)
+    return figure
+
+
+@style.figure("limit_points", tables=("limit_points",))
+def draw_limit_points(limit_points) -> Figure:
+    """Draw the peak displacement over the peak pressure of each contact; a panel per body.
+
+    limit_points : the table of this name
+    The colour is the least determinant of the deformation gradient; at 0 an element turns inside out. Steps in which
+    the dent grows clearly faster than the load are drawn thick; loads without an equilibrium are crosses.
+    """
+    names = tables.bodies(limit_points)
+    figure = Figure(figsize=(4.6 * len(names), 4.4), layout="constrained")
+    axes = figure.subplots(1, len(names), squeeze=False)[0]
+    norm, cmap = Normalize(0, 1), "viridis"
+    for axis, body in zip(axes, names, strict=True):
+        for _, rows in tables.where(limit_points, body=body).groupby("contact", sort=False):
+            _contact(axis, rows.sort_values("pressure_of_young"), norm, cmap)
+        axis.axvline(PRESSURE, color="#555555", ls=":", lw=1)
+        axis.set(title=body.replace("_", " "), xlabel="peak pressure [of Young's modulus]")
+    axes[0].set_ylabel("peak displacement [% of the body's size]")
+    figure.colorbar(ScalarMappable(norm, cmap), ax=axes, label="least determinant of the deformation gradient")
+    handles = [
+        Line2D([], [], color="#aa0000", lw=2.5, label="snap: the dent grows much faster than the load"),
+        Line2D([], [], ls="", marker="x", color="#aa0000", label="no equilibrium found"),
+        Line2D(
+            [],
+            [],
+            color="#555555",
+            ls=":",
+            lw=1,
+            label=f"the trade-off presses at most {PRESSURE:g}, unless a regime says otherwise",
+        ),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=1)
+    return figure
+
+
+def _contact(axis, rows, norm, cmap) -> None:
+    """Draw one contact: a line, its snaps, its points, and crosses where there is no equilibrium."""
+    found = rows[rows["converged"].astype(bool)]
+    pressure, peak = found["pressure_of_young"].to_numpy(), 100 * found["peak_of_size"].to_numpy()
+    axis.plot(pressure, peak, color="#bbbbbb", lw=1, zorder=1)
+    for snap in jumps(found).itertuples():
+        ends = [snap.pressure_of_young_before, snap.pressure_of_young_after]
+        peaks = [100 * snap.peak_of_size_before, 100 * snap.peak_of_size_after]
+        axis.plot(ends, peaks, color="#aa0000", lw=2.5, zorder=2)
+    axis.scatter(pressure, peak, c=found["least_det"], norm=norm, cmap=cmap, s=22, edgecolors="white", lw=0.4, zorder=3)
+    lost = rows[~rows["converged"].astype(bool)]
+    top = peak[-1] if len(peak) else 0.0
+    axis.plot(lost["pressure_of_young"], [top] * len(lost), "x", color="#aa0000", ms=6, zorder=4)

@@ -1,0 +1,294 @@
+"""Advise which model to take for a scene that moves: by its error, its speed, or the time of its steps.
+
+Advise which model to take for a kind of load: at a prepared contact, at a new place, at two contacts, to a depth.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark import advice
+from palpate.benchmark.advice import (
+    MARGIN,
+    NONE,
+    Advice,
+    choice,
+    counted,
+    name,
+    next_best,
+    passed_over,
+    percent,
+    versus,
+)
+from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS, by_error, by_time
+from palpate.benchmark.error_bounds import CONSTANT
+from palpate.errors import InputError
+
+BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": CLOSE}
+BY_TIME = {"real_time_factor": CLOSE, "rmse_of_peak": EQUAL}
+MOVING = ("rms", 0)
+"""Kind of error and split of a scene that moves: it is not divided, and has no patch."""
+
+
+def advise_motion(
+    motions: pd.DataFrame,
+    budgets_ms: Sequence[float] = (),
+    max_errors: Sequence[float] = (),
+    speeds: Sequence[float] = (),
+    bounds: pd.DataFrame | None = None,
+) -> pd.DataFrame:
+    """Tabulate advice.csv of a scene that moves, an ``Advice`` for each budget [ms], error [of its peak] and speed.
+
+    motions : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
+    speeds : seconds of motion that shall be computed in a second, or more
+    A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both left
+    unused, the least wrong is taken, and likewise of what runs as fast as asked; of what is less wrong than an error,
+    what the reference's last halving changed added, the fastest, whether it keeps up or not.
+    Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty. The bound is of pushes
+    elsewhere, and its factor is that of ``constant`` in ``bounds``.
+    """
+    scene = motions["scene"].iloc[0]
+    # modes for another place show what that costs, and nobody who knows the place takes them
+    able = motions[(motions["failures"] == 0) & (motions["varied"] != "place")]
+    if able.empty:
+        none = Advice(scene, *MOVING, np.nan, np.nan, why="no model got through the scene")
+        rows = [none._replace(budget_ms=budget) for budget in budgets_ms]
+        rows += [none._replace(max_error=limit) for limit in max_errors]
+        rows += [none._replace(speed=speed) for speed in speeds]
+    else:
+        rows = [_within(able, scene, budget, bounds=bounds) for budget in budgets_ms]
+        rows += [_under(able, scene, limit, bounds) for limit in max_errors]
+        rows += [_within(able, scene, np.nan, speed, bounds) for speed in speeds]
+    return pd.DataFrame(rows, columns=Advice._fields)
+
+
+def _within(
+    able: pd.DataFrame, scene: str, budget_ms: float, speed: float = np.nan, bounds: pd.DataFrame | None = None
+) -> Advice:
+    none = Advice(scene, *MOVING, budget_ms, np.nan, speed=speed, reference_error=_own(able))
+    if np.isfinite(speed):
+        used, what = speed * able["real_time_factor"], f"{speed:g} times as fast as life"
+    else:
+        used, what = np.maximum(able["real_time_factor"], able["step_p95_ms"] / budget_ms), "in real time"
+    fits = able[used <= 1 - MARGIN]
+    if fits.empty:
+        return none._replace(why=_late(able, used))
+    best, rival = choice(fits, BY_ERROR)
+    said = f"least error of {counted(fits)} that run {what} and leave {100 * MARGIN:.0f} % of it unused"
+    found = _told(best, bounds) | versus(best, rival, "rmse_of_peak")
+    why = f"{_why(said, best, rival, 'rmse_of_peak')}; {_mesh(able)}"
+    return none._replace(**found, margin=1 - used[best.name], why=why)
+
+
+def _under(able: pd.DataFrame, scene: str, max_error: float, bounds: pd.DataFrame | None) -> Advice:
+    known = able["rmse_of_peak"] + able["reference_change"]
+    own = f"the reference's own {percent(_own(able))} added"
+    fits = able[known <= max_error]
+    if fits.empty:
+        least = able.loc[known.idxmin()]
+        why = (
+            f"the setting of least error, {name(least)}, has {percent(least['rmse_of_peak'])}, which is "
+            f"{percent(known.min())} with {own}"
+        )
+        if _own(able) >= max_error:
+            why += "; a smaller dynamic.change_of_peak makes the reference more exact"
+        return Advice(scene, *MOVING, np.nan, max_error, reference_error=_own(able), why=why)
+    best, rival = choice(fits, BY_TIME)
+    passed = passed_over(able, known, best, "real_time_factor", max_error)
+    found = _told(best, bounds) | versus(best, rival, "real_time_factor") | passed
+    said = f"fastest of {counted(fits)} whose error, {own}, stays below {percent(max_error)}"
+    why = _why(said, best, rival, "real_time_factor")
+    why = "; ".join([why, *advice.why_passed_over(passed, "the reference's own added"), _mesh(able)])
+    margin = 1 - known[best.name] / max_error
+    return Advice(scene, *MOVING, np.nan, max_error, **found, margin=margin, why=why)
+
+
+def _told(best: pd.Series, bounds: pd.DataFrame | None) -> dict:
+    bound, measured = bound_elsewhere(best, bounds)
+    return {key: best[key] for key in ("model", "setting", "rmse_of_peak", "p95_of_peak")} | {
+        "online_p95_s": 1e-3 * best["step_p95_ms"],
+        "reference_error": best["reference_change"],
+        "times_life": 1.0 / best["real_time_factor"],
+        "bound_of_peak": bound,
+        "bound_on": measured,
+    }
+
+
+def bound_elsewhere(best: pd.Series, bounds: pd.DataFrame | None) -> tuple[float, str]:
+    """Return the bound of a setting's error where the push is elsewhere, and what it was measured on, in words.
+
+    Without a bound, NaN and the reason.
+    """
+    if bounds is None or bounds.empty:
+        return np.nan, "the scene's own motion alone was measured"
+    places = int(bounds["places"].max())
+    told = bounds[bounds["estimate"] == CONSTANT].set_index(["model", "setting"])
+    key = best["model"], best["setting"]
+    if key not in told.index:
+        return np.nan, f"this setting was not asked at the {places} other places"
+    row = told.loc[key]
+    if np.isnan(row["bound_of_peak"]):
+        return np.nan, f"this setting answered at {row['places'] - row['failures']:g} of {places} other places"
+    kept = f", where it held for {percent(row['coverage'])} of the places held out" * bool(np.isfinite(row["coverage"]))
+    return float(row["bound_of_peak"]), f"{places} other places of the push{kept}"
+
+
+def _own(able: pd.DataFrame) -> float:
+    return float(able["reference_change"].iloc[0])
+
+
+def _mesh(able: pd.DataFrame) -> str:
+    return f"the error of the reference's mesh (level {able['reference_level'].iloc[0]:g}) is not in these"
+
+
+def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:
+    return "; ".join([said, f"{best['real_time_factor']:.2g} s for a second of motion", next_best(rival, best, column)])
+
+
+def _late(able: pd.DataFrame, used: pd.Series) -> str:
+    least = able.loc[used.idxmin()]
+    return (
+        f"the fastest setting, {name(least)}, takes {least['real_time_factor']:.2g} s for a second of motion and "
+        f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile"
+    )
+
+
+class AnyLoadAdvice(NamedTuple):
+    """The choice for one kind of load in one scene; of model "none" nothing is known but ``why``.
+
+    error_of_peak : mean over the loads that were answered; force_error : of a disc pushed to a depth
+    most : the largest error of them, which stays above that of an answer at another place in the share ``sure`` of
+        the cases: of n places and a new one each may be the worst (``conformal``)
+    samples : the loads that were asked; doubted : how many of them the model has said that it cannot answer
+    preparation_s : for one press, beforehand; offline_s : of all contacts, once
+    """
+
+    scene: str
+    kind: str
+    model: str = NONE
+    setting: str = ""
+    error_of_peak: float = np.nan
+    most: float = np.nan
+    sure: float = np.nan
+    samples: int = 0
+    doubted: int = 0
+    force_error: float = np.nan
+    online_p95_s: float = np.nan
+    preparation_s: float = np.nan
+    offline_s: float = np.nan
+    why: str = ""
+
+
+class _Limit(NamedTuple):
+    """The thing asked for: a largest error, or a budget of time [ms]; ``column`` is that of the error."""
+
+    column: str
+    max_error: float | None
+    budget_ms: float | None
+
+    @property
+    def most(self) -> str:
+        return f"{self.column}_most"
+
+    @property
+    def text(self) -> str:
+        if self.max_error is not None:
+            return f"an error of at most {percent(self.max_error)}"
+        return f"{self.budget_ms:g} ms"
+
+    def met(self, rows: pd.DataFrame) -> pd.DataFrame:
+        """Return the ``rows`` that meet it; the loads are few, so the largest error stands for draws of them."""
+        if self.max_error is not None:
+            return rows[rows[self.most] <= self.max_error]
+        return rows[1e3 * rows["online_p95_s"] <= (1 - MARGIN) * float(self.budget_ms or 0)]
+
+    def chosen(self, rows: pd.DataFrame) -> tuple[pd.Series, pd.Series | None]:
+        """Return the fastest, or the least wrong, and the best of the other models."""
+        return choice(rows, by_time(self.column) if self.max_error is not None else by_error(self.column))
+
+    def behind(self, rival: pd.Series, best: pd.Series) -> tuple[float, float, str]:
+        """Return how many times as much time or error the rival has, what counts as equal, and which it is."""
+        compared, tie, what = (
+            ("online_median_s", CLOSE, "time") if self.max_error is not None else (self.column, EQUAL, "error")
+        )
+        return rival[compared] / best[compared], tie, what
+
+
+def advise_any_load(
+    rows: pd.DataFrame, kind: str, budget_ms: float | None = None, max_error: float | None = None, error: str = "rms"
+) -> AnyLoadAdvice:
+    """Choose from the ``rows`` of any_load.csv of one scene, for one ``kind`` of load.
+
+    Of what answered all loads: the fastest whose largest error stays below ``max_error``, or the least wrong whose
+    time leaves MARGIN of ``budget_ms`` [ms] free. If none does: of what says which loads it cannot answer, and answers
+    the others so, what doubts fewest. A setting that failed without saying so before is never advised.
+    error : one of KINDS. Raises InputError for a kind that the table does not have.
+    """
+    scene, limit = rows["scene"].iloc[0], _Limit(KINDS[error], max_error, budget_ms)
+    asked = rows[rows["kind"] == kind]
+    if asked.empty:
+        raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
+    if max_error is None and budget_ms is None:
+        raise InputError("advice for a kind of load needs a limit; give --max-error or --budget-ms.")
+    able = asked[(asked["refused"] == 0) & (asked["failures"] == 0) & (asked["contacts"] > 0)]
+    fits, unsure = limit.met(able[able["doubted"] == 0]), limit.met(able[able["doubted"] > 0])
+    refused = sorted(set(asked["model"]) - set(asked.loc[asked["refused"] == 0, "model"]))
+    told = f"; refused by {', '.join(refused)}" if refused else ""
+    if fits.empty and unsure.empty:
+        return AnyLoadAdvice(scene, kind, why=f"{_none(able, limit)}, so that nothing meets {limit.text}{told}")
+    if fits.empty:
+        fits = unsure[unsure["doubted"] == unsure["doubted"].min()]
+        best, rival = limit.chosen(fits)
+        also = f"; nothing that answers all of them meets {limit.text}"
+    else:
+        best, rival = limit.chosen(fits)
+        also = _unsure(unsure, best, limit)
+    why = f"{_first(fits, limit)}; {_next(best, rival, limit)}{also}{told}"
+    copied = ("model", "setting", "force_error", "online_p95_s", "preparation_s", "offline_s", "samples", "doubted")
+    found = {key: best[key] for key in copied} | {"error_of_peak": best[limit.column], "most": best[limit.most]}
+    return AnyLoadAdvice(scene, kind, **found, sure=float(best["contacts"] / (best["contacts"] + 1)), why=why)
+
+
+def doubts(row: pd.Series | AnyLoadAdvice) -> str:
+    """Return how many of the loads are doubted: "doubts 1 of 2 loads"; nothing where none is."""
+    return f"doubts {row.doubted} of {row.samples} loads" if row.doubted else ""
+
+
+def _first(fits: pd.DataFrame, limit: _Limit) -> str:
+    if limit.max_error is not None:
+        return f"fastest of {counted(fits)} whose largest error stays below {percent(limit.max_error)}"
+    left = f"leaves {percent(MARGIN)} of {limit.text} unused"
+    return f"least wrong of {counted(fits)} whose 95th percentile {left}"
+
+
+def _none(able: pd.DataFrame, limit: _Limit) -> str:
+    if able.empty:
+        return "no setting has answered all loads"
+    least = able.loc[able[limit.most].idxmin()]
+    doubted = f", {doubts(least)}" if doubts(least) else ""
+    return (
+        f"the setting of least error, {name(least)}, has {percent(least[limit.column])}, at most "
+        f"{percent(least[limit.most])}, in {1e3 * least['online_p95_s']:.3g} ms{doubted}"
+    )
+
+
+def _next(best: pd.Series, rival: pd.Series | None, limit: _Limit) -> str:
+    """Name the next best model, and how far it is behind."""
+    if rival is None:
+        return "no other model meets the limit"
+    factor, tie, what = limit.behind(rival, best)
+    behind = "is equal within the spread of runs" if factor <= tie else f"has {factor:.3g} times the {what}"
+    return f"the next best model, {name(rival)}, {behind}"
+
+
+def _unsure(unsure: pd.DataFrame, best: pd.Series, limit: _Limit) -> str:
+    """Name what is clearly better where it answers, and was passed over as it does not answer all; or nothing."""
+    if unsure.empty:
+        return ""
+    other, _ = limit.chosen(unsure)
+    factor, tie, what = limit.behind(best, other)
+    if factor <= tie:
+        return ""
+    return f"; {name(other)} has {1 / factor:.2g} of the {what} and was passed over, as it {doubts(other)}"

@@ -1,0 +1,70 @@
+"""Carry out ``palpate advise``: read the tables of a run, and say in words what to take."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.benchmark import advice as pressed
+from palpate.benchmark import advice_other_loads as other_loads
+from palpate.benchmark.comparison import read_errors
+from palpate.errors import InputError
+from palpate.report import tables
+from palpate.report.advice_words import advice_list, any_load_lines, lines
+
+
+def advise(results: Path, scene: str | None, limits: dict[str, list[float]], error: str) -> str:
+    """Advise for one scene or for all; without limits, what the run was asked for.
+
+    limits : by what is limited: budgets_ms, max_errors or speeds; error : of which kind
+    InputError for tables that ``results`` lacks, and a scene that they lack.
+    """
+    names = ("accuracy_vs_time", "dynamic_accuracy") if limits else ("advice",)
+    paths = [results / "tables" / f"{name}.csv" for name in names]
+    found = [tables.read(path) for path in [path for path in paths if path.is_file()] or paths[:1]]
+    known = [name for table in found for name in tables.scenes(table)]
+    if scene is not None and scene not in known:
+        raise InputError(f"--scene {scene} is not in {results}; choose from {', '.join(known)}.")
+    chosen = known if scene is None else [scene]
+    if not limits:
+        return advice_list(found[0][found[0]["scene"].isin(chosen)], error)
+    return "\n".join(_of_scene(results, name, found, limits, error) for name in chosen)
+
+
+def advise_any_load(
+    results: Path, scene: str | None, load: str, budget_ms: float | None, max_error: float | None, error: str
+) -> str:
+    """Advise for one kind of ``load`` or all, in one scene of any_load.csv or all; InputError as ``advise``."""
+    table = tables.read(results / "tables/any_load.csv")
+    if scene is not None and scene not in tables.scenes(table):
+        raise InputError(f"--scene {scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}.")
+    kinds = list(dict.fromkeys(table["kind"])) if load == "all" else [load.replace("-", " ")]
+    return "\n".join(
+        any_load_lines(other_loads.advise_any_load(tables.where(table, scene=name), kind, budget_ms, max_error, error))
+        for name in tables.scenes(table)
+        if scene in (None, name)
+        for kind in kinds
+    )
+
+
+def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict, kind: str) -> str:
+    """Advise for one scene of accuracy_vs_time.csv, by its first split, or of dynamic_accuracy.csv if it moves."""
+    table = next(table for table in found if scene in tables.scenes(table))
+    rows = tables.where(table, scene=scene)
+    if "regime" not in table:
+        return _of_motion(results, rows, limits, kind)
+    if "speeds" in limits:
+        return f"{scene}: what is pressed and does not move has no speed; give --budget-ms"
+    advised = pressed.advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind])
+    same, splits = pressed.same_in(advised)
+    agreed = f"the same model in {same} of {splits} splits of the contacts" if splits > 1 else ""
+    shown = tables.where(rows, split=advised["split"].iloc[0])
+    return lines(advised.iloc[0], shown, agreed)
+
+
+def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> str:
+    """Advise for one scene of dynamic_accuracy.csv, with its bounds if the run has them."""
+    scene, path = rows["scene"].iloc[0], results / "tables/motion_bounds.csv"
+    if kind != "rms":
+        return f"{scene}: a scene that moves has no patch; leave --error {kind} out"
+    bounds = tables.where(tables.read(path), scene=scene) if path.is_file() else None
+    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds).iloc[0], rows)

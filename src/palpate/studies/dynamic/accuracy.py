@@ -1,0 +1,290 @@
+"""Estimate how wrong a motion is from what its model knows: steps twice as long, and what a finer mesh would add.
+
+Measure the error of each model's motion, and what it costs: scenes against fine implicit finite elements.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.accuracy import errors
+from palpate.errors import NotConverged
+from palpate.linalg.multigrid import Factor
+from palpate.models.fem_statics import to_fine
+from palpate.scenes.build_system import compose
+from palpate.scenes.motion import Motion
+from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
+from palpate.studies.dynamic.reference import Reference
+from palpate.studies.dynamic.trial import Trial
+from palpate.table import Table
+
+ORDERS = {"backward_euler": 1, "bdf2": 2, "reduced": 2}
+"""Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
+
+
+class MotionEstimate(NamedTuple):
+    """Hold the share of the peak by which a motion may be wrong, empty (NaN) if it is not known, and its time [s]."""
+
+    estimate_of_peak: float = np.nan
+    estimate_s: float = np.nan
+
+
+def estimated(trial: Trial, fitted: Fitted, steps: int, motion: Motion, moved: np.ndarray) -> MotionEstimate:
+    """Estimate the error of a model's motion without a reference: √(step² + mesh²).
+
+    motion, moved : of the model in so many ``steps``, and its displacements (f, n_surface, 3) [m]
+    The step's part is by how much ``twice_as_long`` changes it, the mesh's part that of ``mesh_residual``, which a
+    model on the reference's own mesh does without. There is none where bodies touch, yield or drift, nor for answers
+    that are known on the surface alone.
+    """
+    if not corrects(trial) or fitted.finish is not None or trial.frames < 2:
+        return MotionEstimate()
+    integrator = fitted.scene(trial, steps).integrator
+    own = fitted.level % len(trial.body.levels)
+    of_step, of_mesh, seconds = 0.0, 0.0, 0.0
+    if integrator in ORDERS:
+        try:
+            of_step, seconds = twice_as_long(trial, fitted, steps, moved)
+        except NotConverged:
+            return MotionEstimate()
+    begin = perf_counter()
+    if own < len(trial.body.levels) - 1 or integrator == "reduced":
+        of_mesh = mesh_residual(trial, own, motion)
+    peak = np.linalg.norm(moved, axis=2).max()
+    return MotionEstimate(float(np.hypot(of_step, of_mesh) / peak), seconds + perf_counter() - begin)
+
+
+def twice_as_long(trial: Trial, fitted: Fitted, steps: int, moved: np.ndarray) -> tuple[float, float]:
+    """Return ``change_of_step`` [m] of steps twice as long, which meet every second frame, and their time [s]."""
+    count = trial.frames // 2
+    half = trial.cut(2 * count).joined(2)
+    scene = fitted.scene(half, steps // trial.frames * count)
+    longer, run = half.move(scene, fitted.level % len(trial.body.levels), fitted.young_pa)
+    return change_of_step(longer, moved[1::2][:count], scene.integrator), run.seconds
+
+
+def change_of_step(longer: np.ndarray, shorter: np.ndarray, integrator: str) -> float:
+    """Return the RMSE [m] between motions (f, n, 3) [m] at a step and at half of it, over 2ᵏ − 1 for order k."""
+    off = float(np.sqrt(np.mean(np.sum((longer - shorter) ** 2, axis=2))))
+    return off / (2.0 ** ORDERS[integrator] - 1.0)
+
+
+def mesh_residual(trial: Trial, level: int, motion: Motion) -> float:
+    """Return the RMS [m] over the surface of one Newton step of the fine mesh, at the frame that is deflected most.
+
+    motion : on ``level``, interpolated to the fine mesh, whose forces there, inertia and damping included, do not
+    balance; velocities and accelerations are those between frames. Trap: the inertia of swings that are shorter than
+    two frames is lost.
+    """
+    moved = motion.positions - motion.rest
+    number = int(np.linalg.norm(moved, axis=2).max(axis=1)[1:-1].argmax()) + 1
+    before, here, after = (to_fine(trial.body, level) @ moved[number + side] for side in (-1, 0, 1))
+    h = float(motion.times[number + 1] - motion.times[number])
+    last = len(trial.body.levels) - 1
+    particles = trial.particles(last)
+    system = compose(trial.fem(trial.frames), particles)
+    system.at(float(motion.times[number]))
+    x = particles.nodes + here
+    inertia = system.masses[:, None] * (after - 2.0 * here + before) / h**2
+    residual = np.where(system.free[:, None], system.force(x, (after - before) / (2.0 * h)) - inertia, 0.0)
+    matrix = system.stiffness(x, definite=True)
+    assert matrix is not None  # finite elements have one
+    system.hold(matrix)
+    lacking = Factor(matrix).solve(residual)[trial.body.fine.surface]
+    return float(np.sqrt(np.mean(np.sum(lacking**2, axis=1))))
+
+
+Grid = Mapping[str, Any]
+Tried = Iterator[tuple[int, Fitted, str]]
+"""Numbers of steps, what takes them, and what of its settings is not the usual one, such as "tolerance=0.1"."""
+STEP = "step"
+"""What of a setting varies, of those that differ in the step alone; of others it is the name before the equals sign."""
+
+
+DYNAMIC_ACCURACY = Table(
+    "dynamic_accuracy",
+    "The error of each model over a whole scene in motion, and the time that it takes.",
+    """
+    scene body model setting varied: what moves, and what of a setting is not the usual one
+    level nodes step_s steps failures: mesh, step [s], and 1 for a motion that did not reach the end
+    rmse_m rmse_of_peak p95_of_peak max_of_peak: errors over all frames and surface nodes [m, peak]
+    ms_per_step step_p95_ms real_time_factor: times of a step [ms], and seconds for a second of motion
+    estimate_of_peak estimate_s: what the model says of its own error, and the time that takes
+    offline_s: preparation [s]
+    reference_level reference_nodes reference_step_s reference_change: the reference, and what halving its step changed
+    duration_s resolved_s: of the scene, and of what is compared
+    """,
+)
+
+
+def measure(
+    trial: Trial,
+    lesson: Trial | None,
+    truth: Reference,
+    grid: Mapping[str, Grid],
+    names: Sequence[str] = (),
+    progress: Callable = iter,
+) -> pd.DataFrame:
+    """Tabulate dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
+
+    lesson : the motion that models are fitted to, None if none is
+    grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
+    names : the models to try, all that can do the scene if there is none
+    Columns: failures is 1 for a motion that ended in NotConverged, or to which nothing could be fitted; its errors are
+    then empty. ms_per_step, step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without
+    preparation. estimate_of_peak is what the model itself says of its error, found in estimate_s. varied is what a
+    setting changes: STEP or, at the same step, order, tolerance, gap, or place.
+    ``progress`` wraps the models, as ``tqdm`` does.
+    """
+    whole_s = trial.duration_s
+    trial = replace(trial, duration_s=truth.duration_s, frames=truth.frames)
+    lesson = lesson and replace(lesson, duration_s=truth.training_s, frames=len(truth.training))
+    rows = [_tried(trial, truth, number, whole_s) for number in range(len(truth.tried))]
+    models = {name: tried for name, tried in _models(trial, lesson, truth, grid).items() if not names or name in names}
+    for name in progress(list(models)):
+        try:
+            # of a body with one level the coarse one is the reference's
+            said = "fem_fine" if name == "fem_coarse" and len(trial.body.levels) == 1 else name
+            rows += [{"model": said} | _row(trial, truth, *found) for found in models[name]()]
+        except NotConverged:  # nothing that was fitted moves like the reference
+            failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": trial.nodes(0), "failures": 1}
+            rows.append({"model": name} | failed)
+    known = {
+        "reference_level": len(trial.body.levels) - 1,
+        "reference_nodes": trial.nodes(-1),
+        "reference_step_s": truth.step_s,
+        "reference_change": truth.change,
+        "duration_s": whole_s,
+        "resolved_s": truth.duration_s,
+    }
+    table = pd.DataFrame(rows).assign(**known)
+    table.insert(0, "scene", trial.name)
+    table.insert(1, "body", trial.body.name)
+    return table
+
+
+def _models(
+    trial: Trial, lesson: Trial | None, truth: Reference, grid: Mapping[str, Grid]
+) -> dict[str, Callable[[], Tried]]:
+    """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume."""
+    found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, trial, grid["fem_coarse"])}
+    if len(trial.body.levels) > 1:
+        found["fem_fine"] = partial(_fine, trial, grid["fem_fine"])
+    if corrects(trial):
+        found["detail_correction"] = partial(_corrected, trial, grid["fem_coarse"])
+        found["moving_modes"] = partial(moving_modes, trial, lesson, grid["moving_modes"])
+    if not lesson:
+        return found
+    learnt = lesson, truth.training
+    if "plasticity" not in trial.loads:
+        found["springs"] = partial(_springs, trial, *learnt, False, grid["springs"])
+        if not trial.thickness_m:
+            found["springs_volume"] = partial(_springs, trial, *learnt, True, grid["springs"])
+    return found | {"shape_matching": partial(_shapes, trial, *learnt, grid["shape_matching"])}
+
+
+def _coarse(trial: Trial, grid: Grid) -> Tried:
+    """Yield steps of finite elements on the coarse level, then looser residuals and other gaps at the middle one."""
+    counts, young = grid["steps_per_frame"], trial.body.material.young_pa
+    if len(trial.body.levels) > 1:
+        for count in counts:
+            yield count * trial.frames, Fitted(Trial.fem, young, 0.0), ""
+    middle = counts[len(counts) // 2] * trial.frames
+    if trial.order > 1:
+        yield middle, Fitted(_first_order, young, 0.0), "order=1"
+    for loose in grid["tolerances"]:
+        yield middle, Fitted(partial(_looser, loose), young, 0.0), f"tolerance={loose:g}"
+    for factor in grid["gaps"] if "contact" in trial.loads else []:
+        yield middle, Fitted(partial(_wider, factor), young, 0.0), f"gap={factor:g}×"
+
+
+def _fine(trial: Trial, grid: Grid) -> Tried:
+    """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
+    young = trial.body.material.young_pa
+    for count in grid["steps_per_frame"]:
+        for loose in grid["tolerances"]:
+            yield count * trial.frames, Fitted(partial(_looser, loose), young, 0.0, level=-1), f"tolerance={loose:g}"
+    if trial.order > 1:
+        yield min(grid["steps_per_frame"]) * trial.frames, Fitted(_first_order, young, 0.0, level=-1), "order=1"
+
+
+def _first_order(trial: Trial, steps: int) -> Scene:
+    return trial.fem(steps, 1)
+
+
+def _corrected(trial: Trial, grid: Grid) -> Tried:
+    """Yield the same steps of the coarse level, corrected."""
+    fitted = fit_correction(trial)
+    for count in grid["steps_per_frame"]:
+        yield count * trial.frames, fitted, ""
+
+
+def _looser(tolerance: float, trial: Trial, steps: int) -> Scene:
+    return replace(trial.fem(steps), tolerance=tolerance)
+
+
+def _wider(factor: float, trial: Trial, steps: int) -> Scene:
+    return trial.widen(factor).fem(steps)
+
+
+def _springs(trial: Trial, lesson: Trial, wanted: np.ndarray, volume: bool, grid: Grid) -> Tried:
+    shares = grid["shares_of_stable_step"]
+    fitted = fit_springs(lesson, wanted, volume, max(shares), grid["evaluations"])
+    limit = trial.limit_s(fitted.scene(trial, trial.frames), fitted.young_pa)
+    for share in shares:
+        yield trial.steps(share * limit), fitted, ""
+
+
+def _shapes(trial: Trial, lesson: Trial, wanted: np.ndarray, grid: Grid) -> Tried:
+    for count in grid["steps_per_frame"]:
+        yield count * trial.frames, fit_shapes(lesson, wanted, count, grid["evaluations"]), ""
+
+
+def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
+    scene = fitted.scene(trial, steps)
+    level = fitted.level % len(trial.body.levels)
+    row = {"setting": " ".join(filter(None, [f"step_s={scene.step_s:.3g}", varied])), "level": level}
+    row["varied"] = varied.partition("=")[0] or STEP
+    row |= {"nodes": trial.nodes(level), "step_s": scene.step_s, "steps": steps, "failures": 0}
+    try:
+        moved, run = trial.move(scene, level, fitted.young_pa)
+    except NotConverged:
+        return row | {"failures": 1, "offline_s": fitted.offline_s}
+    seconds = run.seconds
+    if fitted.finish:
+        begin = perf_counter()
+        moved = fitted.finish(run.motion)
+        seconds += perf_counter() - begin
+    costs = _cost(seconds, run.step_p95_s, steps, trial.duration_s)
+    told = estimated(trial, fitted, steps, run.motion, moved)
+    return row | _errors(moved, truth) | costs | told._asdict() | {"offline_s": fitted.offline_s}
+
+
+def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
+    """Take the reference at one of its steps, as it is: its error is that of the step alone."""
+    step, last = float(truth.tried_s[number]), len(trial.body.levels) - 1
+    steps = round(whole_s / step)
+    row = {"model": "fem_fine", "setting": f"step_s={step:.3g}", "varied": STEP, "level": last}
+    row |= {"nodes": trial.nodes(last), "step_s": step, "steps": steps, "failures": 0}
+    costs = _cost(float(truth.seconds[number]), float(truth.step_p95_s[number]), steps, whole_s)
+    told = MotionEstimate()
+    if number and corrects(trial):  # the run at twice the step is there already
+        off = change_of_step(truth.tried[number - 1], truth.tried[number], trial.fem(steps).integrator)
+        peak = np.linalg.norm(truth.tried[number], axis=2).max()
+        told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
+    return row | _errors(truth.tried[number], truth) | costs | told._asdict() | {"offline_s": 0.0}
+
+
+def _errors(moved: np.ndarray, truth: Reference) -> dict:
+    return errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
+
+
+def _cost(seconds: float, step_p95_s: float, steps: int, duration_s: float) -> dict:
+    spent = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * step_p95_s}
+    return spent | {"real_time_factor": seconds / duration_s}

@@ -1,0 +1,242 @@
+"""Fit springs and shape matching to how a scene moves at another place, or under a share of its loads.
+
+Correct a coarse motion by what linear responses say that the coarse mesh lacks, turned with the body.
+
+Reduce the reference's mesh to vibration and contact modes, made for the scene's own pushes or for others.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import particles_of
+from palpate.errors import InputError, NotConverged
+from palpate.linalg.multigrid import Factor
+from palpate.models.enrichment.detail_correction import NodalRotations
+from palpate.models.fem_statics import to_surface
+from palpate.models.reduced_body import ReducedBody
+from palpate.models.shape_matching import cubes
+from palpate.models.springs.fitness import volume_stiffness
+from palpate.models.springs.spring_motion import spring_model
+from palpate.scenes.build_system import compose
+from palpate.scenes.dynamic_check import LOADS
+from palpate.scenes.motion import Motion
+from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.trial import Trial
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model with its parameters found: ``scene(trial, steps)``, the modulus for its particles, what the fit took.
+
+    finish : what makes displacements (f, n_surface, 3) [m] of its motion, if interpolation does not
+    level : which it moves, 0 is the coarse one, −1 the reference's
+    """
+
+    scene: Callable[[Trial, int], Scene]
+    young_pa: float
+    offline_s: float
+    finish: Callable[[Motion], np.ndarray] | None = None
+    level: int = 0
+
+
+def fit_springs(lesson: Trial, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int) -> Fitted:
+    """Fit a modulus, the dampers' ratio and a sheet's bending springs, in so many motions at most.
+
+    lesson, wanted : the motion to fit, and its displacements (f, n_surface, 3) [m]
+    volume : with the volume force that the Poisson ratio calls for
+    step_share : of the longest stable step, at which it is fitted
+    """
+    begin, given = perf_counter(), lesson.body.material
+    bulk = 0.0
+    if volume:
+        bulk = volume_stiffness(spring_model(particles_of(lesson.body, 0, surface=False)), given)
+
+    def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
+        young = float(given.young_pa * np.exp(q[0]))
+        stiffness = _of_sheet(trial.thickness_m * young, float(np.exp(q[2]))) if trial.thickness_m else {}
+        return trial.springs(steps, stiffness, float(np.exp(q[1])), bulk * young / given.young_pa)
+
+    def misfit(q: np.ndarray) -> float:
+        young = float(given.young_pa * np.exp(q[0]))
+        limit = lesson.limit_s(scene(lesson, lesson.frames, q), young)
+        return error_of(lesson, scene(lesson, lesson.steps(step_share * limit), q), young, wanted)
+
+    start, sides, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
+    if lesson.thickness_m:
+        start, sides, bounds = [*start, -4.0], [*sides, 1.5], [*bounds, (-9.0, 1.0)]
+    q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{lesson.name}: no springs")
+    young = float(given.young_pa * np.exp(q[0]))
+    return Fitted(lambda trial, steps: scene(trial, steps, q), young, perf_counter() - begin)
+
+
+def _of_sheet(along: float, bending: float) -> dict:
+    """Return the springs of a sheet: its modulus times its thickness [N/m], and a share of that against bending."""
+    return {"structural_n_m": along, "shear_n_m": along, "bending_n_m": bending * along}
+
+
+def fit_shapes(lesson: Trial, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
+    """Fit α, β, the decay of velocities and the scale of the loads, for so many steps a frame: α m/h² depends on them.
+
+    Where the body falls or is met by an instrument, loads are what they are.
+    """
+    begin, young, steps = perf_counter(), lesson.body.material.young_pa, per_frame * lesson.frames
+    clusters = cubes(lesson.body.coarse)
+    scaled = lesson.held and "contact" not in lesson.loads
+
+    def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
+        matching = {"mode": "linear", "alpha": float(q[0]), "beta": float(q[1]), "clusters": clusters}
+        return (trial.scale_loads(float(np.exp(q[3]))) if scaled else trial).shapes(
+            steps, matching, float(np.exp(q[2]))
+        )
+
+    def misfit(q: np.ndarray) -> float:
+        return error_of(lesson, scene(lesson, steps, q), young, wanted)
+
+    bounds, sides = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
+    starts = [np.array([alpha, beta, 1.6]) for alpha, beta in product((0.3, 0.9), (0.2, 0.7))]
+    if scaled:
+        bounds, sides = [*bounds, (-12.0, 12.0)], [*sides, 0.7]
+        starts = [np.array([0.7, 0.4, 1.6, scale]) for scale in np.arange(-6.0, 6.1, 1.5)]
+    q = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{lesson.name}: no shapes")
+    return Fitted(lambda trial, steps: scene(trial, steps, q), young, perf_counter() - begin)
+
+
+def error_of(trial: Trial, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
+    """Return the RMSE of a motion over all frames and nodes over the peak of ``wanted`` (f, n_surface, 3) [m], or 1."""
+    try:
+        moved = trial.move(scene, 0, young_pa)[0]
+    except (NotConverged, InputError):  # diverged, or its steps are too long: as wrong as no motion
+        return 1.0
+    rmse = np.sqrt(np.mean(np.sum((moved - wanted) ** 2, axis=2))) / np.linalg.norm(wanted, axis=2).max()
+    return float(min(rmse, 1.0))
+
+
+def _simplex(
+    misfit: Callable[[np.ndarray], float],
+    start: np.ndarray,
+    sides: list[float],
+    bounds: Sequence[tuple[float, float]],
+    evaluations: int,
+    what: str,
+) -> np.ndarray:
+    corners = np.vstack([start, start + np.diag(sides)])
+    options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
+    found = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
+    if not found.fun < 1.0:
+        raise NotConverged(f"{what} move like the reference; lower the loads", [])
+    return found.x
+
+
+def corrects(trial: Trial) -> bool:
+    """Return whether a trial has a linear response for all that acts: one held solid under gravity and pushes."""
+    solid = trial.held and not trial.shifts_m and not trial.thickness_m
+    return solid and set(trial.loads) <= set(LOADS) and len(trial.body.levels) > 1
+
+
+class CorrectedMotion:
+    """x_f = P x_c + R Σ a D: a coarse motion with the detail D of each load, scaled by how far the body has moved.
+
+    The coarse modulus is divided by ``softness``, so that coarse and fine linear responses have the same compliance;
+    a coarse mesh is too stiff, and would swing too fast. D is the linear fine response less the coarse one of that
+    modulus, both interpolated to the fine surface, (k, n_surface, 3) [m] for k loads. a is the least-squares share of
+    each coarse response in the coarse displacement, weighted by mass, so that detail follows inertia, too. R turns
+    detail by the rotation of the coarse material, as corrected coarse FEM does in statics (docs/method.md).
+    """
+
+    def __init__(self, trial: Trial):
+        last = len(trial.body.levels) - 1
+        (coarse, loads), (fine, fine_loads) = _responses(trial, 0), _responses(trial, last)
+        self.softness = float(np.vdot(fine_loads, fine) / np.vdot(loads, coarse))
+        coarse = self.softness * coarse
+        self._up = to_surface(trial.body, 0)
+        fine_up = to_surface(trial.body, last)
+        self.detail = np.array([fine_up @ u - self._up @ c for u, c in zip(fine, coarse, strict=True)])
+        masses = np.sqrt(np.repeat(trial.particles(0).masses, 3))
+        self._shares = np.linalg.pinv((coarse.reshape(len(coarse), -1) * masses).T) * masses
+        assert isinstance(trial.body.coarse, TetMesh)  # as ``corrects`` asks for
+        self._rotations = NodalRotations(trial.body.coarse)
+
+    def correct(self, motion: Motion) -> np.ndarray:
+        """Return displacements (f, n_surface, 3) [m] of the fine surface after each frame of a coarse motion."""
+        return np.array([self._corrected(x - motion.rest) for x in motion.positions[1:]])
+
+    def _corrected(self, moved: np.ndarray) -> np.ndarray:
+        turns = (self._up @ self._rotations.at(moved).reshape(-1, 9)).reshape(-1, 3, 3)
+        detail = np.tensordot(self._shares @ moved.ravel(), self.detail, axes=1)
+        return self._up @ moved + (turns @ detail[:, :, None])[:, :, 0]
+
+
+def fit_correction(trial: Trial) -> Fitted:
+    """Prepare the correction of a trial; nothing is learnt, so no motion to fit to is needed."""
+    begin = perf_counter()
+    found = CorrectedMotion(trial)
+    young = trial.body.material.young_pa / found.softness
+    return Fitted(Trial.fem, young, perf_counter() - begin, found.correct)
+
+
+def _responses(trial: Trial, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return linear responses (k, n, 3) [m] of a level to each load at its height, and the loads (k, n, 3) [N]."""
+    particles, loads = trial.particles(level), []
+    for single in _singles(trial):
+        system = compose(single.fem(single.frames), particles)
+        for load in single.loads.get("push", {}).get("loads", []):
+            system.at(load["start_s"] + load["press_s"])
+        still = np.zeros_like(particles.nodes)
+        loads.append(system.outer_force(particles.nodes, still) + system.potential_force(particles.nodes))
+    matrix = system.stiffness(particles.nodes, definite=True)
+    assert matrix is not None  # finite elements have one
+    system.hold(matrix)
+    factor = Factor(matrix)
+    return np.array([factor.solve(load) for load in loads]), np.array(loads)
+
+
+def _singles(trial: Trial) -> list[Trial]:
+    """List trials of one load each."""
+    found = [{"gravity": trial.loads["gravity"]}] if "gravity" in trial.loads else []
+    found += [{"push": {"loads": [load]}} for load in trial.loads.get("push", {}).get("loads", [])]
+    return [replace(trial, loads=loads) for loads in found]
+
+
+TOLERANCE = 1e-4
+"""Relative residual of a step; what the modes lack is more."""
+OF_MODES = ("vibrations", "bent", "coarsened")
+"""Settings that describe modes."""
+
+
+def moving_modes(trial: Trial, lesson: Trial | None, grid: Mapping[str, Any]) -> Iterator[tuple[int, Fitted, str]]:
+    """Yield steps in modes for the pushes of ``trial``, then, at the middle step, in modes for those of ``lesson``.
+
+    Nothing is learnt: of the lesson's motion its places are taken alone, to see what a push elsewhere comes to.
+    """
+    modes = {key: grid[key] for key in OF_MODES}
+    own = _prepared(trial, modes)
+    for count in grid["steps_per_frame"]:
+        yield count * trial.frames, own, ""
+    here, there = (_places(each) if each else [] for each in (trial, lesson))
+    if there and there != here:
+        middle = grid["steps_per_frame"][len(grid["steps_per_frame"]) // 2]
+        yield middle * trial.frames, _prepared(trial, modes | {"places": there}), "place=another"
+
+
+def _places(trial: Trial) -> list[dict]:
+    """List the discs that are pushed."""
+    return [{key: load[key] for key in ("at_m", "radius_m")} for load in trial.loads.get("push", {}).get("loads", [])]
+
+
+def _prepared(trial: Trial, modes: dict) -> Fitted:
+    """Make the modes once, to see how long that takes."""
+    begin, scene = perf_counter(), trial.reduced(trial.frames, modes)
+    ReducedBody.of(compose(scene, trial.particles(-1)), scene.integration["reduced"])
+    return Fitted(partial(_scene, modes), trial.body.material.young_pa, perf_counter() - begin, level=-1)
+
+
+def _scene(modes: dict, trial: Trial, steps: int) -> Scene:
+    return replace(trial.reduced(steps, modes), tolerance=TOLERANCE)

@@ -1,0 +1,179 @@
+"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing.
+
+Tabulate up to when the steps of a reference are resolved.
+"""
+
+import warnings
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from palpate.errors import NotConverged
+from palpate.files import write_whole
+from palpate.studies.dynamic.trial import Trial
+from palpate.table import Table
+
+LOOSER = 4.0
+"""How many times the change of the step may be as large in the motion that models are fitted to."""
+LEAST_SHARE = 0.1
+"""Of a scene's frames, below which a motion that is resolved no longer is of no use."""
+
+
+@dataclass(frozen=True, eq=False)
+class Converged:
+    """Surface displacements [m] at the ends of the first f of ``of_frames`` frames, up to which steps are resolved.
+
+    truth : (f, n_surface, 3), extrapolated to steps of no length; change : what halving the step last changed it by,
+        in parts of its peak; step_s : the shortest step; bound : what the change may be
+    tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds,
+        step_p95_s : (m,) what each took for all frames, and 95 % of its steps at most
+    changes : (m − 2, of_frames) of each frame by each halving after the first, in parts of the peak of all frames
+    duration_s : the time until the last of the f frames
+    """
+
+    truth: np.ndarray
+    change: float
+    step_s: float
+    bound: float
+    tried: np.ndarray
+    tried_s: np.ndarray
+    seconds: np.ndarray
+    step_p95_s: np.ndarray
+    changes: np.ndarray
+    of_frames: int
+    duration_s: float
+
+    @property
+    def frames(self) -> int:
+        """The number of frames that are resolved."""
+        return len(self.truth)
+
+    @property
+    def peak(self) -> float:
+        """The largest displacement [m]."""
+        return float(np.linalg.norm(self.truth, axis=-1).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Reference(Converged):
+    """A converged motion, and that which models are fitted to: ``training`` (g, n_surface, 3) [m], until training_s.
+
+    If none is fitted, g is 0.
+    """
+
+    training: np.ndarray
+    training_s: float
+
+
+def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: int) -> Reference:
+    """Simulate the motion of ``trial`` and that of ``lesson``, which models are fitted to, if any is.
+
+    change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
+    max_halvings : of the step, from one a frame. Where they are not enough, the frames count that come before, with a
+        warning; NotConverged if these are less than LEAST_SHARE of all
+    The error is of order k in the step, 2 for BDF2 and 1 for backward Euler, so u(h/2) + (u(h/2) − u(h)) / (2ᵏ − 1) is
+    of the next, until contact makes it less.
+    """
+    found = converge(trial, change, max_halvings)
+    taught = converge(lesson, LOOSER * change, max_halvings) if lesson else None
+    if found.frames < trial.frames:
+        warnings.warn(
+            f"scenes.{trial.name}: models are compared in its first {found.duration_s:.3g} s of "
+            f"{trial.duration_s:.3g} s, as steps of {found.step_s:.2g} s still change what comes later by "
+            f"{found.changes[-1].max():.2%} of its peak.",
+            stacklevel=2,
+        )
+    training = (taught.truth, taught.duration_s) if taught else (np.empty((0, *found.truth.shape[1:])), 0.0)
+    return Reference(**vars(found), training=training[0], training_s=training[1])
+
+
+def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
+    """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
+    steps, tried, costs, changes = [], [], [], []
+    resolved = 0
+    for halving in range(max_halvings + 1):
+        scene = trial.fem(trial.frames * 2**halving)
+        displacement, run = trial.move(scene, len(trial.body.levels) - 1)
+        steps.append(scene.step_s)
+        tried.append(displacement)
+        costs.append((run.seconds, run.step_p95_s))
+        if halving > 1:
+            before, truth = (_extrapolate(tried[k - 1], tried[k], trial.order) for k in (-2, -1))
+            off, peaks = _differences(truth, before), np.linalg.norm(truth, axis=2).max(axis=1)
+            changes.append(off / peaks.max())
+            resolved = resolved_frames(off, peaks, change)
+            if resolved == trial.frames:
+                break
+    if resolved < max(1, LEAST_SHARE * trial.frames):
+        raise NotConverged(
+            f"{trial.name}: halving the step to {steps[-1]:.2g} s still changes the motion by {changes[-1].max():.2%} "
+            "of its peak; allow more change, or damp the scene more",
+            [float(each.max()) for each in changes],
+        )
+    seconds, p95 = np.array(costs).T
+    last = float((off[:resolved] / peaks[:resolved].max()).max())
+    kept = np.array(tried)[:, :resolved]
+    length = trial.duration_s * resolved / trial.frames
+    times = np.array(steps), seconds, p95
+    return Converged(truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes), trial.frames, length)
+
+
+def _extrapolate(longer: np.ndarray, shorter: np.ndarray, order: int) -> np.ndarray:
+    """Return the motion at steps of no length, from those at a step and at half of it."""
+    return shorter + (shorter - longer) / (2.0**order - 1.0)
+
+
+def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
+    """Return how many frames from the first on differ by at most ``change`` of the peak until then.
+
+    off : (f,) [m] RMSE of each frame; peaks : (f,) [m], the largest displacement in each
+    """
+    small = np.maximum.accumulate(off) <= change * np.maximum.accumulate(peaks)
+    return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
+
+
+def _differences(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the RMSE over nodes of each frame, (f,) [m]."""
+    return np.sqrt(np.mean(np.sum((a - b) ** 2, axis=2), axis=1))
+
+
+def save(found: Reference, path: Path | str) -> None:
+    """Write it whole or not at all."""
+    with write_whole(path) as part, open(part, "wb") as file:
+        np.savez_compressed(file, **vars(found))
+
+
+def load(path: Path | str) -> Reference:
+    """Read what ``save`` wrote."""
+    with np.load(path) as file:
+        kept = {field.name: file[field.name] for field in fields(Reference)}
+    return Reference(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})
+
+
+DYNAMIC_REFERENCE = Table(
+    "dynamic_reference",
+    "What halving the reference's step changes in each frame, and which frames models are compared in.",
+    """
+    scene step_s time_s: a scene, the step that was halved, and the frame [s]
+    change_of_peak bound resolved: the change, the bound at which halving ends, and whether the frame is compared
+    """,
+)
+
+
+def tabulate(trial: Trial, found: Converged) -> pd.DataFrame:
+    """Tabulate dynamic_reference.csv, a row a frame and halving of the step.
+
+    Columns: step_s, the step that it came to; change_of_peak, what it changed the frame by, RMSE over the peak of all
+    frames; bound; resolved, whether errors of models are taken at this frame.
+    """
+    times = trial.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
+    parts = [
+        pd.DataFrame({"step_s": step, "time_s": times, "change_of_peak": changes})
+        for step, changes in zip(found.tried_s[2:], found.changes, strict=True)
+    ]
+    table = pd.concat(parts, ignore_index=True).assign(bound=found.bound)
+    table["resolved"] = table["time_s"] <= found.duration_s * (1 + 1e-9)
+    table.insert(0, "scene", trial.name)
+    return table

@@ -1,0 +1,251 @@
+"""Nested levels of a sheet: lattices whose cells are halved.
+
+Turn a scene into a trial of models: what moves and what acts, apart from what holds it together.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from palpate.bodies.body import Body
+from palpate.bodies.box import sheet
+from palpate.bodies.mesh import Sheet
+from palpate.bodies.particles import Particles, merge_particles, particles_of
+from palpate.bodies.refinement import finer, midpoints_between
+from palpate.errors import InputError
+from palpate.models.fem_statics import to_surface
+from palpate.scenes import effect_registry
+from palpate.scenes.build_system import compose
+from palpate.scenes.dynamic_check import TAKEN_OVER, acts, check_trial, fits, taught
+from palpate.scenes.run_scene import Run, run
+from palpate.scenes.scene import Scene
+
+
+def nest_sheet(body: Body, count: int) -> Body:
+    """Nest a sheet: one of half its divisions, refined ``count`` times, so that level 1 is the sheet's own.
+
+    A sheet with divisions that are odd stays as it is.
+    """
+    own = body.coarse
+    assert isinstance(own, Sheet)
+    divisions = _divisions(own)
+    if any(number % 2 for number in divisions):
+        return body
+    half = sheet(list(np.ptp(own.nodes, axis=0)[:2]), [number // 2 for number in divisions], own.thickness_m)
+    near = cKDTree(own.nodes).query(half.nodes)[1]
+    levels, prolongations, anchors = [half], [], [np.flatnonzero(np.isin(near, body.anchors[0]))]
+    for number in range(count):
+        finer, prolongation = refine_sheet(levels[-1])
+        if number:
+            held = midpoints_between(anchors[-1], prolongation)
+        else:
+            held = np.flatnonzero(np.isin(cKDTree(own.nodes).query(finer.nodes)[1], body.anchors[0]))
+        levels.append(finer)
+        prolongations.append(prolongation)
+        anchors.append(held)
+    return Body(body.name, levels, prolongations, anchors, body.material)
+
+
+def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
+    """Split the cells of a sheet; return the finer one, whose first nodes are the coarse ones, and the prolongation.
+
+    A finer lattice has its nodes where the coarse one has nodes and middles of edges, diagonals included.
+    """
+    count, ends = len(coarse.nodes), coarse.edges
+    nodes = np.vstack([coarse.nodes, coarse.nodes[ends].mean(axis=1)])
+    divisions = [2 * number for number in _divisions(coarse)]
+    lattice = sheet(list(np.ptp(coarse.nodes, axis=0)[:2]), divisions, coarse.thickness_m)
+    triangles = cKDTree(nodes).query(lattice.nodes)[1][lattice.triangles]
+    rows = np.concatenate([np.arange(count), count + np.repeat(np.arange(len(ends)), 2)])
+    columns, values = np.concatenate([np.arange(count), ends.ravel()]), np.ones(len(rows))
+    values[count:] = 0.5
+    prolongation = sparse.csr_array((values, (rows, columns)), shape=(len(nodes), count))
+    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), prolongation
+
+
+def _divisions(lattice: Sheet) -> list[int]:
+    """Return the cells of a lattice along x and y."""
+    return [len(np.unique(lattice.nodes[:, axis].round(9))) - 1 for axis in range(2)]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A scene whose models are compared at the ends of ``frames`` equal parts of ``duration_s``.
+
+    body : of nested levels, the last of which is the reference's
+    loads : blocks of TAKEN_OVER; rayleigh : what damps the reference
+    shifts_m : of further bodies of the same kind; held : whether anchors hold them
+    """
+
+    name: str
+    body: Body
+    loads: dict[str, dict]
+    rayleigh: dict
+    duration_s: float
+    frames: int
+    shifts_m: list[list[float]] = field(default_factory=list)
+    held: bool = True
+
+    @property
+    def thickness_m(self) -> float:
+        """The thickness of a sheet, 0 of other bodies."""
+        return self.body.coarse.thickness_m if isinstance(self.body.coarse, Sheet) else 0.0
+
+    @property
+    def order(self) -> int:
+        """The order of the steps of finite elements: 2, but 1 where something is touched or yields."""
+        return 1 if {"contact", "plasticity"} & set(self.loads) else 2
+
+    def scale_loads(self, factor: float) -> "Trial":
+        """Multiply gravity and pushes by ``factor``."""
+        return replace(self, loads=_times(self.loads, factor))
+
+    def widen(self, factor: float) -> "Trial":
+        """Multiply the gap at which contact begins to repel by ``factor``."""
+        composed = compose(self.fem(self.frames), self.particles(0))
+        gap = factor * vars(composed.effects["contact"])["gap_m"]
+        return replace(self, loads=self.loads | {"contact": self.loads["contact"] | {"gap_m": gap}})
+
+    def cut(self, frames: int) -> "Trial":
+        """Follow only its first ``frames`` frames."""
+        return replace(self, frames=frames, duration_s=self.duration_s * frames / self.frames)
+
+    def joined(self, count: int) -> "Trial":
+        """Join ``count`` frames to one; their number must be a multiple of it."""
+        return replace(self, frames=self.frames // count)
+
+    def fem(self, steps: int, order: int | None = None) -> Scene:
+        """Compose finite elements, stepped implicitly, by an integrator of ``order``, the trial's own if not given."""
+        integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"
+        return self._scene(self._elements(), integrator, steps, {"rayleigh": self.rayleigh})
+
+    def reduced(self, steps: int, modes: dict) -> Scene:
+        """Compose finite elements that move in ``modes``, the block ``reduced`` of a scene."""
+        return self._scene(self._elements(), "reduced", steps, {"rayleigh": self.rayleigh, "reduced": modes})
+
+    def _elements(self) -> list[str]:
+        elastic = ["triangles", "bending"] if self.thickness_m else [effect_registry.of_law(self.body.material.law)]
+        return [*elastic, "rayleigh"]
+
+    def springs(self, steps: int, stiffness: dict, ratio: float, volume_n_m: float = 0.0) -> Scene:
+        """Compose springs with dampers of ``ratio`` times critical damping, stepped explicitly.
+
+        stiffness : the block of a sheet's springs, empty for a solid, whose springs follow from its modulus
+        """
+        settings = {"kelvin": {"ratio": ratio}, "velocity_damping": {"rate_1_s": self.rayleigh["mass_1_s"]}}
+        if volume_n_m > 0.0:
+            settings["volume"] = {"stiffness_n_m": volume_n_m}
+        return self._scene(["springs", *settings], "symplectic_euler", steps, settings | {"springs": stiffness})
+
+    def shapes(self, steps: int, matching: dict, rate_1_s: float) -> Scene:
+        """Compose shape matching with the settings ``matching``; velocities decay at ``rate_1_s``."""
+        settings = {"shape_matching": matching, "velocity_damping": {"rate_1_s": rate_1_s}}
+        return self._scene([*settings], "goal_position", steps, settings)
+
+    def limit_s(self, scene: Scene, young_pa: float) -> float:
+        """Return the longest step at which its integrator is stable on the coarse level."""
+        return (
+            effect_registry.integrator(scene.integrator).make(compose(scene, self.particles(0, young_pa)), {}).limit_s
+        )
+
+    def move(self, scene: Scene, level: int, young_pa: float | None = None) -> tuple[np.ndarray, Run]:
+        """Run a scene; return displacements (frames, n_surface, 3) [m] of the reference's surfaces, and the run.
+
+        young_pa : another modulus than the body's; NotConverged, InputError as ``run``
+        """
+        moved = run(scene, self.particles(level, young_pa))
+        motion = moved.motion
+        up = sparse.block_diag([to_surface(self.body, level)] * (1 + len(self.shifts_m)), format="csr")
+        return np.array([up @ (x - motion.rest) for x in motion.positions[1:]]), moved
+
+    def nodes(self, level: int) -> int:
+        """Return the number of nodes of all bodies."""
+        return (1 + len(self.shifts_m)) * len(self.body.levels[level].nodes)
+
+    def steps(self, step_s: float) -> int:
+        """Return the least number of steps, none longer than ``step_s``, that end where frames do."""
+        return self.frames * max(1, int(np.ceil(self.duration_s / (self.frames * step_s) - 1e-9)))
+
+    def particles(self, level: int, young_pa: float | None = None) -> Particles:
+        """Make the particles of a level of all bodies, with another modulus than the body's if one is given."""
+        particles = particles_of(self.body, level, surface=False)
+        if self.shifts_m:
+            parts = [particles] * (1 + len(self.shifts_m))
+            particles = merge_particles(parts, [[0.0, 0.0, 0.0], *self.shifts_m], f"scenes.{self.name}")
+        if young_pa is None:
+            return particles
+        return replace(particles, material=replace(particles.material, young_pa=young_pa))
+
+    def _scene(self, effects: list[str], integrator: str, steps: int, settings: dict) -> Scene:
+        if steps % self.frames:
+            raise InputError(f"{self.name}: {steps} steps are no multiple of {self.frames} frames; change one of them.")
+        return Scene(
+            self.name,
+            [*effects, *(["held"] if self.held else []), *self.loads],
+            integrator,
+            step_s=self.duration_s / steps,
+            duration_s=self.duration_s,
+            frames=self.frames,
+            held=self.held,
+            settings=settings | self.loads,
+        )
+
+
+def trial(name: str, entry: dict, body: Body, own: dict) -> Trial:
+    """Make the trial of the scene ``entry`` of the config.
+
+    own : ``duration_s``, ``frames``, and what the settings of the comparison say of this scene: ``level`` (of the
+        reference; without it the scene's, but one finer than the coarse one), ``training``
+    Raises InputError for a scene in which models cannot be compared.
+    """
+    kind = "sheet" if isinstance(body.coarse, Sheet) else ""
+    check_trial("dynamic.scenes", name, entry, kind, taught(own))
+    loads = {effect: entry[effect] for effect in TAKEN_OVER if effect in entry and acts(effect, entry, kind)}
+    damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
+    nested = _nested(body, own.get("level", max(entry.get("level", 0), 1)))
+    shifts = [other["shift_m"] for other in entry.get("others", [])]
+    length = own["duration_s"], own["frames"]
+    return Trial(name, nested, loads, damping, *length, shifts, entry.get("held", True))
+
+
+def trial_and_training(name: str, entry: dict, body: Body, own: dict, share: float) -> tuple[Trial, Trial | None]:
+    """Make the trial of a scene as ``trial`` does, and the motion that models are fitted to, if any is."""
+    made = trial(name, entry, body, own)
+    return made, training_of(made, own.get("training", {}), share) if fits(own) else None
+
+
+def training_of(trial: Trial, training: dict, share: float) -> Trial:
+    """Return the motion that models are fitted to: as ``training`` describes it, or under a share of the loads.
+
+    training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; empty for the share
+    Its frames are as long as those of ``trial``, since what is fitted may depend on the step.
+    """
+    if not training:
+        return trial.scale_loads(share)
+    loads = {name: block | training.get(name, {}) for name, block in trial.loads.items()}
+    shifts = [other["shift_m"] for other in training["others"]] if "others" in training else trial.shifts_m
+    frame = trial.duration_s / trial.frames
+    frames = max(1, round(training.get("duration_s", trial.duration_s) / frame))
+    return replace(trial, loads=loads, shifts_m=shifts, duration_s=frames * frame, frames=frames)
+
+
+def _nested(body: Body, last: int) -> Body:
+    if isinstance(body.coarse, Sheet):
+        return nest_sheet(body, last)
+    while len(body.levels) <= last:
+        body = finer(body)
+    return body.up_to(last)
+
+
+def _times(loads: dict, factor: float) -> dict:
+    found = dict(loads)
+    if "gravity" in loads:
+        g = np.array(loads["gravity"]["acceleration_m_s2"], dtype=float)
+        found["gravity"] = {"acceleration_m_s2": (factor * g).tolist()}
+    if "push" in loads:
+        pushes = loads["push"]["loads"]
+        forces = [(factor * np.array(push["force_n"], dtype=float)).tolist() for push in pushes]
+        found["push"] = {"loads": [push | {"force_n": f} for push, f in zip(pushes, forces, strict=True)]}
+    return found

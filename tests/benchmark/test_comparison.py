@@ -1,0 +1,158 @@
+"""Draws of whole contacts."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.benchmark.comparison import (
+    BY_ERROR,
+    BY_TIME,
+    CLOSE,
+    DRAWS,
+    EQUAL,
+    EXACT,
+    RANGE,
+    alone,
+    lasting,
+    pick,
+    read_errors,
+    resampled,
+)
+from palpate.errors import InputError
+
+
+def of_test(errors):
+    """The errors on test samples."""
+    return errors[errors["side"] == "test"]
+
+
+def test_draws_are_those_of_contacts_not_of_samples(trade_off):
+    """The spread of a mean over 4 contacts is that of the contacts' means over the root of 4, whatever the forces."""
+    _, samples = trade_off
+    means = resampled(of_test(samples["liver_small"]), "rmse_of_peak")
+    drawn = means.loc[("detail_correction", "samples=60")]
+    assert drawn.shape == (DRAWS,)
+    assert drawn.mean() == pytest.approx(0.004, rel=0.01)
+    assert drawn.std() == pytest.approx(0.004 * np.std([0.5, 1.0, 1.5, 1.0]) / 2, rel=0.05)
+    low, high = drawn.quantile(list(RANGE))
+    assert 0.5 * 0.004 < low < 0.004 < high < 1.5 * 0.004
+
+
+def test_all_settings_see_the_same_draws(trade_off):
+    _, samples = trade_off
+    means = resampled(of_test(samples["liver_small"]), "rmse_of_peak")
+    few, many = means.loc[("detail_correction", "samples=10")], means.loc[("detail_correction", "samples=60")]
+    assert np.allclose(few / many, 2.5)  # in every draw, though both spread
+    there = means.loc[("pod_rbf", "modes=8")] / 0.00412
+    assert np.allclose(there + many / 0.004, 2)  # what is hard for one is easy for the other
+
+
+def made_up(rows) -> pd.DataFrame:
+    """Errors of one setting: split, contact and error of each."""
+    found = [("m", "k", i, split, contact, error) for i, (split, contact, error) in enumerate(rows)]
+    return pd.DataFrame(found, columns=["model", "setting", "sample", "split", "contact", "rmse_of_peak"])
+
+
+def test_uneven_contacts_weigh_by_their_samples():
+    errors = made_up([(1, 0, 1.0), (1, 1, 4.0), (1, 1, 4.0), (1, 1, 4.0)])
+    assert set(resampled(errors, "rmse_of_peak").to_numpy().round(6).ravel()) == {1.0, 3.25, 4.0}
+
+
+def test_whole_splits_are_drawn_and_contacts_of_each():
+    """Of two splits, one of which has contacts of 1 and the other of 3, a draw has none, one or two of the first."""
+    same = made_up([(1, 0, 1.0), (1, 1, 1.0), (2, 2, 3.0), (2, 3, 3.0)])
+    found = resampled(same, "rmse_of_peak").to_numpy().ravel()
+    assert set(found.round(6)) == {1.0, 2.0, 3.0}
+    assert np.mean(found == 2.0) == pytest.approx(0.5, abs=0.05)
+    spread = made_up([(1, 0, 0.0), (1, 1, 2.0), (2, 2, 0.0), (2, 3, 2.0)])
+    assert resampled(spread, "rmse_of_peak").to_numpy().std() == pytest.approx(0.5, rel=0.05)  # of four contacts
+
+
+def test_what_failed_on_a_sample_has_no_draws(trade_off):
+    _, samples = trade_off
+    assert ("springs", "iterations=1") not in resampled(of_test(samples["liver_small"]), "rmse_of_peak").index
+
+
+def test_reads_what_a_run_leaves_behind(trade_off, trade_off_folder):
+    table, samples = trade_off
+    found = read_errors(trade_off_folder / "data", table[table["scene"] == "own_large"])
+    wanted = samples["own_large"].query("model not in ['truth', 'zero']")
+    assert len(found) == len(wanted) == 8 * 24
+    other = read_errors(trade_off_folder / "data", table[table["scene"] == "own_large"].assign(split=2))
+    assert other.empty  # an earlier run may have left other splits behind
+    both = found.merge(wanted, on=["model", "setting", "sample"])
+    assert (both["contact_x"] == both["contact_y"]).all()
+    np.testing.assert_allclose(both["rmse_of_peak_x"], both["rmse_of_peak_y"])
+
+
+def test_what_is_missing_is_named(trade_off, trade_off_folder):
+    table, _ = trade_off
+    liver = table[table["scene"] == "liver_small"]
+    place = trade_off_folder / "data/liver/small"
+    (place / "tradeoff/1/detail_correction_samples.csv").write_text("model,setting,sample\n")
+    with pytest.raises(
+        InputError, match=r"detail_correction_samples\.csv lacks the column\(s\) split, side, contact, rmse"
+    ):
+        read_errors(trade_off_folder / "data", liver)
+    (place / "tradeoff/1/detail_correction_samples.csv").unlink()
+    with pytest.raises(InputError, match=r"^liver_small: the sample errors of detail_correction are missing"):
+        read_errors(trade_off_folder / "data", liver)
+
+
+def tied(*rows):
+    return pd.DataFrame(rows, columns=["rmse_of_peak", "online_median_s", "memory_mb"])
+
+
+@pytest.mark.parametrize(
+    ("rows", "by", "chosen"),
+    [
+        ([(0.1, 1, 1), (0.2, 0.1, 1)], BY_ERROR, 0),
+        ([(0.1, 1, 1), (0.104, 0.1, 1)], BY_ERROR, 1),  # errors tied: the clearly faster
+        ([(0.1, 1, 5), (0.104, 0.9, 1)], BY_ERROR, 1),  # times tied too: the smaller
+        ([(0.1, 1, 1), (0.104, 0.9, 1.05)], BY_ERROR, 0),  # all tied: the first
+        ([(0.1, 1, 1), (0.2, 0.1, 1)], BY_TIME, 1),
+        ([(0.1, 1.4, 1), (0.2, 1, 1)], BY_TIME, 0),  # times tied: the less wrong
+        ([(0.0, 1, 1), (1e-9, 0.1, 1)], BY_ERROR, 1),  # both are all but exact
+        ([(0.0, 1, 1), (1e-4, 0.1, 1)], BY_ERROR, 0),
+    ],
+)
+def test_ties_are_broken_in_turn(rows, by, chosen):
+    assert pick(tied(*rows), by).name == chosen
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_lasting_front_is_what_nobody_clearly_beats(seed):
+    random = np.random.default_rng(seed)
+    seconds, error = random.lognormal(0, 1, (2, 30))
+    error[3], error[7], seconds[4] = np.nan, 1e-9, np.inf
+    seconds[5], error[5] = seconds[6], error[6]
+    for i, kept in enumerate(lasting(seconds, error)):
+        beaten = any(
+            (t <= CLOSE * seconds[i] and e * EQUAL < error[i]) or (e <= EQUAL * error[i] and t * CLOSE < seconds[i])
+            for t, e in zip(seconds, np.maximum(error, EXACT), strict=True)
+        )
+        assert kept == (np.isfinite(seconds[i] + error[i]) and not beaten)
+
+
+def test_twins_are_both_kept():
+    assert lasting([1.0, 1.1, 9.0], [1.0, 1.0, 2.0]).tolist() == [True, True, False]
+
+
+def test_of_twins_the_first_stays():
+    rows = tied((0.1, 1, 1), (0.104, 1.4, 1), (0.104, 1.6, 1), (0.2, 1, 1), (1e-12, 5, 1), (1e-9, 6, 1))
+    assert alone(rows).index.tolist() == [0, 2, 3, 4]
+
+
+def test_the_lasting_front_bears_noise_that_changes_the_exact_one():
+    """Medians that repeat within a fifth: decades apart in time, near ties in each decade."""
+    random = np.random.default_rng(0)
+    seconds = np.repeat([1e-5, 1e-3, 1e-1], 5) * np.tile(1 + 0.02 * np.arange(5), 3)
+    error = np.repeat([0.3, 0.03, 0.003], 5) * np.tile(1 + 0.005 * np.arange(5), 3)
+    exact, found = set(), set()
+    for _ in range(50):
+        noisy = seconds * random.uniform(0.9, 1.1, 15)
+        best = [i for i in range(15) if not ((noisy < noisy[i]) & (error <= error[i])).any()]
+        exact.add(tuple(best))
+        found.add(tuple(lasting(noisy, error)))
+    assert len(found) == 1
+    assert len(exact) > 10

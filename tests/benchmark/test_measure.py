@@ -1,0 +1,283 @@
+"""Every answer and every failure is counted, costs add up, and errors are against the truth."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from fixtures.stub import Stub, made_up
+
+from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.judge import TRAINING
+from palpate.benchmark.load import Answer
+from palpate.benchmark.measure import (
+    COARSER,
+    ERRORS,
+    ESTIMATED,
+    OPERATOR,
+    SAMPLE_COLUMNS,
+    SETTING_COLUMNS,
+    ask,
+    bounds,
+    measure,
+    warn_unanswered,
+)
+from palpate.benchmark.model import BODYS, Solver, one_stage
+from palpate.benchmark.timing import WARM_UP
+from palpate.errors import InputError, NotConverged
+from palpate.models.model_registry import SAVED_AGAINST
+from palpate.studies.tradeoff.accuracy_vs_time import COLUMNS, accuracy_vs_time, commit
+
+
+class Scaled(Solver):
+    """Answers with a known share of the truth, or fails at one contact."""
+
+    memory_mb = 7.0
+
+    def __init__(self, judge, share, fails_at=None):
+        asked = zip(judge.samples.contact, judge.samples.force, judge.truth, strict=True)
+        self.truth = {(int(c), *f): share * u for c, f, u in asked}
+        self.fails_at, self.asked = fails_at, []
+
+    def respond(self, load):
+        contact, force = load.single()
+        self.asked.append(contact)
+        if contact == self.fails_at:
+            raise NotConverged("no\nanswer", [1.0])
+        return self.truth[(contact, *force)]
+
+
+def found(judge, miss, side):
+    """The errors of answers that are short by ``miss``, of one side's samples."""
+    return found_of(judge, miss)[judge.side == side]
+
+
+def found_of(judge, miss):
+    """The same of all samples."""
+    return pd.DataFrame([truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)])
+
+
+def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, slab_judge):
+    class Sure(Scaled):
+        def respond(self, load):
+            moved = super().respond(load)
+            return Answer(moved, error=0.01) if load.single()[0] != slab_judge.samples.contact[0] else Answer(moved)
+
+    made = made_up(lambda case: [{}], lambda case, setting: Sure(slab_judge, 0.9))
+    samples, _ = measure(slab_case[0], "sure", made, slab_judge, 6, 1.0)
+    first = samples["contact"] == slab_judge.samples.contact[0]
+    assert samples.loc[first, ESTIMATED].isna().all() and (samples.loc[~first, ESTIMATED] == 0.01).all()
+
+
+def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_judge):
+    """Such answers are rows of the samples, and no part of means, times and costs; who learns is not asked."""
+    more = replace(slab_judge, side=np.full(6, TRAINING))
+    judge = replace(slab_judge, more=more)
+
+    def prepare(fresh, setting):
+        if setting["learns"]:
+            fresh.use_training()
+        return Scaled(slab_judge, 0.9)
+
+    made = made_up(
+        lambda case: [{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare
+    )
+    samples, settings = measure(slab_case[0], "scaled", made, judge, 6, 1.0, more_of="size=1")
+    asked = samples[samples["side"] == TRAINING]
+    assert len(asked) == 6 and set(asked["setting"]) == {"learns=false, size=1"}
+    assert asked["rmse_of_peak"].to_numpy() == pytest.approx(found_of(more, 0.1)["rmse_of_peak"])
+    alone, without = measure(slab_case[0], "scaled", made, slab_judge, 6, 1.0, more_of="size=1")
+    assert len(samples) == len(alone) + 6
+    errors = ["samples", "failures", *ERRORS, "validation_rmse_of_peak"]
+    pd.testing.assert_frame_equal(settings[errors], without[errors])
+
+
+def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
+    case, judge = slab_case[0], slab_judge
+
+    def prepare(fresh, setting):
+        fresh.use_training(), fresh.use_compliance()
+        return Scaled(judge, 1.0 - setting["miss"])
+
+    made = made_up(lambda case: [{"miss": 0.5}, {"miss": 0.1}], prepare)
+    samples, settings = measure(case, "scaled", made, judge, 12, 1.0)
+    assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
+    assert settings["setting"].tolist() == ["miss=0.5", "miss=0.1"] and (settings["split"] == 1).all()
+    for miss, row in zip((0.5, 0.1), settings.itertuples(), strict=True):
+        tested, chosen = found(judge, miss, "test"), found(judge, miss, "validation")
+        for name in ERRORS:
+            if name != "max_of_peak":
+                assert getattr(row, name) == pytest.approx(tested[name].mean())
+        assert row.max_of_peak == pytest.approx(miss) and row.relative_l2 == pytest.approx(miss)
+        assert row.patch_rms_of_peak_median == pytest.approx(tested["patch_rms_of_peak"].median())
+        assert row.patch_max_of_peak_p95 == pytest.approx(np.percentile(tested["patch_max_of_peak"], 95))
+        assert row.rmse_of_peak_p95 == pytest.approx(np.percentile(tested["rmse_of_peak"], 95))
+        assert row.validation_rmse_of_peak == pytest.approx(chosen["rmse_of_peak"].mean())
+        assert row.validation_patch_rms_of_peak == pytest.approx(chosen["patch_rms_of_peak"].mean())
+        assert row.samples == 4 and row.failures == 0 and row.threads == 1 and row.memory_mb == 7.0
+        assert row.offline_s >= 24.0 + case.response.seconds
+        assert 0 < row.online_median_s <= row.online_p95_s
+    own = samples[samples["setting"] == "miss=0.5"]
+    assert own["sample"].tolist() == judge.numbers.tolist() and own["side"].tolist() == judge.side.tolist()
+    assert own["contact"].tolist() == judge.samples.contact.tolist()
+
+
+def test_answers_are_compared_with_those_of_coarser_elements(slab_case, slab_judge):
+    """Where there are any: half of the true answer is one whole answer away from coarser elements that say that."""
+    made = made_up(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5))
+    alone = measure(slab_case[0], "half", made, slab_judge, 6, 0.0)[0]
+    assert alone[list(COARSER.values())].isna().all(axis=None)
+    judge = replace(slab_judge, coarser=slab_judge.truth)
+    compared = measure(slab_case[0], "half", made, judge, 6, 0.0)[0]
+    for kind, name in (("rms", "rmse_of_peak"), ("patch", "patch_rms_of_peak")):
+        assert compared[COARSER[kind]].to_numpy() == pytest.approx(compared[name].to_numpy())
+
+
+def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judge):
+    """The fine operator's own answer has the operator's error against the truth, and none against the operator."""
+    judge = replace(slab_judge, truth=1.1 * slab_judge.truth)
+    exact = Scaled(slab_judge, 1.0)
+    reduced = made_up(lambda case: [{}], lambda case, setting: exact, reduces="p2")
+    settings = measure(slab_case[0], "reduced", reduced, judge, 6, 0.0)[1].iloc[0]
+    assert settings["relative_l2"] == pytest.approx(0.1 / 1.1) and settings[OPERATOR] == 0.0
+    other = Scaled(slab_judge, 1.2)
+    far = reduced._replace(offline=one_stage(lambda *_: other))
+    settings = measure(slab_case[0], "reduced", far, judge, 6, 0.0)[1].iloc[0]
+    wrong = found(slab_judge, -0.2, "test")["rmse_of_peak"].mean() / 1.1  # of the true peak, like all errors
+    assert settings[OPERATOR] == pytest.approx(wrong)
+    settings = measure(slab_case[0], "plain", reduced._replace(reduces=""), judge, 6, 0.0)[1].iloc[0]
+    assert np.isnan(settings[OPERATOR])
+
+
+def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
+    made = made_up(lambda case: [{"coarse": "linear"}, {"coarse": "loose"}], lambda *_: Scaled(slab_judge, 1.0))
+    settings = measure(slab_case[0], "mine", made._replace(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
+    assert (settings["sees"] == "deformation").all() and settings["prepared"].tolist() == [True, False]
+    assert (settings["law"] == "linear").all()
+    settings = measure(slab_case[0], "mine", made._replace(law=BODYS), slab_judge, 6, 0.0)[1]
+    assert (settings["law"] == slab_case[0].body.material.law).all()
+
+
+def test_a_solver_sees_the_frame_before(slab_judge):
+    """It is shown every load just before it is asked for, once for each query; a failure there is one of the query."""
+    seen, solver = [], Scaled(slab_judge, 1.0)
+    after = Stub(
+        precede=lambda load: seen.append(load.key),
+        respond=lambda load: solver.respond(_last(seen, load)),
+    )
+    asked = ask(after, slab_judge, 6, 0)
+    assert not any(asked.failures) and len(seen) == 6 + WARM_UP
+
+    def refuse(load):
+        raise NotConverged("not even before", [1.0])
+
+    failed = ask(Stub(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
+    assert failed.failures == ["not even before"] * 6
+
+
+def _last(seen, load):
+    """The query, which is the last that was seen."""
+    assert seen[-1] == load.key
+    return load
+
+
+def test_failures_are_counted_and_told(slab_case, slab_judge):
+    judge = slab_judge
+    bad = int(judge.samples.contact[judge.side == "test"][-1])
+    made = made_up(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, bad))
+    samples, settings = measure(slab_case[0], "sometimes", made, judge, 20, 1.0)
+    failed = judge.samples.contact == bad
+    assert settings["failures"].item() == failed.sum() == 2
+    assert (samples["failure"] == np.where(failed, "no answer", "")).all()
+    assert samples["rmse_m"].isna().tolist() == failed.tolist() == samples["seconds"].isna().tolist()
+    assert settings["max_of_peak"].item() == pytest.approx(0.5)
+    chooses = int(judge.samples.contact[judge.side == "validation"][0])
+    unsure = made_up(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, chooses))
+    settings = measure(slab_case[0], "unsure", unsure, judge, 20, 1.0)[1]
+    assert settings["failures"].item() == 0 and np.isnan(settings["validation_rmse_of_peak"].item())
+
+
+def test_what_cannot_be_prepared_has_failed_everywhere(slab_case, slab_judge):
+    def prepare(case, setting):
+        raise NotConverged("no fit", [1.0])
+
+    samples, settings = measure(slab_case[0], "never", made_up(lambda case: [{}], prepare), slab_judge, 2, 1.0)
+    assert (samples["failure"] == "no fit").all() and settings["failures"].item() == settings["samples"].item() == 4
+    assert settings[["rmse_m", "online_p95_s", "validation_rmse_of_peak"]].isna().all(axis=None)
+
+
+def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case, slab_judge):
+    samples, settings = measure(slab_case[0], "none", made_up(lambda case: [], None), slab_judge, 2, 1.0)
+    assert samples.columns.tolist() == SAMPLE_COLUMNS and len(samples) == len(settings) == 0
+
+
+@pytest.mark.parametrize(("repeats", "budget", "calls"), [(3, 9.0, 6), (20, 9.0, 20), (20, 0.0, 6)])
+def test_every_sample_is_asked_once_and_then_as_often_as_there_is_time(slab_judge, repeats, budget, calls):
+    solver = Scaled(slab_judge, 0.5)
+    asked = ask(solver, slab_judge, repeats, budget)
+    assert sum(map(len, asked.seconds)) == calls == len(solver.asked) - WARM_UP
+    assert all(asked.seconds) and max(map(len, asked.seconds)) - min(map(len, asked.seconds)) <= 1
+
+
+def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
+    before = slab_judge.samples.force.copy()
+
+    def respond(load):
+        load.single()[1][:] = 0.0
+        return np.zeros((slab_judge.truth.shape[1], 3))
+
+    ask(Stub(respond=respond, precede=respond), slab_judge, 6, 0.0)
+    assert np.array_equal(slab_judge.samples.force, before)
+
+
+def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
+    with pytest.raises(InputError, match=r"^mine\.py: respond gave the shape \(3,\)"):
+        ask(Stub(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
+    nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
+    asked = ask(Stub(respond=lambda load: nothing), slab_judge, 6, 0.0)
+    assert asked.errors == [None] * 6 and all("not finite" in said for said in asked.failures)
+
+
+def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
+    samples, settings = bounds(slab_case[0], slab_judge)
+    assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
+    truth, zero = (row for _, row in settings.iterrows())
+    assert (truth["model"], truth["setting"], zero["model"]) == ("truth", "own error", "zero")
+    assert truth["rmse_of_peak"] == pytest.approx(0.002) == truth["validation_rmse_of_peak"]
+    assert truth["patch_rms_of_peak"] == pytest.approx(0.015) and truth["online_median_s"] == 3.0
+    assert zero["relative_l2"] == pytest.approx(1) and zero["max_of_peak"] == pytest.approx(1)
+    assert zero["rmse_of_peak"] == pytest.approx(found(slab_judge, 1.0, "test")["rmse_of_peak"].mean())
+    assert np.isnan(zero["online_median_s"]) and len(samples) == 12
+
+
+def test_queries_that_pay_back():
+    row = dict.fromkeys(SETTING_COLUMNS, 1)
+    fine = row | {"model": SAVED_AGAINST, "offline_s": 0.0}
+    rows = [
+        fine | {"scene": "a", "setting": "iterations=1", "online_median_s": 0.5},
+        fine | {"scene": "a", "setting": "converged", "online_median_s": 1.0},
+        row | {"scene": "a", "model": "fast", "setting": "", "online_median_s": 0.2, "offline_s": 40.0},
+        row | {"scene": "a", "model": "slow", "setting": "", "online_median_s": 1.5, "offline_s": 0.0},
+        fine | {"scene": "b", "setting": "converged", "online_median_s": 0.4},
+        row | {"scene": "b", "model": "fast", "setting": "", "online_median_s": 0.2, "offline_s": 40.0},
+        fine | {"scene": "b", "split": 2, "setting": "converged", "online_median_s": 0.6},
+        row | {"scene": "b", "split": 2, "model": "fast", "online_median_s": 0.2, "offline_s": 40.0},
+    ]
+    table = accuracy_vs_time(pd.DataFrame(rows), "abc")
+    assert table.columns.tolist() == COLUMNS and (table["commit"] == "abc").all()
+    paid = [0.0, np.inf, 50.0, np.inf, np.inf, 200.0, np.inf, 100.0]
+    assert table["break_even_queries"].tolist() == pytest.approx(paid)
+
+
+def test_the_commit_is_short_and_never_missing():
+    assert 0 < len(commit()) < 20
+
+
+def test_a_model_of_ones_own_that_answers_nothing_is_warned_of():
+    settings = pd.DataFrame({"samples": [3, 3], "failures": [3, 3], "failure": ["mine.py: not finite"] * 2})
+    with pytest.warns(UserWarning, match="own_models.mine answered no sample: mine.py: not finite"):
+        warn_unanswered("mine", settings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_unanswered("mine", settings.assign(failures=[3, 2]))

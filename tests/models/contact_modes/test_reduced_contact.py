@@ -1,0 +1,202 @@
+"""Few coordinates against all of them: full Galerkin, small loads, chosen cells, the minimum itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, nnls
+
+from palpate.bodies.material import LAWS
+from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.errors import NotConverged
+from palpate.models.contact_modes import snapshots
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, few_of, rings_around
+from palpate.models.contact_modes.snapshots import (
+    SNAPSHOT_RESIDUAL,
+    basis_of,
+    columns_of_contact,
+    orthonormal,
+    press_contact,
+    thinned_model,
+    whole_model,
+)
+from palpate.models.contact_modes.workshop import fitted
+
+RADIUS, NEWTONS = 0.03, 1.0
+ROUNDING = 1e-5
+"""Columns that are nearly dependent, to 1e-9 of their energy, leave as much of it."""
+
+
+@pytest.fixture(scope="module")
+def pressed(slab):
+    """Return what makes the elements of an order and law, and the snapshots of one contact."""
+
+    def make(order, law=LAWS[0]):
+        body = replace(slab, material=replace(slab.material, law=law))
+        level = 2 - order
+        elements = ElementsAtRest(body, level, order)
+        disc = patch_shares(body.levels[level], patch_at(body, contact(body), RADIUS), order)
+        return press_contact(columns_of_contact(elements, *disc, body.fine.normals[contact(body)], NEWTONS))
+
+    return make
+
+
+def contact(body):
+    """The coarse surface node that is farthest from what is held."""
+    return int(body.coarse.surface[np.argmax(body.coarse.nodes[body.coarse.surface, 0])])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("law", LAWS)
+def test_all_points_as_cells_are_full_galerkin(pressed, order, law):
+    shown = pressed(order, law)
+    elements, modes = shown.elements, basis_of([shown])
+    everything = np.ones(len(elements.couples), dtype=bool)
+    cells = cells_of(elements, modes, everything)
+    assert cells.stiffness == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
+    model = ReducedContact(cells, np.tensordot(modes[shown.nodes], shown.shares, (0, 0)).T, elements.law)
+    found = model.settle(shown.forces[0], 1e-9)
+    pull = elements.force(modes @ found.q) + elements.nodal(shown.nodes, shown.shares, shown.forces[0])
+    assert found.residual <= 1e-9
+    left = np.tensordot(modes, pull, ((0, 1), (0, 1)))
+    assert np.linalg.norm(left) < ROUNDING * np.linalg.norm(model.loads @ shown.forces[0])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed, order):
+    shown = pressed(order)
+    modes = basis_of([shown])
+    model, thin = whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-3, 0)
+    assert len(thin.cells.volumes) < 0.5 * len(model.cells.volumes) and (thin.cells.volumes > 0.0).all()
+    for each in (model, thin):
+        small = each.settle(1e-9 * shown.forces[0], 1e-3).q
+        assert np.abs(small - 1e-9 * each.loads @ shown.forces[0]).max() < 1e-8 * np.abs(small).max()
+        for k, force in enumerate(shown.forces):
+            moved = modes @ each.settle(force, 1e-3).q
+            assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
+
+
+def test_one_mean_of_elements_that_come_from_one_is_that_of_the_whole(slab):
+    """Displacements that are linear in space have the same gradient everywhere, whichever elements are averaged."""
+    elements = ElementsAtRest(slab, 1, 1)
+    modes = (elements.rest @ np.array([[0.1, 0.2, 0.0], [0.0, -0.3, 0.1], [0.2, 0.0, 0.4]]))[:, :, None]
+    exact = rings_around(elements, np.array([0]), 0)
+    cells = cells_of(elements, modes, exact, 8)
+    assert len(exact) / 8 < len(cells.volumes) < 0.5 * len(exact)
+    assert cells.volumes.sum() == pytest.approx(elements.volumes.sum(), rel=1e-12)
+    gradient = np.array([[0.1, 0.2, 0.0], [0.0, -0.3, 0.1], [0.2, 0.0, 0.4]]).T.ravel()
+    assert cells.slopes[:, :, 0] == pytest.approx(np.tile(gradient[:, None], len(cells.volumes)), abs=1e-12)
+
+
+def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, monkeypatch):
+    """With all elements exact, cells come from what is near the disc and a quarter of the rest."""
+    shown = pressed(2)
+    modes, elements = basis_of([shown]), shown.elements
+    far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, snapshots.NEAR_RINGS))
+    monkeypatch.setattr(snapshots, "FEW", far // 4)
+    thin = thinned_model([shown], modes, 50, 1e-3, 0)
+    assert 0 < len(thin.cells.volumes) < far
+    for k, force in enumerate(shown.forces):
+        moved = modes @ thin.settle(force, 1e-3).q
+        assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
+
+
+def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
+    """At the free edge of a thin plate four steps leave more than the load itself."""
+    thin = replace(slab, levels=[replace(mesh, nodes=mesh.nodes * [1.0, 1.0, 0.3]) for mesh in slab.levels])
+    elements, disc = ElementsAtRest(thin, 0, 2), patch_shares(thin.coarse, patch_at(thin, contact(thin), RADIUS), 2)
+    shown = press_contact(columns_of_contact(elements, *disc, np.array([0.0, 0.0, 1.0]), NEWTONS))
+    for k, force in enumerate(shown.forces):
+        load = elements.nodal(shown.nodes, shown.shares, force)
+        pull = elements.force(shown.answers[:, :, k]) + load
+        assert np.linalg.norm(pull) <= SNAPSHOT_RESIDUAL * np.linalg.norm(load)
+
+
+def test_the_modes_are_orthonormal_in_the_stiffness(pressed):
+    shown = pressed(2)
+    modes = basis_of([shown])
+    stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(m)) for m in np.moveaxis(modes, 2, 0)], axis=2)
+    assert np.tensordot(modes, stiff, ((0, 1), (0, 1))) == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
+    twice = orthonormal(shown.elements, np.dstack([shown.columns, shown.columns]))
+    assert twice.shape[2] == 9
+
+
+def test_second_columns_are_what_a_small_press_adds(pressed):
+    """What a press moves beyond its linear response, at the rate of its square, lies in them."""
+    shown = pressed(2)
+    elements, force = shown.elements, 1e-2 * shown.forces[0]
+    load = elements.nodal(shown.nodes, shown.shares, force)
+    linear = shown.linear @ force
+    moved = elements.settle(load, linear, 60, 1e-10)
+    beyond = (moved - linear).ravel()
+    columns = shown.second.reshape(len(beyond), -1)
+    left = beyond - columns @ np.linalg.lstsq(columns, beyond, rcond=None)[0]
+    assert np.linalg.norm(left) < 0.05 * np.linalg.norm(beyond)
+
+
+def test_the_minimum_is_that_of_another_search(pressed):
+    shown = pressed(2)
+    modes = basis_of([replace(shown, found=False)])
+    model, force = whole_model([shown], modes, 1), shown.forces[0]
+    load = model.loads @ force
+
+    def energy(q):
+        f = (model.cells.slopes @ q).T.reshape(-1, 3, 3) + np.eye(3)
+        s = np.linalg.svd(f, compute_uv=False)
+        assert (np.linalg.det(f) > 0.0).all()
+        strain = s - 1.0
+        density = model.cells.mu * (strain**2).sum(axis=1) + 0.5 * model.cells.lam * strain.sum(axis=1) ** 2
+        rest = np.eye(len(q)) - model.cells.stiffness
+        return density @ model.cells.volumes + 0.5 * q @ rest @ q - load @ q
+
+    found = minimize(energy, load, method="BFGS", options={"gtol": 1e-7 * np.linalg.norm(load)})
+    assert model.settle(force, 1e-7).q == pytest.approx(found.x, abs=1e-4 * np.abs(found.x).max())
+
+
+def test_few_columns_replace_all_with_positive_weights():
+    pulls = np.random.default_rng(0).random((12, 60))
+    target = pulls.sum(axis=1)
+    chosen, weights = few_of(pulls, target, 1e-8)
+    assert (weights > 0.0).all() and len(chosen) <= 12
+    whole = nnls(pulls, target)[1] / np.linalg.norm(target)
+    assert np.linalg.norm(pulls[:, chosen] @ weights - target) <= max(whole, 1e-8) * np.linalg.norm(target) * 1.01
+    fewer, _ = few_of(pulls, target, 0.05)
+    assert len(fewer) < len(chosen)
+
+
+def test_rings_grow_by_neighbours(pressed):
+    elements, node = pressed(1).elements, np.array([0])
+    counts = [int(rings_around(elements, node, rings).sum()) for rings in (0, 1, 50)]
+    assert counts[0] == (elements.couples == 0).any(axis=1).sum() < counts[1] < counts[2] == len(elements.couples)
+
+
+def test_a_body_that_keeps_its_volume_is_refused(slab):
+    with pytest.raises(NotConverged, match="mean dilatation"):
+        ElementsAtRest(replace(slab, material=replace(slab.material, poisson=0.49)), 0, 2)
+
+
+def test_a_column_that_does_not_pull_is_not_taken():
+    """Rounding is as like what is left as anything: such a column would get a weight beyond all others."""
+    draw = np.random.default_rng(0)
+    pulls = np.hstack([draw.random((20, 40)), 1e-25 * draw.normal(size=(20, 4000))])
+    target = pulls.sum(axis=1)
+    chosen, weights = few_of(pulls, target, 1e-3)
+    assert chosen.max() < 40 and weights.max() < 1e3
+    assert np.linalg.norm(pulls[:, chosen] @ weights - target) <= 1e-3 * np.linalg.norm(target)
+
+
+def test_weak_presses_are_met_as_well_as_hard_ones():
+    rng = np.random.default_rng(0)
+    seen, truth = rng.normal(size=(8, 6)) * [1.0, 1.0, 1.0, 0.03, 0.03, 0.03], rng.normal(size=(5, 3, 8))
+    wanted = truth @ seen
+    found = fitted(seen, wanted) @ seen
+    assert np.linalg.norm(found - wanted, axis=(0, 1)) == pytest.approx(
+        np.zeros(6), abs=0.01 * np.linalg.norm(wanted[:, :, 3:], axis=(0, 1)).min()
+    )
+
+
+def test_a_press_that_moves_nothing_is_left_out():
+    seen, wanted = np.diag([1.0, 2.0, 0.0]), np.ones((2, 3, 3))
+    assert np.isfinite(fitted(seen, wanted)).all()
+    assert fitted(seen, wanted) @ seen[:, :2] == pytest.approx(wanted[:, :, :2], rel=1e-3)

@@ -1,0 +1,154 @@
+"""What a contact sees: the same pattern in the same slots, nothing lost on the way back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from palpate.errors import InputError
+from palpate.models.enrichment.features import (
+    body_axis,
+    contact_frame,
+    describe,
+    in_slots,
+    kinds,
+    levels,
+    nearest_first,
+    nearest_first_framed,
+)
+
+
+def turned(db, angle):
+    """A third of a turn about z maps the mesh to itself: node maps (coarse, fine) and the rotation."""
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    maps = []
+    for nodes in (db.coarse_nodes, db.nodes_fine_surface):
+        distance, image = cKDTree(nodes).query(nodes @ rotation.T)
+        assert distance.max() < 1e-12
+        maps.append(image)
+    return *maps, rotation
+
+
+def test_lengths(db):
+    found = kinds(db, 10)
+    contact = int(db.contact[0])
+    lengths = {name: f.view(contact).feature(db.coarse_paper[0]).size for name, f in found.items()}
+    assert lengths == {"unordered": 546, "ordered": 30, "framed": 30}
+
+
+@pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
+def test_slots_and_back(db, name):
+    view = kinds(db, 10)[name].view(int(db.contact[3]))
+    again = view.from_slots(view.to_slots(db.fine[3]))
+    assert again == pytest.approx(db.fine[3], abs=1e-16)
+    lengths = np.linalg.norm(view.to_slots(db.fine[3]).reshape(-1, 3), axis=1)
+    assert np.sort(lengths) == pytest.approx(np.sort(np.linalg.norm(db.fine[3], axis=1)))
+
+
+@pytest.mark.parametrize("name", ["ordered", "framed"])
+def test_nearest_nodes_come_first(db, name):
+    contact = int(db.contact[5])
+    view = kinds(db, 10)[name].view(contact)
+    assert view.coarse[0] == contact
+    for nodes, order in ((db.coarse_nodes, view.coarse), (db.nodes_fine_surface, view.slots)):
+        distance = np.linalg.norm(nodes[order] - db.coarse_nodes[contact], axis=1)
+        assert (np.diff(distance) > -1e-9 * db.size).all()
+    others = np.setdiff1d(db.coarse_surface, view.coarse)
+    nearest_other = np.linalg.norm(db.coarse_nodes[others] - db.coarse_nodes[contact], axis=1).min()
+    furthest = np.linalg.norm(db.coarse_nodes[view.coarse[-1]] - db.coarse_nodes[contact])
+    assert furthest <= nearest_other + 1e-9 * db.size
+
+
+@pytest.mark.parametrize("place", [1, 3, 11, 30, 77, 120, 150, 175])
+def test_framed_is_blind_to_a_turn_about_the_axis(db, place):
+    contact = int(db.coarse_surface[place])
+    coarse_map, fine_map, rotation = turned(db, 2 * np.pi / 3)
+    coarse, fine = np.empty_like(db.coarse_paper[0]), np.empty_like(db.fine[0])
+    coarse[coarse_map] = db.coarse_paper[0] @ rotation.T
+    fine[fine_map] = db.fine[0] @ rotation.T
+    framed = kinds(db, 10)["framed"]
+    here, there = framed.view(contact), framed.view(int(coarse_map[contact]))
+    assert there.feature(coarse) == pytest.approx(here.feature(db.coarse_paper[0]), abs=1e-15)
+    assert there.to_slots(fine) == pytest.approx(here.to_slots(db.fine[0]), abs=1e-15)
+
+
+def test_ties_are_the_same_in_a_jittered_mesh(db):
+    jitter = 1e-16 * np.random.default_rng(0).normal(size=db.coarse_nodes.shape)
+    jittered = replace(db, coarse_nodes=db.coarse_nodes + jitter)
+    for name in ("ordered", "framed"):
+        for contact in map(int, db.coarse_surface[::7]):
+            here, there = kinds(db, 10)[name].view(contact), kinds(jittered, 10)[name].view(contact)
+            assert np.array_equal(here.coarse, there.coarse)
+            assert np.array_equal(here.slots, there.slots)
+
+
+def test_many_samples_at_once(db):
+    features = kinds(db, 10)["framed"]
+    described, slots = (
+        describe(features, db.contact, db.coarse_paper),
+        in_slots(features, db.contact, db.fine),
+    )
+    assert described.shape == (24, 30) and slots.shape == (24, 3 * 722)
+    assert np.array_equal(described[7], features.view(int(db.contact[7])).feature(db.coarse_paper[7]))
+
+
+def test_a_contact_off_the_surface_is_refused(db):
+    with pytest.raises(InputError, match="contact 100000 is not a coarse surface node"):
+        kinds(db, 10)["ordered"].view(100000)
+
+
+def test_levels_join_only_what_is_close():
+    values = np.array([3.0, 1.0, 1.0 + 1e-12, 2.0, 3.0 - 1e-12])
+    assert levels(values, 1e-9).tolist() == [2, 0, 0, 1, 2]
+
+
+def test_nearest_come_first():
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    order = nearest_first(points, points[17], 1.0)
+    assert order[0] == 17
+    assert (np.diff(np.linalg.norm(points[order] - points[17], axis=1)) >= 0).all()
+
+
+def test_ties_go_by_number_whatever_the_rounding():
+    angles = np.arange(12) * np.pi / 6
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(12)])
+    for seed in range(20):
+        noise = 1e-15 * np.random.default_rng(seed).normal(size=ring.shape)
+        assert nearest_first(ring + noise, np.zeros(3), 2.0).tolist() == list(range(12))
+
+
+def test_framed_ties_do_not_depend_on_numbering():
+    angles = np.arange(12) * np.pi / 6
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(12)])
+    frame = contact_frame(np.array([0.0, 0.0, 1.0]), np.eye(3))
+    wanted = ring[nearest_first_framed(ring, np.zeros(3), frame, 2.0)]
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        shuffled = random.permutation(ring) + 1e-15 * random.normal(size=ring.shape)
+        found = shuffled[nearest_first_framed(shuffled, np.zeros(3), frame, 2.0)]
+        assert found == pytest.approx(wanted, abs=1e-12)
+
+
+def test_frames_are_right_handed_and_keep_the_normal():
+    random = np.random.default_rng(1)
+    axis = body_axis(random.normal(size=(50, 3)) * [1, 2, 5])
+    for normal in [*random.normal(size=(50, 3)), *np.eye(3), axis, -axis]:
+        normal = normal / np.linalg.norm(normal)
+        frame = contact_frame(normal, np.array([axis, axis]))
+        assert frame.T @ frame == pytest.approx(np.eye(3), abs=1e-14)
+        assert np.linalg.det(frame) == pytest.approx(1)
+        assert frame[:, 0] == pytest.approx(normal)
+
+
+@pytest.mark.parametrize("height", [0.1, 10.0])
+def test_the_axis_of_a_body_of_revolution_is_its_own(height):
+    angles = np.arange(24) * np.pi / 12
+    points = np.array([[z, np.cos(a), np.sin(a)] for a in angles for z in np.linspace(0, height, 5)])
+    assert body_axis(points) == pytest.approx([1, 0, 0], abs=1e-12)
+
+
+def test_a_body_without_an_axis_gets_one():
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    assert body_axis(corners).tolist() == [0, 0, 1]

@@ -1,0 +1,178 @@
+"""Blend weights sum to 1, reproduce training samples and never break."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from palpate.models.enrichment.fitting import Fitting
+from palpate.models.enrichment.paper_enrichment import (
+    LITERAL,
+    WEIGHTS,
+    BlendWeights,
+    LinearRegressor,
+    fit_linear,
+    gaussian,
+    inverse,
+    normalise,
+    query_weights,
+    squared_distances,
+)
+
+RANDOM = np.random.default_rng(0)
+KNOWN = RANDOM.normal(size=(15, 6))
+SQUARED = squared_distances(KNOWN, KNOWN)
+TWICE = KNOWN[[*range(15), 4, 4, 9]]
+
+
+@pytest.mark.parametrize("sigma", [0.1, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("kind", ["signed", "nonnegative_b"])
+def test_training_samples_reproduce_themselves(kind, sigma):
+    assert BlendWeights(kind, SQUARED, sigma)(SQUARED) == pytest.approx(np.eye(15), abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", WEIGHTS)
+def test_narrow_kernels_give_the_nearest_sample(kind):
+    query = KNOWN[6:7] + 1e-3
+    assert BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, query)).ravel() == pytest.approx(
+        np.eye(15)[6], abs=1e-12
+    )
+
+
+@pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 13))
+@pytest.mark.parametrize("kind", WEIGHTS)
+@pytest.mark.parametrize("known", [KNOWN, TWICE], ids=["distinct", "duplicates"])
+def test_weights_are_finite_and_sum_to_one(kind, sigma, known):
+    away = 1e6 * sigma * np.array([1.0, -1, 1, 1, -1, 1])
+    queries = np.vstack([known[:3], KNOWN.mean(axis=0), KNOWN[2] + away, KNOWN[5] - away])
+    squared = squared_distances(known, queries)
+    weights = BlendWeights(kind, squared_distances(known, known), sigma)(squared)
+    assert np.isfinite(weights).all()
+    # signed weights may be as large as 1 / CANCELLED, which leaves that much less of their sum
+    assert weights.sum(axis=0) == pytest.approx(np.ones(len(queries)), abs=1e-11)
+    if kind != "signed":
+        assert (weights >= 0).all()
+
+
+def test_one_query_equals_many():
+    squared = squared_distances(KNOWN, RANDOM.normal(size=(4, 6)))
+    for kind in WEIGHTS:
+        weights = BlendWeights(kind, SQUARED, 1.0)
+        many = weights(squared)
+        for i in range(4):
+            assert weights(squared[:, i]) == pytest.approx(many[:, i], abs=1e-12)
+
+
+def test_duplicates_share_their_weight():
+    weights = BlendWeights("signed", squared_distances(TWICE, TWICE), 1.0)(squared_distances(TWICE, KNOWN))
+    assert weights[[4, 15, 16], 4] == pytest.approx(np.full(3, 1 / 3), abs=1e-8)
+    assert weights[[9, 17], 9] == pytest.approx(np.full(2, 1 / 2), abs=1e-8)
+
+
+def test_wide_kernels_tend_to_the_mean():
+    for kind in ("signed", "clipped"):
+        assert BlendWeights(kind, SQUARED, 1e10)(SQUARED) == pytest.approx(np.full((15, 15), 1 / 15))
+
+
+def test_the_inverse_is_one_where_there_is_one():
+    phi = np.exp(-SQUARED / 2)
+    assert inverse(phi) @ phi == pytest.approx(np.eye(15), abs=1e-10)
+
+
+def test_clipping_changes_negative_entries_only():
+    phi = np.exp(-SQUARED / 8)
+    assert (inverse(phi) < 0).any()
+    unit_queries = BlendWeights("clipped", SQUARED, 2.0)(SQUARED)
+    assert unit_queries == pytest.approx(normalise(np.maximum(inverse(phi), 0) @ phi, phi), abs=1e-9)
+
+
+def test_the_nonnegative_matrix_is_the_nearest():
+    """No column of A can be moved, within a ≥ 0, to bring Φ a closer to its unit vector."""
+    phi = np.exp(-SQUARED / 8)
+    matrix = BlendWeights("nonnegative_a", SQUARED, 2.0)._matrix
+    gradient = phi.T @ (phi @ matrix - np.eye(15))
+    assert (matrix >= 0).all()
+    assert gradient.min() > -1e-12
+    assert np.abs(gradient[matrix > 0]).max() < 1e-12
+
+
+def test_cancelling_weights_fall_back_on_the_kernel_values():
+    blend = np.array([[1.0, 2.0, 0.0], [-1.0, 2.0, 0.0]])
+    w = np.array([[1.0, 1.0, 0.2], [0.25, 1.0, 0.6]])
+    assert normalise(blend, w) == pytest.approx(np.array([[0.8, 0.5, 0.25], [0.2, 0.5, 0.75]]))
+
+
+@pytest.mark.parametrize("sigma", [1.0, 2.0])
+def test_equation_four_word_for_word_normalises_w_alone(sigma):
+    """With A the true inverse, a training sample would be answered by itself over the sum of its kernel values."""
+    phi = gaussian(SQUARED, sigma)
+    matrix = np.column_stack([nnls(phi, unit)[0] for unit in np.eye(15)])
+    expected = matrix @ (phi / phi.sum(axis=0))
+    assert BlendWeights(LITERAL, SQUARED, sigma)(SQUARED) == pytest.approx(expected, abs=1e-12)
+    sums = expected.sum(axis=0)
+    assert abs(sums - 1.0).max() > 0.1
+    assert BlendWeights("nonnegative_a", SQUARED, sigma)(SQUARED) == pytest.approx(expected / sums, abs=1e-12)
+
+
+def test_values_by_hand():
+    squared = squared_distances(np.array([[0.0, 0.0], [3.0, 4.0]]), np.array([[0.0, 0.0]]))
+    assert squared.ravel().tolist() == [0, 25]
+    assert gaussian(squared, 5.0).ravel() == pytest.approx([1, np.exp(-0.5)])
+
+
+@pytest.mark.parametrize("sigma", [1e-300, 1e-200, 1e-12, 1.0, 1e12, 1e200])
+def test_no_sigma_makes_a_nan(sigma):
+    values = gaussian(np.array([0.0, 1e-300, 1.0, 1e300]), sigma)
+    assert values[0] == 1 and np.isfinite(values).all() and (values >= 0).all()
+
+
+@pytest.mark.parametrize("away", [0.0, 1.0, 1e3, 1e6])
+def test_the_nearest_sample_always_has_a_weight(away):
+    known = np.random.default_rng(0).normal(size=(20, 6))
+    query = known[3] + away * np.ones((1, 6))
+    squared = squared_distances(known, query)
+    weights = query_weights(squared, 1.0)
+    assert weights.max() == 1 and np.isfinite(weights).all()
+    if away == 0:
+        assert weights == pytest.approx(gaussian(squared, 1.0))
+
+
+def test_where_squares_overflow_all_samples_are_as_far():
+    with np.errstate(over="ignore"):
+        squared = squared_distances(np.array([[0.0], [1.0]]), np.array([[1e200]]))
+    assert query_weights(squared, 1.0).ravel().tolist() == [1.0, 1.0]
+
+
+TRAIN = np.arange(0, 18)
+
+
+@pytest.fixture(scope="module")
+def fitting(db, settings):
+    return Fitting.of(db, TRAIN, "paper", settings)
+
+
+@pytest.mark.parametrize("features", ["unordered", "ordered"])
+def test_samples_and_their_multiples_are_reproduced(db, fitting, features):
+    """18 samples, and no feature vector is shorter than 30; those in the contact's frame depend on each other here."""
+    method = fit_linear(fitting, features)
+    for i in (0, 7, 17):
+        found = method.predict(0.5 * db.coarse_paper[i], int(db.contact[i]), db.force[i])
+        assert found == pytest.approx(0.5 * db.fine[i], abs=1e-4 * db.peaks[i])
+
+
+def test_it_is_the_map_of_least_norm(db, fitting):
+    """Against the pseudoinverse of all training samples."""
+    described = db.coarse_paper[TRAIN][:, db.coarse_surface].reshape(18, -1)
+    expected = np.linalg.pinv(described, rcond=1e-6) @ db.fine[TRAIN].reshape(18, -1)
+    for i in (20, 23):
+        asked = db.coarse_paper[i][db.coarse_surface].ravel()
+        found = LinearRegressor(fitting, "unordered").predict(db.coarse_paper[i], int(db.contact[i]), db.force[i])
+        assert found.ravel() == pytest.approx(asked @ expected, abs=1e-3 * db.peaks[i])
+
+
+def test_more_samples_than_numbers_are_fitted_by_least_squares(db, settings):
+    short = replace(settings, neighbours=2)  # six numbers for 18 samples
+    fitting = Fitting.of(db, TRAIN, "paper", short)
+    found = fit_linear(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
+    assert np.isfinite(found).all() and np.linalg.norm(found, axis=1).max() < 3 * db.peaks[20]

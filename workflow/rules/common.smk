@@ -150,8 +150,7 @@ def merged(**tables):
 
 def published_of(study):
     """The file of the numbers that the paper of a study published."""
-    paths = [ROOT / f"src/palpate/studies/{study}/{name}published.yaml" for name in ("", "captions/")]
-    return relpath(next(path for path in paths if path.is_file()))
+    return relpath(ROOT / f"src/palpate/studies/{study}/published.yaml")
 
 
 def templates(*studies):
@@ -160,7 +159,7 @@ def templates(*studies):
     return [
         relpath(path)
         for folder in folders
-        for kind in ("md", "rst", "yaml")
+        for kind in ("md", "yaml")
         for path in sorted(folder.rglob(f"*.{kind}"))
     ]
 

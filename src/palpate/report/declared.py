@@ -3,12 +3,13 @@
 import ast
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import NamedTuple
 
-from palpate import benchmark, studies
+from palpate import benchmark
 from palpate.errors import InputError
 from palpate.table import Table
 
@@ -23,6 +24,8 @@ CLAIMS = Table(
 """The table that no single study makes."""
 
 
+STUDIES = "palpate.studies"
+"""The package of the studies, which import this one."""
 _BENCHMARK = Path(benchmark.__path__[0])
 
 
@@ -36,13 +39,13 @@ class Declared(NamedTuple):
 
 def names() -> list[str]:
     """Return the names of all studies that there are."""
-    return [module.name for module in iter_modules(studies.__path__) if module.ispkg]
+    return [module.name for module in iter_modules(import_module(STUDIES).__path__) if module.ispkg]
 
 
 @cache
 def folder(study: str) -> Path:
     """Return the folder of a study."""
-    found = find_spec(f"{studies.__name__}.{study}")
+    found = find_spec(f"{STUDIES}.{study}")
     if found is None or not found.origin:
         raise InputError(f"There is no study {study} in palpate/studies.")
     return Path(found.origin).parent
@@ -55,7 +58,7 @@ def figures(study: str) -> dict[str, Declared]:
 
 def claims(study: str) -> dict[str, tuple[str, ...]]:
     """Return the functions of a study that judge claims of the papers, by place, with the tables that each gets."""
-    return {found.place: found.tables for found in _decorated(study, "claims", "claims")}
+    return {each.place: each.tables for each in _decorated(study, "claims", "claims")}
 
 
 @cache
@@ -93,7 +96,7 @@ def _tables(path: Path) -> Iterator[Table]:
 
 def _decorated(study: str, module: str, decorator: str) -> Iterator[Declared]:
     """Yield the functions in ``module``.py, or in the files of the folder ``module``, that are decorated so."""
-    within = f"{studies.__name__}.{study}.{module}"
+    within = f"{STUDIES}.{study}.{module}"
     file, package = folder(study) / f"{module}.py", folder(study) / module
     files = {f"{within}.{path.stem}": path for path in sorted(package.glob("*.py"))}
     files |= {within: file} if file.is_file() else {}

@@ -43,8 +43,8 @@ class Report:
 
     def part(self, study: str, show: type[Html] = Html) -> Part:
         """Return the part of a study, from its template."""
-        path, title = declared.folder(study) / "report.md", self.studies[study].TITLE
-        return render(path, study, title, self.values(study), show(self.figures, self.tables, declared.table))
+        module, path = self.studies[study], declared.folder(study) / "report.md"
+        return render(path, study, module.TITLE, self.values(study), show(self.figures, self.tables, declared.table))
 
     def values(self, study: str) -> dict[str, Any]:
         """Return what the template of a study names: ``numbers`` of its module, tables' names and published numbers."""

@@ -19,7 +19,8 @@ WRAPPERS = frozenset(
     for name in ("run/job.py", "run/dependencies.py", "run/system_faults.py", "files.py", "errors.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
-KEPT = PACKAGE / "__pycache__" / "digests.json"
+KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}.json"
+"""Facts of files by the digest of their text, as this version of this module finds them."""
 FACTS = 2000
 """Files of which facts are kept: all modules several times over."""
 _FRESH: list[str] = []

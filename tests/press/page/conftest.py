@@ -6,8 +6,8 @@ from press.page.press_stage import READY
 from report import browser as chromium
 
 from palpate.bodies.make_body import make_body
+from palpate.press import coarse_answer
 from palpate.press.page.page import PressModel, PressTruth, press_document
-from palpate.studies.press import coarse_answer
 from palpate.studies.press.measure import place_of
 
 RADIUS_M, PEAK_M = 0.03, 0.02

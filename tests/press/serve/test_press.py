@@ -22,11 +22,11 @@ from palpate.benchmark.load import Load
 from palpate.cli import main
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
+from palpate.press import coarse_answer
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page, find_run
 from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.server import LARGEST, PressServer
-from palpate.studies.press import coarse_answer
 
 
 @pytest.fixture(scope="module")

@@ -108,12 +108,12 @@ def test_a_ratio_beyond_the_scale_is_marked_at_its_end(results):
     assert len(ends) == 3 and all(line.get_xdata()[0] < right.get_xlim()[1] for line in ends)
 
 
-CAPTIONS = Path(__file__).parents[4] / "src/palpate/studies"
+STUDIES = Path(__file__).parents[3] / "src/palpate/studies"
 
 
 @pytest.fixture(scope="module")
 def paper():
-    return yaml.safe_load((CAPTIONS / "enrichment/published.yaml").read_text(encoding="utf-8"))
+    return yaml.safe_load((STUDIES / "enrichment/published.yaml").read_text(encoding="utf-8"))
 
 
 def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results, paper):

@@ -49,8 +49,8 @@ def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, t
 
 
 def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
-    felt.iloc[:0].to_csv(tmp_path / "charts.csv", index=False)
-    empty = tables.read(tmp_path / "charts.csv", rows=False)
+    felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
+    empty = tables.read(tmp_path / "contact_force.csv", rows=False)
     for table in (felt, empty):
         figure = charts.draw_contact_force(table, scene="other")
         assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"

@@ -11,18 +11,16 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
+from palpate.studies.scenes.contact_force import closed, contact_force, nearest
 from palpate.studies.scenes.measurements import (
     ENERGY_BALANCE,
     FAILS,
     HOLDS,
     REST,
     UNKNOWN,
-    closed,
-    contact_force,
     cost,
     energy_balance,
     left_out,
-    nearest,
     warn_of_gain,
 )
 

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from palpate.studies.tradeoff.claims import local_refinement
+from palpate.studies.tradeoff.claims import local
 
 
 def rows(local_error, local_s):
@@ -22,14 +22,14 @@ def rows(local_error, local_s):
 
 
 def judged(table):
-    return [claim.verdict for claim in local_refinement({"accuracy_vs_time": table})]
+    return [claim.verdict for claim in local({"accuracy_vs_time": table})]
 
 
 def test_it_holds_between_the_coarse_and_the_fine_mesh_only():
     assert judged(rows(0.06, 8e-3)) == ["confirmed"]
     assert judged(rows(0.11, 8e-3)) == ["refuted"]
     assert judged(rows(0.06, 0.3)) == ["refuted"]
-    (claim,) = local_refinement({"accuracy_vs_time": rows(0.06, 8e-3)})
+    (claim,) = local({"accuracy_vs_time": rows(0.06, 8e-3)})
     assert claim.ours == "liver small: 10 % in 2 ms, 6 % in 8 ms, 2 % in 200 ms" and "level 2" in claim.premise
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,9 +19,6 @@ from palpate.report import page_assets
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import spaced
 
-if TYPE_CHECKING:
-    from palpate.studies.press.measure import Known
-
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
     *("panel", "stage", "pace", "gestures", "readings"),
@@ -29,6 +26,26 @@ _SCRIPTS = (
 _COLOURS = {"displacement": "YlGnBu", "error": "YlOrRd"}  # as in all other pictures
 _SHADES = 254
 _WHOLE = 32767  # of a truth's numbers: 0.003 % of its peak, far below the truth's own error
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """A press and its truth.
+
+    contact : coarse node; place : its triangle of the fine surface, and the weights of its corners
+    force : (3,) [N]; displacement : (n, 3) [m] of the fine surface; own : the truth's own error, RMSE over peak
+    """
+
+    contact: int
+    place: dict
+    force: np.ndarray
+    displacement: np.ndarray
+    own: float
+
+    @property
+    def press(self) -> dict:
+        """The press as portable models take it."""
+        return self.place | {"force": [float(part) for part in self.force]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +68,7 @@ class PressTruth:
 class PressModel:
     """A model that a reader may let answer: its ``file``, or the ``url`` of a server that asks it.
 
-    kind : "portable", or "coarse" for a file of palpate.studies.press.coarse_answer
+    kind : "portable", or "coarse" for a file of palpate.press.coarse_answer
     advice : a sentence on its error and time
     nodes, triangles, info : (n, 3) [m], (t, 3) and the words of a file's header, of a model
         behind a ``url``; of a coarse one peak and hardest_n alone
@@ -201,7 +218,7 @@ ABOUT = {
 
 
 def press_models(
-    table: pd.DataFrame, paths: Mapping[str, Path], known: Sequence["Known"], info: Mapping
+    table: pd.DataFrame, paths: Mapping[str, Path], known: Sequence[Known], info: Mapping
 ) -> list[PressModel]:
     """Return the models of ``table``, as ``measure`` made it, with their files, what is known of them, and truths.
 
@@ -233,7 +250,7 @@ def worth(row: Any) -> str:
     return f"{error}; {time}."
 
 
-def _truth_of(one: "Known") -> PressTruth:
+def _truth_of(one: Known) -> PressTruth:
     newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(one.displacement, axis=1).max())
     note = f"The truth is the limit of ever finer quadratic elements; its own error is {percent(one.own)} of its peak."
     title = f"place {one.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm"

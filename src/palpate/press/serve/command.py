@@ -12,6 +12,7 @@ import pandas as pd
 
 from palpate.benchmark.model import Case
 from palpate.errors import InputError
+from palpate.press.coarse_answer import coarse_answer, packed
 from palpate.press.finished_run import FinishedRun
 from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
 from palpate.press.portable.file import read
@@ -20,7 +21,6 @@ from palpate.press.serve.server import PressServer
 from palpate.report.model_looks import label
 from palpate.report.number_format import percent, seconds
 from palpate.report.words import spaced
-from palpate.studies.press.coarse_answer import coarse_answer, packed
 
 CONTACT_MODES, COARSE = "contact_modes", "coarse"
 SCALES = ("peak_m", "hardest_n")

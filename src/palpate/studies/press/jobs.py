@@ -7,7 +7,7 @@ from palpate.run.job import steps
 
 
 def export_model(input, output, params, say):
-    from palpate.studies.press.coarse_answer import coarse_answer, save
+    from palpate.press.coarse_answer import coarse_answer, save
     from palpate.studies.press.measure import export
 
     body = load(input.body)
@@ -17,9 +17,9 @@ def export_model(input, output, params, say):
 
 
 def write_press(input, output, params):
+    from palpate.press import coarse_answer
     from palpate.press.page.page import held_nodes, press_models, write_pages
     from palpate.press.portable.file import read
-    from palpate.studies.press import coarse_answer
     from palpate.studies.press.measure import known_presses, measure, trial_presses
 
     body, model, coarse = load(input.body), read(input.model), coarse_answer.load(input.coarse)

@@ -6,7 +6,6 @@ Measure the models of the page on which a body is pressed: their error, what the
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,6 +19,7 @@ from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, load_truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_out
+from palpate.press.page.page import Known
 from palpate.press.portable.export import Progress, export_model
 from palpate.table import Table
 
@@ -55,26 +55,6 @@ def export(
     setting = {"modes": settings["modes"], "rings": grid["contact_modes"]["rings"][-1]}
     setting |= {"thinned": settings["thinned"], "target": "limit"}
     export_model(case, setting, settings["contacts"], path, progress)
-
-
-@dataclass(frozen=True, eq=False)
-class Known:
-    """A press and its truth.
-
-    contact : coarse node; place : its triangle of the fine surface, and the weights of its corners
-    force : (3,) [N]; displacement : (n, 3) [m] of the fine surface; own : the truth's own error, RMSE over peak
-    """
-
-    contact: int
-    place: dict
-    force: np.ndarray
-    displacement: np.ndarray
-    own: float
-
-    @property
-    def press(self) -> dict:
-        """The press as portable models take it."""
-        return self.place | {"force": [float(part) for part in self.force]}
 
 
 def place_of(body: Body, node: int) -> dict:

@@ -52,7 +52,7 @@ def tabulate_scenes(input, output, params):
 
 
 def tabulate_contacts(input):
-    from palpate.studies.scenes.measurements import contact_force
+    from palpate.studies.scenes.contact_force import contact_force
 
     motions = [motion.load(path) for path in input.motions]
     contacts = pd.concat([m.contacts.assign(scene=m.scene) for m in motions])

@@ -8,7 +8,7 @@ from palpate.report.claims import Claim, claims, percent, two_digits, verdict
 
 
 @claims("accuracy_vs_time")
-def local_refinement(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+def local(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield a claim for each order of elements, of the first split; none without whole meshes as fine as local ones."""
     table = tables["accuracy_vs_time"]
     table = table[table["split"] == table["split"].min()]

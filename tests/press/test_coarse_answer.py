@@ -6,8 +6,8 @@ import pytest
 from palpate.bodies.make_body import make_body
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
+from palpate.press import coarse_answer
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.press import coarse_answer
 from palpate.studies.press.measure import place_of, trial_presses
 
 RADIUS_M = 0.06

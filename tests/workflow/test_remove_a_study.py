@@ -28,8 +28,8 @@ main(["--dry-run", "--quiet", "all", "--cores", "1", "--configfile", "tests/smok
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the sources without the study: its folder, its rules file, its line, and its block of the settings."""
-    for name in ("src", "workflow", "tests/smoke"):
-        left_out = shutil.ignore_patterns("__pycache__", "*.egg-info", "results", ".snakemake")
+    for name in ("src", "workflow", "tests/smoke", "docs", "examples"):
+        left_out = shutil.ignore_patterns("__pycache__", "*.egg-info", "results", ".snakemake", "*.png")
         shutil.copytree(ROOT / name, tmp_path / name, ignore=left_out)
     for name in ("Snakefile", "config.yaml", "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path / name)

@@ -38,8 +38,8 @@ from palpate.models import quadratic_neo_hookean
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.report.model_looks import look
-from palpate.report.number_format import percent, seconds
 from palpate.report.style import plain_log
+from palpate.report.words import percent, seconds
 from palpate.run.settings import defaults
 from palpate.run.settings_file import read_settings
 from palpate.solvers.equilibrium import FastEquilibrium

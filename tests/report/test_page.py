@@ -8,7 +8,6 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.report import page as report
-from palpate.report import weight
 from palpate.report.declared import tables as declared
 
 STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
@@ -95,7 +94,7 @@ def test_warnings_come_first_and_only_if_there_are_any(page, results_folder):
 
 def test_a_heavy_report_warns_in_the_log_and_on_the_page(results_folder, monkeypatch):
     assert "its largest sections" not in written(results_folder)
-    monkeypatch.setattr(weight, "MOST_MB", 0.01)
+    monkeypatch.setattr(report, "MOST_MB", 0.01)
     with pytest.warns(UserWarning, match="its largest sections are"):
         page = written(results_folder)
     assert "more than 0 MB; its largest sections are" in page.split("<nav")[0]
@@ -207,3 +206,11 @@ def test_a_missing_figure_is_named(results_folder, name):
     (results_folder.path / "figures" / name).unlink()
     with pytest.raises(InputError, match=rf"{re.escape(name)} is missing"):
         written(results_folder)
+
+
+def test_the_largest_sections_are_named():
+    parts = {"a": [("one", "One", "x" * 12_000_000), ("two", "Two", "x" * 9_000_000)], "b": [("one", "One", "é")]}
+    page = "".join(content for sections in parts.values() for *_, content in sections)
+    said = report.too_heavy(page, parts)
+    assert "has 21 MB, more than 20 MB" in said and said.index("One (12.0 MB), Two (9.0 MB)")
+    assert report.too_heavy(page[:20_000_000], parts) is None

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from palpate.errors import InputError
-from palpate.report import pictures
+from palpate.report import markup
 
 SVG = '<svg xmlns:xlink="x"\n height="216pt" version="1.1" width="360.0pt" viewBox="0 0 360 216"></svg>'
 
@@ -22,25 +22,25 @@ def folder(tmp_path):
 
 
 def test_a_small_drawing_stays_one(folder):
-    text = pictures.image(folder / "plain", "a & b")
+    text = markup.image(folder / "plain", "a & b")
     assert 'alt="a &amp; b" width="480" height="288" src="data:image/svg+xml;base64,' in text
 
 
 def test_a_large_drawing_becomes_a_picture_of_the_same_size(folder):
-    text = pictures.image(folder / "rich", "")
+    text = markup.image(folder / "rich", "")
     assert 'width="192" height="96" src="data:image/webp;base64,' in text
 
 
 def test_a_narrow_screen_gets_a_picture_of_its_own(folder):
-    text = pictures.figure(folder, "rich", "<p>caption</p>", small="plain")
+    text = markup.figure(folder, "rich", "<p>caption</p>", small="plain")
     assert '<picture><source media="(max-width: 44rem)" srcset="data:image/svg+xml' in text
-    assert "<picture>" not in pictures.figure(folder, "rich", "")
+    assert "<picture>" not in markup.figure(folder, "rich", "")
 
 
 def test_a_figure_links_to_nothing(folder):
-    assert "href" not in pictures.figure(folder, "plain", "")
+    assert "href" not in markup.figure(folder, "plain", "")
 
 
 def test_a_missing_figure_is_named(folder):
     with pytest.raises(InputError, match=r"nothing\.svg is missing"):
-        pictures.image(folder / "nothing", "")
+        markup.image(folder / "nothing", "")

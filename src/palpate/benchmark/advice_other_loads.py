@@ -1,7 +1,4 @@
-"""Advise which model to take for a scene that moves: by its error, its speed, or the time of its steps.
-
-Advise which model to take for a kind of load: at a prepared contact, at a new place, at two contacts, to a depth.
-"""
+"""Advise which model to take for a scene that moves, and for a kind of load that nothing was prepared for."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

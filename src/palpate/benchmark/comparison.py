@@ -1,4 +1,4 @@
-"""Compare settings: how sure a mean error is, and which settings count as equal, so that another run chooses alike."""
+"""Compare settings: how sure a mean error is, which count as equal in another run, and which no other beats."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -141,3 +141,20 @@ def _drawn(split: np.ndarray) -> np.ndarray:
         own = np.flatnonzero(split == name)
         drawn[:, own] = random.multinomial(times * len(own), np.full(len(own), 1 / len(own)))
     return drawn
+
+
+def front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Find the indices of the non-dominated points, in order of rising cost.
+
+    cost, error : (n,), both to be small; a point that is not finite is never on the front.
+    A point is dominated if another is at least as good in both and better in one; equal points are all kept.
+    """
+    cost, error = np.asarray(cost, float), np.asarray(error, float)
+    kept, best, best_cost = [], np.inf, np.inf
+    for i in np.lexsort((error, cost)):
+        if not (np.isfinite(cost[i]) and np.isfinite(error[i])):
+            continue
+        if error[i] < best or (error[i] == best and cost[i] == best_cost):
+            kept.append(i)
+            best, best_cost = error[i], cost[i]
+    return np.array(kept, dtype=int)

@@ -9,7 +9,7 @@ from palpate.benchmark.advice import NONE, agreed, name, same_in
 from palpate.benchmark.advice_other_loads import AnyLoadAdvice, doubts
 from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
 from palpate.report.model_looks import label
-from palpate.report.number_format import percent, seconds
+from palpate.report.words import percent, seconds
 
 WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
 """The meaning of each kind of error."""

@@ -9,7 +9,11 @@ from pathlib import Path
 from palpate.files import write_whole
 from palpate.report import closing, declared, page_assets, template
 from palpate.report.material import Part, Report
-from palpate.report.weight import too_heavy
+from palpate.report.template import Section
+
+MOST_MB = 20.0
+"""A page of this size goes into a mail, and is opened within a second or two."""
+
 
 QUESTION = "For this scene, how wrong is each way of simulating it, and what does a better answer cost in time?"
 
@@ -127,3 +131,16 @@ def _part(name: str, part: Part) -> str:
         for key, title, content in part.sections
     )
     return f'<section id="{name}">\n<h2>{escape(part.title)}</h2>\n{part.introduction}\n{inside}\n</section>\n'
+
+
+def too_heavy(page: str, parts: Mapping[str, Sequence[Section]]) -> str | None:
+    """Return a sentence on ``page`` if it has more than 20 MB, naming the largest of its sections; else None."""
+    if (whole := _megabytes(page)) <= MOST_MB:
+        return None
+    sizes = [(_megabytes(content), title) for sections in parts.values() for _, title, content in sections]
+    named = ", ".join(f"{title} ({size:.1f} MB)" for size, title in sorted(sizes, reverse=True)[:3])
+    return f"This page has {whole:.0f} MB, more than {MOST_MB:.0f} MB; its largest sections are {named}."
+
+
+def _megabytes(text: str) -> float:
+    return len(text.encode()) / 1e6

@@ -18,10 +18,9 @@ from markdown_it import MarkdownIt
 
 from palpate.errors import InputError
 from palpate.files import require_file
-from palpate.report import markup, pictures
+from palpate.report import markup
 from palpate.report.names import plain
-from palpate.report.number_format import percent, seconds
-from palpate.report.words import capital, listed, spaced
+from palpate.report.words import capital, listed, percent, seconds, spaced
 
 _KEPT, _KEPT_ALONE = re.compile("\ue000(\\d+)\ue001"), re.compile("<p>\ue000(\\d+)\ue001</p>")
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>|#])")
@@ -77,11 +76,11 @@ class Html:
 
     def figure(self, name: str, caption: str = "", small: str | None = None) -> _Text:
         """Show a figure; on narrow screens the figure ``small`` in its place."""
-        return self.keep(pictures.figure(self.folder, name, self.convert(caption), small))
+        return self.keep(markup.figure(self.folder, name, self.convert(caption), small))
 
     def turnable(self, name: str, title: str, caption: str = "") -> _Text:
         """Show a view that turns."""
-        return self.keep(pictures.turnable(self.folder, name, title, self.convert(caption)))
+        return self.keep(markup.turnable(self.folder, name, title, self.convert(caption)))
 
     def table(
         self, frame: pd.DataFrame, caption: str = "", faint: Sequence[int] = (), best: Sequence[str] = ()
@@ -109,7 +108,7 @@ class Html:
 
     def answer(self, picture: str, alt: str, caption: str, caller: Callable[[], str]) -> _Text:
         """Keep what the first screen says beside a picture."""
-        shown = pictures.image(self.folder / picture, alt)
+        shown = markup.image(self.folder / picture, alt)
         figure = f"<figure>{shown}<figcaption>{escape(caption)}</figcaption></figure>"
         self.answered = self.convert(caller()), figure
         return _Text("")

@@ -1,4 +1,8 @@
-"""Join words to sentences, without a look at a figure: the page of a press needs them, too."""
+"""Join words and format numbers for sentences and labels, without a figure: the page of a press needs them, too."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
 
 
 def spaced(name: str) -> str:
@@ -14,3 +18,24 @@ def listed(parts: list[str]) -> str:
 def capital(sentence: str) -> str:
     """Begin a sentence with a capital letter."""
     return sentence[:1].upper() + sentence[1:]
+
+
+def percent(share: float) -> str:
+    """Format a fraction as per cent with two significant digits and no exponent, "failed" if it is not finite."""
+    if not np.isfinite(share):
+        return "failed"
+    value = 100 * share
+    if 0 < value < 0.001:
+        return "<\u00a00.001\u00a0%"
+    return f"{value:.0f}\u00a0%" if value >= 10 else f"{float(f'{value:.2g}'):g}\u00a0%"
+
+
+def seconds(value: float) -> str:
+    """Format a time [s] with three significant digits in s, ms or µs."""
+    unit, factor = next(((u, f) for u, f in (("s", 1), ("ms", 1e3)) if value * f >= 1), ("µs", 1e6))
+    return f"{float(f'{value * factor:.3g}'):g}\u00a0{unit}"
+
+
+def each(names: Iterable[str], phrase: Callable[[str], str]) -> str:
+    """Join one phrase for each body or scene."""
+    return "; ".join(f"{name}: {phrase(name)}" for name in names)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.report import number_format
+from palpate.report import words
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ from palpate.report import number_format
     ],
 )
 def test_percent(share, text):
-    assert number_format.percent(share).replace("\u00a0", " ") == text
+    assert words.percent(share).replace("\u00a0", " ") == text
 
 
 @pytest.mark.parametrize(
@@ -27,4 +27,4 @@ def test_percent(share, text):
     [(49.292, "49.3 s"), (0.128, "128 ms"), (9e-5, "90 µs"), (1.0, "1 s"), (1234.0, "1230 s")],
 )
 def test_seconds(value, text):
-    assert number_format.seconds(value).replace("\u00a0", " ") == text
+    assert words.seconds(value).replace("\u00a0", " ") == text

@@ -16,8 +16,7 @@ from palpate.bodies.body import Body
 from palpate.files import write_whole
 from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report import page_assets
-from palpate.report.number_format import percent, seconds
-from palpate.report.words import spaced
+from palpate.report.words import percent, seconds, spaced
 
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),

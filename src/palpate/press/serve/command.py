@@ -19,8 +19,7 @@ from palpate.press.portable.file import read
 from palpate.press.serve.live_models import LiveModels, case_words
 from palpate.press.serve.server import PressServer
 from palpate.report.model_looks import label
-from palpate.report.number_format import percent, seconds
-from palpate.report.words import spaced
+from palpate.report.words import percent, seconds, spaced
 
 CONTACT_MODES, COARSE = "contact_modes", "coarse"
 SCALES = ("peak_m", "hardest_n")

@@ -1,7 +1,4 @@
-"""Estimate how wrong a motion is from what its model knows: steps twice as long, and what a finer mesh would add.
-
-Measure the error of each model's motion, and what it costs: scenes against fine implicit finite elements.
-"""
+"""Measure the error of each model's motion, what it says of it itself, and what it costs."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

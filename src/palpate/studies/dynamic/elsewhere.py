@@ -1,7 +1,4 @@
-"""Bound the error of a motion whose push is at a place that nobody measured: conformal, with places as the unit.
-
-Push a body at other places than its scene does, and measure models there, as bounds of errors need it.
-"""
+"""Push a body at other places than its scene does, and bound the errors there: conformal, with places as the unit."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,9 +1,4 @@
-"""Panels of figures that have one for each scene.
-
-Error of motion over its cost: a work–precision diagram for each scene, a curve for each model over its step.
-
-Change of references at each halving of the step, over time: up to when a motion is resolved.
-"""
+"""Draw errors of motion over their cost, and up to when references are resolved, a panel for each scene."""
 
 from math import ceil
 

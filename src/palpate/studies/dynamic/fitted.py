@@ -1,9 +1,4 @@
-"""Fit springs and shape matching to how a scene moves at another place, or under a share of its loads.
-
-Correct a coarse motion by what linear responses say that the coarse mesh lacks, turned with the body.
-
-Reduce the reference's mesh to vibration and contact modes, made for the scene's own pushes or for others.
-"""
+"""Models that are fitted to another motion: springs, shape matching, corrected coarse FEM, and modes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,4 @@
-"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing.
-
-Tabulate up to when the steps of a reference are resolved.
-"""
+"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
 
 import warnings
 from dataclasses import dataclass, fields

@@ -1,7 +1,4 @@
-"""Nested levels of a sheet: lattices whose cells are halved.
-
-Turn a scene into a trial of models: what moves and what acts, apart from what holds it together.
-"""
+"""Turn a scene into a trial of models: what moves and what acts, on nested levels of its body."""
 
 from dataclasses import dataclass, field, replace
 

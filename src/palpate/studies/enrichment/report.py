@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.comparison import front
 from palpate.report import style, tables
 from palpate.report.material import Report
-from palpate.report.number_format import seconds
-from palpate.report.pareto import front
-from palpate.report.words import capital, spaced
+from palpate.report.words import capital, seconds, spaced
 from palpate.table import Table
 
 TITLE = "Paper 1: enriching a coarse simulation"

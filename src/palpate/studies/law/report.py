@@ -9,8 +9,7 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.material import Report
 from palpate.report.model_looks import law_look
-from palpate.report.number_format import percent
-from palpate.report.words import listed, spaced
+from palpate.report.words import listed, percent, spaced
 from palpate.studies.law.compare_laws import LAW, OWN, POISSON, REGIONS, VARIANT, from_depths
 from palpate.studies.law.figures import label
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 
 from palpate.report import style, tables
 from palpate.report.model_looks import law_look, look
-from palpate.report.number_format import percent
+from palpate.report.words import percent
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
 """The quantities that are drawn, and the titles of their panels."""

@@ -6,8 +6,7 @@ import pandas as pd
 
 from palpate.report import tables
 from palpate.report.material import Report
-from palpate.report.number_format import percent, seconds
-from palpate.report.words import spaced
+from palpate.report.words import percent, seconds, spaced
 from palpate.studies.organ_springs.figures import look
 
 TITLE = "Paper 2: springs of an organ"

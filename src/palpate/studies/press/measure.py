@@ -1,9 +1,4 @@
-"""Prepare the model of the page on which a body is pressed, from the body alone, and write it to its file.
-
-Choose presses whose truth a run has simulated, for a reader to put answers beside.
-
-Measure the models of the page on which a body is pressed: their error, what they say of it, and their time.
-"""
+"""Prepare the model of the page on which a body is pressed, choose presses whose truth is known, and measure it."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

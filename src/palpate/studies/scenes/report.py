@@ -7,8 +7,7 @@ import pandas as pd
 
 from palpate.report import declared, tables
 from palpate.report.material import Report
-from palpate.report.number_format import percent, seconds
-from palpate.report.words import spaced
+from palpate.report.words import percent, seconds, spaced
 from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN
 from palpate.table import Table
 

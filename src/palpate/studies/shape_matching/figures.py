@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style
-from palpate.report.number_format import percent
+from palpate.report.words import percent
 from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, exponents, headline
 
 _NAMES = {"symplectic_euler": "symplectic Euler", "goal_position": "goal positions", "backward_euler": "backward Euler"}

@@ -8,8 +8,8 @@ import pandas as pd
 
 from palpate.report import tables
 from palpate.report.material import Report
-from palpate.report.number_format import percent, seconds
 from palpate.report.spring_looks import FORCES, look
+from palpate.report.words import percent, seconds
 
 TITLE = "Paper 2: spring parameters"
 FITTED, OTHERS = 0.05, 0.15

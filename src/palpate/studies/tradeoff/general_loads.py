@@ -1,9 +1,4 @@
-"""Ask for more than one force at a prepared contact, and know the answer: the fine operator's own, converged.
-
-Measure models under loads that they were not prepared for: other places, two contacts, discs pushed to a depth.
-
-Press harder than models were made for, aslant and outward: is an answer right, doubted by its model, or wrong?
-"""
+"""Ask for loads that models were not prepared for: other places, two contacts, depths, presses beyond the design."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

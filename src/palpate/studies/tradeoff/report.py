@@ -19,8 +19,7 @@ from palpate.report.advice_words import agreement_words, any_load_cell, by_limit
 from palpate.report.material import Report
 from palpate.report.model_looks import label
 from palpate.report.names import named
-from palpate.report.number_format import percent, seconds
-from palpate.report.words import listed, spaced
+from palpate.report.words import listed, percent, seconds, spaced
 from palpate.studies.tradeoff.figures.scene_rows import (
     KNOWN,
     answers,
@@ -62,7 +61,7 @@ def numbers(report: Report) -> dict[str, Any]:
     first, models = first_split(advice), answers(settings)
     names = {scene: scene_words(settings, scene) for scene in tables.scenes(settings)}
     hardest = hardest_of(settings)
-    families = read_yaml(Path(__file__).with_name("models.yaml"))
+    families: Any = read_yaml(Path(__file__).with_name("models.yaml"))
     what = {name: family["short"] for family in families for name in family["names"]}
     measured = set(models["model"])
     return {

@@ -1,9 +1,4 @@
-"""Tabulate truth.csv: how exactly the truth of each scene is known, and what it took.
-
-Check the truth by another element: the limit of linear elements on levels with the same nodes.
-
-Measure what flat facets change: the difference between a body of facets and the one on its smooth surface.
-"""
+"""Tabulate how exactly truths are known, and check them by another element and by a smooth surface."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -5,9 +5,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from palpate.benchmark.comparison import front
 from palpate.report import style, tables
-from palpate.report.number_format import seconds as written
-from palpate.report.pareto import front
+from palpate.report.words import seconds as written
 
 
 @style.figure("feature_vectors", tables=("feature_vectors", "premise_bodies"))

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from palpate.report import style, tables
-from palpate.report.number_format import percent, seconds
+from palpate.report.words import percent, seconds
 from palpate.studies.scenes.measurements import whole
 
 _COLUMNS, _PANEL_INCHES = 3, (3.7, 2.4)

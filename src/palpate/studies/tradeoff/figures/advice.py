@@ -14,7 +14,7 @@ from palpate.benchmark.comparison import BY_ERROR, EQUAL, KINDS, pick
 from palpate.benchmark.load import DEPTH, LOADS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
-from palpate.report.number_format import percent
+from palpate.report.words import percent
 from palpate.studies.tradeoff.figures.precision import LEAST
 from palpate.studies.tradeoff.figures.scene_rows import answers, averaged, first_split, own_error
 

@@ -9,11 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.benchmark.advice import NONE
-from palpate.benchmark.comparison import EXACT, KINDS
+from palpate.benchmark.comparison import EXACT, KINDS, front
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
-from palpate.report.number_format import percent, seconds
-from palpate.report.pareto import front
+from palpate.report.words import percent, seconds
 from palpate.studies.tradeoff.figures.scene_rows import (
     KNOWN,
     ZERO,

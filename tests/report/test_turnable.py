@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm, Normalize
 from palpate.report import render, turnable
 from palpate.scenes.motion import Motion, Moved
 from palpate.studies.enrichment.figures import bodies
-from palpate.studies.scenes.figures import motion
+from palpate.studies.scenes.figures import motion as drawn_motion
 
 
 def unpacked(path):
@@ -34,7 +34,7 @@ def unpacked(path):
 
 def test_a_motion_comes_back(sagging, tmp_path):
     path = tmp_path / "sag.json"
-    motion.write(sagging, path)
+    drawn_motion.write(sagging, path)
     head, positions, triangles, shades = unpacked(path)
     surface = np.unique(sagging.triangles)
     assert np.abs(positions - sagging.positions[:, surface]).max() < 0.51 * head["step"]
@@ -55,7 +55,7 @@ def test_rigid_things_stand_beside_the_body(sagging, tmp_path):
     names = ("times", "positions", "rest", "triangles", "tetrahedra", "held", "energy")
     motion = Motion("poke", *(getattr(sagging, name) for name in names), (ball, rod))
     path = tmp_path / "poke.json"
-    motion.write(motion, path)
+    drawn_motion.write(motion, path)
     head, positions, triangles, shades = unpacked(path)
     body = len(np.unique(sagging.triangles))
     assert head["bare"] == len(sagging.triangles) < len(triangles)
@@ -84,7 +84,7 @@ def test_errors_come_back_with_their_sample(database, predictions_file, tmp_path
 
 def test_the_same_surface_gives_the_same_bytes(sagging, tmp_path):
     for name in "ab":
-        motion.write(sagging, tmp_path / name)
+        drawn_motion.write(sagging, tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark import truth as truth_of_presses
 from palpate.benchmark.truth import OWN, Truth, ascend, truth_levels
 from palpate.bodies.refinement import finer
 from palpate.bodies.smooth_surface import SmoothSurface
@@ -78,5 +79,5 @@ def test_a_press_without_an_answer_has_no_row(beam, loads, monkeypatch):
     def fail(*arguments, **options):
         raise NotConverged("it does not", [1.0])
 
-    monkeypatch.setattr(truth._Problem, "solve", fail)
+    monkeypatch.setattr(truth_of_presses._Problem, "solve", fail)
     assert geometry_share(beam, ROUND, loads, truth, [4]).empty

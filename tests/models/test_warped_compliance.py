@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures.known_deformations import *  # noqa: F403
 from scipy.spatial.transform import Rotation
 
 from palpate.benchmark.model import FitOptions

@@ -16,7 +16,7 @@ CLIENT = Path(__file__).parents[2] / "workflow/start_job.py"
 LOOK = """
 import os, pathlib, sys
 print(os.getcwd(), os.environ["SAID"], sys.argv[1:], __name__, __file__ == sys.argv[0], sys.stdin.read())
-print("numba" in sys.modules, any(name.startswith("palpate.") for name in sys.modules))
+print("numba" in sys.modules, any(name.startswith("palpate.") for name in sys.modules if name != "palpate.run"))
 print(sys.path[0] == str(pathlib.Path(__file__).parent), file=sys.stderr)
 """
 

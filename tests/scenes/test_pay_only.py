@@ -83,7 +83,7 @@ def test_nothing_alive_is_of_what_is_not_named(seen):
     alive = {entry.module for entry in EFFECTS.values()} & set(seen["alive"])
     assert alive == {EFFECTS[name].module for name in seen["named"] if name != "plasticity"}
     # the one name with two makings, neither in its own module: the one that does not suit the elastic effect is absent
-    makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_matching.shape_plasticity"}
+    makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_plasticity"}
     assert len(makings & set(seen["modules"])) == ("plasticity" in seen["named"])
 
 

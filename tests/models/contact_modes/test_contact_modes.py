@@ -57,7 +57,7 @@ def test_columns_alone_take_no_press_of_the_elements(pressed):
     case = replace(pressed[0], body=replace(pressed[0].body, name="other"))
     modes_of = contact_modes.offline(case).online(SNAPSHOTS | {"modes": "columns"})
     modes_of.prepare_contact(pressed[1])
-    made = {name for name, *_ in contact_modes._kept[case.body][case.radius_m, nodes_of(case)].seconds}
+    made = {name for name, *_ in modes_of.shop.seconds}
     assert "columns" in made and not made & {"snapshots", "to finer"}
 
 

@@ -16,7 +16,7 @@ from palpate.effects.patch_load import nodal_load
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.law.compare_laws import (
     DEPTH_COLUMNS,
-    LAW,
+    LAW_TABLE,
     compare_laws,
     crossing,
     from_depths,
@@ -57,7 +57,7 @@ def of(table, **equal):
 
 
 def test_every_press_under_every_law(table):
-    assert list(table.columns) == LAW.columns and len(table) == 5 * 3
+    assert list(table.columns) == LAW_TABLE.columns and len(table) == 5 * 3
     assert list(dict.fromkeys(zip(table["changed"], table["law"], table["poisson"], strict=True))) == [
         ("nothing", "corotational", 0.3), *(("law", law, 0.3) for law in LAWS), ("poisson", "corotational", 0.45),
     ]  # fmt: skip

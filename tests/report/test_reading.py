@@ -61,7 +61,7 @@ def test_the_first_screen_shows_the_diagram_beside_the_answer(page):
 
 
 def test_the_navigation_marks_what_is_read_and_fits_the_screen(page):
-    for name in ("enrichment", "limits", "enrichment_times"):
+    for name in ("enrichment", "scenes", "enrichment_times"):
         page.evaluate(f"document.getElementById('{name}').scrollIntoView({{behavior: 'instant'}})")
         chromium.until(page, f"document.querySelector('nav [aria-current]')?.hash === '#{name}'")
         nav = page.locator("nav").bounding_box()

@@ -7,6 +7,7 @@ import ast
 import json
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from copy import deepcopy
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -35,7 +36,7 @@ def digest(call: str, *lazily: str) -> str:
     lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
     """
     module, _, name = call.partition(":")
-    part = _part(files_of(module)[0], name)
+    part = deepcopy(_part(files_of(module)[0], name))  # of a tree that is kept, and that a digest changes
     named = {path for each in _names(part) if (path := _module(each))} - WRAPPERS
     modules = closure([*named, *(path for each in lazily for path in files_of(each))])
     _keep()

@@ -157,10 +157,7 @@ def templates(*studies):
     """The templates of the report about some studies, and the numbers that their papers published."""
     folders = [ROOT / "src/palpate/report", *(ROOT / f"src/palpate/studies/{study}" for study in studies)]
     return [
-        relpath(path)
-        for folder in folders
-        for kind in ("md", "yaml")
-        for path in sorted(folder.rglob(f"*.{kind}"))
+        relpath(path) for folder in folders for kind in ("md", "yaml") for path in sorted(folder.rglob(f"*.{kind}"))
     ]
 
 

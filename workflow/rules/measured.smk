@@ -28,10 +28,10 @@ rule measure_experiment:
         "results/logs/measured/{experiment}.log",
     wildcard_constraints:
         experiment="|".join(EXPERIMENTS),
+    # laws are imported by name, so every effect's code counts
     params:
         **calls("palpate.studies.measured.jobs:measure_experiment", ["palpate.effects"]),
         entry=experiment_entry,
         models=models_of_measured(),
-        # laws are imported by name
     script:
         "../job.py"

@@ -1,9 +1,7 @@
 """The matrix of hard cases shows the outcomes of its table."""
 
-import pytest
 from matplotlib.colors import to_hex
 
-from palpate.errors import InputError
 from palpate.studies.hard_cases import figures
 
 
@@ -19,8 +17,3 @@ def test_a_cell_for_each_run_in_its_outcomes_colour(hard_cases_table):
 
 def test_families_that_were_not_tried_leave_no_room(hard_cases_table):
     assert len(figures.draw_hard_cases(hard_cases_table[hard_cases_table["family"] == "enrichment"]).axes) == 1
-
-
-def test_an_unknown_outcome_has_no_colour(hard_cases_table):
-    with pytest.raises(InputError, match="outcome maybe has no colour"):
-        figures.draw_hard_cases(hard_cases_table.replace({"outcome": {"nan": "maybe"}}))

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.box import box, sheet
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.collision.contact.obstacles import pieces_of
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
-from palpate.scenes.motion import Motion
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
 from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, SHEETS, SPRINGS, play
 
@@ -21,21 +20,10 @@ NEAR = 0.002
 MEETS = "least distance of the bodies / the size of one; 1 and more, the number of crossing triangles, if they cross"
 LANDS = "least height of the surface over the floor / the body's size; 1 and more if it is below"
 MOST_FRAMES = 100
-"""Frames of a motion that are looked at, evenly over time."""
+"""Frames of a motion that are looked at, evenly over time, the first and the last among them."""
 
 Surfaces = Sequence[tuple[np.ndarray, np.ndarray]]
 """Pairs of surfaces that have to meet, each as triangles (m, 3)."""
-
-
-def frames(motion: Motion) -> np.ndarray:
-    """Return MOST_FRAMES of the positions (k, n, 3) [m] of a motion, the first and the last among them."""
-    count = len(motion.positions)
-    return motion.positions[np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))]
-
-
-def answer(found: np.ndarray, error: Callable[[np.ndarray], float]) -> Answer:
-    """Return the answer of a motion, of which a frozen one repeats the first frame; ``found`` (k, n, 3) [m]."""
-    return Answer(found, found[0], error)
 
 
 def meets(pairs: Surfaces, size: float) -> Callable[[np.ndarray], float]:
@@ -66,12 +54,6 @@ def _near(a: np.ndarray, b: np.ndarray, reach: float) -> np.ndarray:
     return ((a.max(axis=1) >= low) & (a.min(axis=1) <= high)).all(axis=1)
 
 
-def distance_of_axis(x: np.ndarray, triangles: np.ndarray, axis: np.ndarray) -> float:
-    """Compute the least distance [m] of a surface at ``x`` (n, 3) [m] from the axis (2, 3) [m] of a capsule."""
-    flat = np.broadcast_to(axis[[0, 1, 1]], (len(triangles), 3, 3))
-    return float(triangle_pairs_distance(x[triangles], flat)[0].min())
-
-
 def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarray], float]:
     """Measure frames (k, n, 3) [m] by LANDS; surface : numbers of its nodes; height : of the floor [m]."""
 
@@ -80,26 +62,6 @@ def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarr
         return above if above >= 0.0 else 1.0 - above
 
     return error
-
-
-def clears(surface: np.ndarray, path: Callable[[int], np.ndarray], radius: float) -> Callable[[np.ndarray], float]:
-    """Measure frames (k, n, 3) [m]: least distance of nodes from a ball or capsule / its radius; 1 and more inside it.
-
-    path : the axis (2, 3) [m] in a frame
-    """
-
-    def error(a: np.ndarray) -> float:
-        clear = min(_from_axis(x[surface], path(number)).min() - radius for number, x in enumerate(a)) / radius
-        return float(clear if clear >= 0.0 else 1.0 - clear)
-
-    return error
-
-
-def _from_axis(points: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Compute the distances (n,) [m] of points (n, 3) from a segment (2, 3)."""
-    along = axis[1] - axis[0]
-    share = np.clip((points - axis[0]) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
-    return np.linalg.norm(points - axis[0] - share[:, None] * along, axis=1)
 
 
 ERLEBEN = "Erleben 2018"
@@ -116,15 +78,15 @@ def contacts() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name, scene, expected, run, models=SOLIDS, measure=MEETS, declared=None, source="palpate", bound=NEAR):
-        words = (name, "contact", source, scene, expected, measure, bound)
-        return Case.of(*words, run=run, models=models, declared=declared)
+        return Case(name, scene, expected, measure, bound, run, models, declared or {}, source)
 
     return [
         case("edge_across_edge", "a tetrahedron falls edge first across the edge of another", "it meets that edge",
              lambda model: _meet(model, [_roof(0.0), _roof(0.0)], [0.0, 0.0, 0.105], 0.12), ALL),
         case("edge_along_edge", "the same with exactly parallel edges", "it meets that edge",
              lambda model: _meet(model, [_roof(0.0), _roof(90.0)], [0.0, 0.0, 0.105], 0.2), source=ERLEBEN),
-        case("point_first_cone", "a cone falls on its tip", "it lands on the floor", _cone_falls, ALL, LANDS),
+        case("point_first_cone", "a cone falls on its tip", "it lands on the floor",
+             lambda model: _falls(model, _cone(-1.0), 0.15, -0.06), ALL, LANDS),
         case("stack_1_to_100", "a stack of three blocks, the topmost 100 times as heavy", "each lands on the next",
              _stack),
         case("sheet_folded_on_itself", "a sheet hangs by its middle line, and its halves collide", "they meet", _fold,
@@ -133,12 +95,12 @@ def contacts() -> list[Case]:
              "the sheet moves with it, or no convergence is reported", _pierce, SHEETS,
              "least distance of the sheet from the capsule / its radius; 1 and more inside or behind it",
              dict.fromkeys(SHEETS, ("stable", "not_converged")), bound=0.1),
-        case("dropped_from_100_sizes", "a body is dropped from 100 times its size", "it lands on the floor", _drop,
-             SOLIDS, LANDS),
+        case("dropped_from_100_sizes", "a body is dropped from 100 times its size", "it lands on the floor",
+             lambda model: _falls(model, block(), 1.8, -10.0), SOLIDS, LANDS),
         *(
             case(f"fall_in_steps_of_{name}_s", f"a block falls on the floor in steps of {name} s",
-                 "it lands on the floor", lambda model, h=h: _fall(model, h), SOLIDS, LANDS,
-                 source="Li et al. 2020 (IPC), time steps")
+                 "it lands on the floor", lambda model, h=h: _falls(model, block(), max(0.3, 3 * h), -0.1, h), SOLIDS,
+                 LANDS, source="Li et al. 2020 (IPC), time steps")
             for name, h in {"1e-3": 1e-3, "0.1": 0.1, "0.5": 0.5}.items()
         ),
         case("spike_on_spike", "a cone falls tip first on the tip of another", "it meets the tip",
@@ -185,8 +147,8 @@ def _outward(nodes: np.ndarray, tetrahedra: np.ndarray) -> TetMesh:
 def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: float) -> Answer:
     """Drop the second body on the first, which is held."""
     particles = merge_particles([solid(meshes[0], True), solid(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
-    found = frames(played(model, particles, duration_s, {"held": None}))
-    return answer(found, meets(pairs_of(particles, [(0, 1)]), SIZE_M))
+    found = played(model, particles, duration_s, {"held": None})
+    return Answer(found, found[0], meets(pairs_of(particles, [(0, 1)]), SIZE_M))
 
 
 def pairs_of(particles: Particles, which: list[tuple[int, int]]) -> Surfaces:
@@ -197,15 +159,16 @@ def pairs_of(particles: Particles, which: list[tuple[int, int]]) -> Surfaces:
 
 def played(
     model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact: Any
-) -> Motion:
-    """Simulate the motion under gravity with contact and keep every step."""
+) -> np.ndarray:
+    """Simulate the motion under gravity with contact; return MOST_FRAMES of its positions (k, n, 3) [m]."""
     h = step_s or STEP_S.get(model, SHORT_S)
     settings = GRAVITY | {"contact": {"friction": 0.3, **contact}} | more
     if model == "shapes_linear":  # one cluster a piece, and weak damping, so that it falls
         settings |= {"shape_matching": SHAPED, "velocity_damping": {"rate_1_s": 0.1}}
-    motion = play(model, particles, h, duration_s, settings, frames=100_000)
-    finite(motion.positions)
-    return motion
+    positions = play(model, particles, h, duration_s, settings, frames=100_000).positions
+    finite(positions)
+    count = len(positions)
+    return positions[np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))]
 
 
 SHAPED = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": {"kind": "one"}}
@@ -219,13 +182,11 @@ def _floor(height: float) -> list[dict]:
     return [{"kind": "floor", "height_m": height}]
 
 
-def _lands(motion: Motion, particles: Particles, height: float) -> Answer:
-    return answer(frames(motion), lands(_surface(particles), height, SIZE_M))
-
-
-def _cone_falls(model: str) -> Answer:
-    particles = solid(_cone(-1.0), False)
-    return _lands(played(model, particles, 0.15, {}, instruments=_floor(-0.06)), particles, -0.06)
+def _falls(model: str, mesh: TetMesh, duration_s: float, height: float, step_s: float | None = None) -> Answer:
+    """Drop a body on a floor at ``height`` [m]."""
+    particles = solid(mesh, False)
+    found = played(model, particles, duration_s, {}, step_s, instruments=_floor(height))
+    return Answer(found, found[0], lands(_surface(particles), height, SIZE_M))
 
 
 def _stack(model: str) -> Answer:
@@ -233,66 +194,59 @@ def _stack(model: str) -> Answer:
     light = replace(light, masses=0.1 * light.masses)
     heavy = replace(light, masses=100.0 * light.masses)
     particles = merge_particles([light, light, heavy], [[0, 0, 0.005], [0.01, 0, 0.11], [0, 0.01, 0.215]], "hard_case")
-    found = frames(played(model, particles, 0.25, {}, instruments=_floor(0.0)))
+    found = played(model, particles, 0.25, {}, instruments=_floor(0.0))
     on_each_other, on_floor = (
         meets(pairs_of(particles, [(0, 1), (1, 2)]), SIZE_M),
         lands(_surface(particles), 0.0, SIZE_M),
     )
-    return answer(found, lambda a: max(on_each_other(a), on_floor(a)))
-
-
-def _fall(model: str, h: float) -> Answer:
-    particles = solid(block(), False)
-    return _lands(played(model, particles, max(0.3, 3 * h), {}, h, instruments=_floor(-0.1)), particles, -0.1)
-
-
-def _drop(model: str) -> Answer:
-    particles = solid(block(), False)
-    return _lands(played(model, particles, 1.8, {}, instruments=_floor(-10.0)), particles, -10.0)
+    return Answer(found, found[0], lambda a: max(on_each_other(a), on_floor(a)))
 
 
 def _crack(model: str, mesh: TetMesh) -> Answer:
     wall = solid(box([0.1, 0.2, 0.1], [1, 2, 1]), True)
     shifts = [[-0.12, -0.1, 0.0], [0.02, -0.1, 0.0], [0.001, 0.002, 0.155 - 0.04]]
     particles = merge_particles([wall, wall, solid(mesh, False)], shifts, "hard_case")
-    found = frames(played(model, particles, 0.2, {"held": None}))
-    return answer(found, meets(pairs_of(particles, [(0, 2), (1, 2)]), SIZE_M))
+    found = played(model, particles, 0.2, {"held": None})
+    return Answer(found, found[0], meets(pairs_of(particles, [(0, 2), (1, 2)]), SIZE_M))
 
 
-def _cloth(divisions: list[int], held: np.ndarray) -> Particles:
-    mesh = sheet([0.2, 0.1], divisions, 0.002)
+def _cloth(mesh: Sheet, held: np.ndarray) -> Particles:
+    """Make particles of a sheet whose nodes in the mask ``held`` (n,) do not move."""
     masses = FIRM.density_kg_m3 * mesh.thickness_m * mesh.areas
-    return Particles("sheet", mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, FIRM, mesh.thickness_m)
+    fixed = np.flatnonzero(held)
+    return Particles("sheet", mesh.nodes, masses, fixed, mesh.triangles, mesh.tetrahedra, FIRM, mesh.thickness_m)
 
 
 def _fold(model: str) -> Answer:
     """Simulate a sheet that hangs by its middle line, so that both halves swing down and collide."""
     mesh = sheet([0.2, 0.1], [8, 4], 0.002)
-    particles = _cloth([8, 4], np.flatnonzero(np.isclose(mesh.nodes[:, 0], 0.1)))
-    found = frames(played(model, particles, 0.4, {"held": None}, instruments=[], self_contact=True))
+    particles = _cloth(mesh, np.isclose(mesh.nodes[:, 0], 0.1))
+    found = played(model, particles, 0.4, {"held": None}, instruments=[], self_contact=True)
     x, triangles = mesh.nodes[mesh.triangles][:, :, 0], particles.triangles
     halves = triangles[(x < 0.09).all(axis=1)], triangles[(x > 0.11).all(axis=1)]
-    return answer(found, meets([halves], 2.0 * SIZE_M))
+    return Answer(found, found[0], meets([halves], 2.0 * SIZE_M))
 
 
 def _pierce(model: str) -> Answer:
     """Move a capsule in one step from above a sheet of 2 mm thickness to 0.02 m below it."""
     mesh = sheet([0.2, 0.1], [8, 4], 0.002)
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
-    particles = _cloth([8, 4], np.flatnonzero((x == 0.0) | (x == x.max()) | (y == 0.0) | (y == y.max())))
+    particles = _cloth(mesh, (x == 0.0) | (x == x.max()) | (y == 0.0) | (y == y.max()))
     tool = {"kind": "capsule", "from_m": [0.09, 0.05, 0.01], "to_m": [0.11, 0.05, 0.01], "radius_m": 0.005}
     tool |= {"times_s": [0.0, 0.01], "shifts_m": [[0.0, 0.0, 0.0], [0.0, 0.0, -0.03]]}
-    found = frames(played(model, particles, 0.5, {"held": None}, 0.01, instruments=[tool]))
+    found = played(model, particles, 0.5, {"held": None}, 0.01, instruments=[tool])
     middle = int(np.argmin(np.linalg.norm(mesh.nodes - [0.1, 0.05, 0.0], axis=1)))
     axis = np.array([tool["from_m"], tool["to_m"]]) - [0.0, 0.0, 0.03]
+    flat = np.broadcast_to(axis[[0, 1, 1]], (len(particles.triangles), 3, 3))  # the axis as triangles of no area
 
     def error(a: np.ndarray) -> float:
         """Measure the frames after the first step; through the sheet is as far as the other side of the axis."""
-        clear = min(distance_of_axis(x, particles.triangles, axis) for x in a[1:]) / 0.005 - 1.0
+        away = [triangle_pairs_distance(x[particles.triangles], flat)[0].min() for x in a[1:]]
+        clear = float(min(away)) / 0.005 - 1.0
         behind = bool((a[1:, middle, 2] > axis[0, 2]).any())
         return 1.0 - clear if clear < 0.0 else 1.0 + clear if behind else clear
 
-    return answer(found, error)
+    return Answer(found, found[0], error)
 
 
 OFF_BALL = "least distance of the body from the ball / its radius; 1 and more inside it"
@@ -305,8 +259,8 @@ def overlaps() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name, scene, expected, run, models, measure=MEETS, declared=None):
-        words = (name, "contact", "palpate", scene, expected, measure, NEAR if measure == MEETS else OFF)
-        return Case.of(*words, run=run, models=models, declared=declared)
+        bound = NEAR if measure == MEETS else OFF
+        return Case(name, scene, expected, measure, bound, run, models, declared or {})
 
     refused = {"shared_check": ("refused",)}
     boxes = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.05]]
@@ -329,7 +283,7 @@ def overlaps() -> list[Case]:
 def _separated(model: str, shifts: list[list[float]], push_out: bool) -> Answer:
     """Begin with blocks that overlap, without gravity; frozen is the start that the scene describes."""
     particles = merge_particles([solid(block(), False)] * len(shifts), shifts, "hard_case")
-    found = frames(played(model, particles, 0.02, STILL, push_out=push_out))
+    found = played(model, particles, 0.02, STILL, push_out=push_out)
     pairs = pairs_of(particles, [(i, j) for i in range(len(shifts)) for j in range(i)])
 
     def error(a: np.ndarray) -> float:
@@ -344,7 +298,7 @@ def _swallowed(model: str, push_out: bool = True) -> Answer:
     """Begin with a ball inside a block, without gravity."""
     ball = {"kind": "sphere", "center_m": [0.05, 0.05, 0.05], "radius_m": 0.02}
     particles = solid(block(), False)
-    found = frames(played(model, particles, 0.02, STILL, instruments=[ball], push_out=push_out))
+    found = played(model, particles, 0.02, STILL, instruments=[ball], push_out=push_out)
     center = np.array([0.05, 0.05, 0.05])
 
     def error(a: np.ndarray) -> float:
@@ -362,7 +316,11 @@ def _dented(model: str) -> Answer:
     particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), FIRM, "body")
     center = np.array([0.05, 0.05, 0.115])
     ball = {"kind": "sphere", "center_m": center.tolist(), "radius_m": 0.02}
-    found = frames(played(model, particles, 0.1, {"held": None}, instruments=[ball], push_out=True))
-    top = np.flatnonzero(mesh.nodes[:, 2] == 0.1)
-    axis = np.array([center, center])
-    return Answer(found, particles.nodes, clears(top, lambda frame: axis, 0.02))
+    found = played(model, particles, 0.1, {"held": None}, instruments=[ball], push_out=True)
+    top = mesh.nodes[:, 2] == 0.1
+
+    def error(a: np.ndarray) -> float:
+        clear = (min(np.linalg.norm(x[top] - center, axis=1).min() for x in a) - 0.02) / 0.02
+        return float(clear if clear >= 0.0 else 1.0 - clear)
+
+    return Answer(found, particles.nodes, error)

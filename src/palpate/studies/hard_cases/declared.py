@@ -61,4 +61,5 @@ def measure(family: str, progress: Callable = iter) -> pd.DataFrame:
 
     ``progress`` wraps the list of cases, as ``tqdm`` does. Every case is run, and no failure stops the others.
     """
-    return pd.DataFrame([judge(case, model) for case in progress(declared([family])) for model in case.models])
+    cases = progress(declared([family]))
+    return pd.DataFrame([{"family": family} | judge(case, model) for case in cases for model in case.models])

@@ -10,7 +10,6 @@ from scipy.spatial.distance import pdist
 
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
-from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects import shape_matching
 from palpate.effects.effect import Force
@@ -35,6 +34,7 @@ from palpate.studies.hard_cases.stage import (
     edge_error,
     one_cluster,
     play,
+    points,
     returns,
     scene,
     travel_s,
@@ -51,54 +51,49 @@ AXES = {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0]}
 
 def motions() -> list[Case]:
     """Return the declared cases of this family."""
-
-    def case(name, scene, expected, measure, bound, run, models, declared=None, source="palpate"):
-        words = (name, "dynamics", source, scene, expected, measure, bound)
-        return Case.of(*words, run=run, models=models, declared=declared)
-
     return [
         *(
-            case(f"step_of_{name}_s", f"a firm bar begins to sag under gravity in 100 steps of {name} s",
+            Case(f"step_of_{name}_s", f"a firm bar begins to sag under gravity in 100 steps of {name} s",
                  "the exact motion of its linear system", "largest error / the largest displacement", 0.05,
                  lambda model, h=h: _begins_to_sag(model, h), (*IMPLICIT, *EXPLICIT),
                  source="Li et al. 2020 (IPC), time steps")
             for name, h in {"1e-5": 1e-5, "5e-4": 5e-4}.items()
         ),
-        case("step_of_0.1_s", "a firm bar sags under gravity for 10 s in steps of 0.1 s, with substeps: auto",
+        Case("step_of_0.1_s", "a firm bar sags under gravity for 10 s in steps of 0.1 s, with substeps: auto",
              "equilibrium", RESIDUAL, 0.02, lambda model: _sag(model, 0.1, FIRM), (*IMPLICIT, *EXPLICIT),
              source="Li et al. 2020 (IPC), time steps"),
-        case("step_of_2_s", "the same for 200 s in steps of 2 s", "equilibrium", RESIDUAL, 0.02,
+        Case("step_of_2_s", "the same for 200 s in steps of 2 s", "equilibrium", RESIDUAL, 0.02,
              lambda model: _sag(model, 2.0, FIRM), IMPLICIT, source="Li et al. 2020 (IPC), time steps"),
-        case("goals_step_of_2_s", "a held bar is released at twice its length, in steps of 2 s",
+        Case("goals_step_of_2_s", "a held bar is released at twice its length, in steps of 2 s",
              "the motion in steps of 1e-5 s, step by step, and then rest",
              "largest distance between the motions / their start's from rest", 1e-6, _released, SHAPES,
              source="Müller et al. 2005"),
-        case("mass_ratio", "one half of a free body is a million times as heavy; the body receives a velocity",
+        Case("mass_ratio", "one half of a free body is a million times as heavy; the body receives a velocity",
              "momentum is conserved", "change of momentum, or of the centre's motion / sum of the nodes' momenta", 1e-7,
              _heavy, IMPLICIT),
-        case("heavy_half", "one half of a free body is a million times as heavy, the other receives a velocity",
+        Case("heavy_half", "one half of a free body is a million times as heavy, the other receives a velocity",
              "it returns to its shape, and its centre drifts", "largest relative error of edges or of the centre's way",
              0.05, _heavy_half, (*IMPLICIT, *SHAPES)),
-        case("twisted_10_turns", "a free rod starts twisted by ten turns, and drifts", "it unwinds to its rest shape",
+        Case("twisted_10_turns", "a free rod starts twisted by ten turns, and drifts", "it unwinds to its rest shape",
              "largest relative error of edges or of the centre's way after 20 s", 0.02, _unwind, (*FEM, *SHAPES)),
-        case("twisting_10_turns", "the ends of a rod are turned against each other by 10.25 turns in 205 steps",
+        Case("twisting_10_turns", "the ends of a rod are turned against each other by 10.25 turns in 205 steps",
              "an equilibrium between the ends", "residual force / the force on an end", 1e-3, _wind,
              (*FEM, *SPRINGS), source="Li et al. 2020 (IPC), twist"),
-        case("stiff", "a bar of 1e12 Pa with a step 10 000 times too long for explicit integrators", "equilibrium",
+        Case("stiff", "a bar of 1e12 Pa with a step 10 000 times too long for explicit integrators", "equilibrium",
              RESIDUAL, 0.02, _stiff, IMPLICIT),
-        case("stiff_refused", "the same without substeps", "refused", "none", 0.0, _stiff, ("springs_explicit",),
+        Case("stiff_refused", "the same without substeps", "refused", "none", 0.0, _stiff, ("springs_explicit",),
              {"springs_explicit": ("refused",)}),
-        case("stiff_unstable", "the same with allow_unstable: true", "it diverges, and that is reported", "none", 0.0,
+        Case("stiff_unstable", "the same with allow_unstable: true", "it diverges, and that is reported", "none", 0.0,
              lambda model: _stiff(model, allow_unstable=True), EXPLICIT, dict.fromkeys(EXPLICIT, ("not_converged",))),
         *(
-            case(f"flat_rest_{name}", f"shape matching of particles whose rest shape is a {name}, and which drift",
+            Case(f"flat_rest_{name}", f"shape matching of particles whose rest shape is a {name}, and which drift",
                  "their rest shape, where the drift takes them",
                  "largest error of a distance between two particles, or of the centre's way / those", 1e-3,
                  lambda model, name=name: _degenerate(model, AXES[name]), SHAPES,
                  source="Müller et al. 2005")
             for name in AXES
         ),
-        case("one_particle", "shape matching of a single moving particle", "uniform motion",
+        Case("one_particle", "shape matching of a single moving particle", "uniform motion",
              "position error / distance travelled", 1e-12, _alone, SHAPES, source="Müller et al. 2005"),
         *modes(),
     ]  # fmt: skip
@@ -223,8 +218,7 @@ def _released(model: str) -> Answer:
 
 def _degenerate(model: str, axes: list[int]) -> Answer:
     random = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
-    none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
-    particles = Particles("cloud", random * axes, np.ones(20), np.array([], dtype=int), *none, SOFT)
+    particles = points("cloud", random * axes)
 
     def error(a: np.ndarray) -> float:
         return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(random).max())
@@ -233,8 +227,7 @@ def _degenerate(model: str, axes: list[int]) -> Answer:
 
 
 def _alone(model: str) -> Answer:
-    none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
-    particles = Particles("dot", np.zeros((1, 3)), np.ones(1), np.array([], dtype=int), *none, SOFT)
+    particles = points("dot", np.zeros((1, 3)))
     settings = one_cluster(model)["shape_matching"]
     integrator = goal_position.make(System(particles, {"shape_matching": shape_matching.make(particles, settings)}), {})
     x, v = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
@@ -254,8 +247,7 @@ def modes() -> list[Case]:
     """Return the declared cases of motion in modes."""
 
     def case(name: str, scene: str, run: Any, expected: str = "the motion of the mesh", **rest: Any) -> Case:
-        words = (name, "dynamics", "palpate", scene, expected, MEASURE, 0.02)
-        return Case.of(*words, run=run, models=MODELS, **rest)
+        return Case(name, scene, expected, MEASURE, 0.02, run, MODELS, **rest)
 
     found = [
         case(f"modes_load_times_{k}", f"a bar is pushed by {k} times what moves its tip by a tenth of its length, "
@@ -271,7 +263,7 @@ def modes() -> list[Case]:
         case("modes_inverted_start", "a bar that moves in modes starts inverted", _inverted, "refused",
              declared=refused),
         case("modes_slivers", "a bar with a layer of elements of 0.1° is pushed and let go",
-             partial(_pushed, _thin(), 1)),
+             partial(_pushed, bar(degrees=0.1), 1)),
         case("modes_incompressible", "a bar of Poisson's ratio 0.49 is pushed and let go; both lock alike",
              partial(_pushed, bar(material=Material(3000.0, 0.49, 1000.0)), 1)),
     ]  # fmt: skip
@@ -301,12 +293,3 @@ def _inverted(model: str) -> Answer:
     particles = bar()
     found = play(model, particles, STEP_S, DURATION_S, _more(1.0), start="inverted").positions
     return Answer(found, found, lambda a: 0.0)
-
-
-def _thin() -> Particles:
-    places = np.insert(np.linspace(0.0, 0.2, 9), 4, 0.075 + 0.025 * np.tan(np.radians(0.1)))
-    mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
-    nodes = mesh.nodes.copy()
-    nodes[:, 0] = np.interp(nodes[:, 0], np.arange(len(places)), places)
-    mesh = TetMesh(nodes, mesh.tetrahedra)
-    return solid_particles(mesh, np.flatnonzero(nodes[:, 0] == 0.0), SOFT, "bar")

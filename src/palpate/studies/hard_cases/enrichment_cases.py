@@ -27,7 +27,6 @@ from palpate.studies.hard_cases.pressed_samples import (
     SETTINGS,
     TRAIN,
     blends,
-    chosen,
     methods,
     pressed,
     scaled,
@@ -53,41 +52,37 @@ def cases() -> list[Case]:
     # the weights of the paper's blends sum to one, so that they cannot predict zero displacement
     passive = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL, "detail_correction")
 
-    def case(name, scene, expected, bound, run, models, declared=None, measure=ERROR):
-        words = (name, "enrichment", "palpate", scene, expected, measure, bound)
-        return Case.of(*words, run=run, models=models, declared=declared)
-
     return [
-        case("duplicate_samples", "every training sample is present twice", "the answers without duplicates", 0.05,
-             _duplicates, METHODS),
-        case("one_sample", "k = 1, for two samples", "that sample for every query", 1e-12, _one, BLENDS),
-        case("one_sample_fitted", "k = 1, fitted by cross-validation", "refused: no sample can be held out", 0.0,
+        Case("duplicate_samples", "every training sample is present twice", "the answers without duplicates", ERROR,
+             0.05, _duplicates, METHODS),
+        Case("one_sample", "k = 1, for two samples", "that sample for every query", ERROR, 1e-12, _one, BLENDS),
+        Case("one_sample_fitted", "k = 1, fitted by cross-validation", "refused: no sample can be held out", ERROR, 0.0,
              lambda model: _refused(pressed()[1], ALL[:1]), ("shared_setup",), refused),
-        case("zero_width", "kernel width 1e-300 of the features' distance", "the nearest sample", 1e-9, _nearest,
-             BLENDS),
-        case("infinite_width", "kernel width 1e200 of the features' distance", "the answer at a width of 1e9", 1e-6,
-             _flat, BLENDS),
-        case("far_query", "a query 1e6 kernel widths from every sample",
-             "a hundred times the answer to a hundredth of it, or the same", 0.01,
+        Case("zero_width", "kernel width 1e-300 of the features' distance", "the nearest sample", ERROR, 1e-9,
+             _nearest, BLENDS),
+        Case("infinite_width", "kernel width 1e200 of the features' distance", "the answer at a width of 1e9", ERROR,
+             1e-6, _flat, BLENDS),
+        Case("far_query", "a query 1e6 kernel widths from every sample",
+             "a hundred times the answer to a hundredth of it, or the same", ERROR, 0.01,
              lambda model: _extreme(model, 1e6, "far"), METHODS),
-        case("collinear_features", "all samples are one linear response times 0.5 to 1.6", "the responses in between",
-             0.05, _collinear, learnt),
-        case("tiny_features", "displacements and forces times 1e-300", "refused: squares underflow", 0.0,
+        Case("collinear_features", "all samples are one linear response times 0.5 to 1.6", "the responses in between",
+             ERROR, 0.05, _collinear, learnt),
+        Case("tiny_features", "displacements and forces times 1e-300", "refused: squares underflow", ERROR, 0.0,
              lambda model: _refused(scaled(pressed()[1], 1e-300), ALL), ("shared_setup",), refused),
-        case("huge_features", "displacements and forces times 1e300", "refused: squares overflow", 0.0,
+        Case("huge_features", "displacements and forces times 1e300", "refused: squares overflow", ERROR, 0.0,
              lambda model: _refused(scaled(pressed()[1], 1e300), ALL), ("shared_setup",), refused),
-        case("tiny_query", "a query of 1e-300 m", "the answer to one of 1e-12 m, in proportion or the same", 0.01,
-             lambda model: _extreme(model, 1e-300, "tiny"), METHODS),
-        case("huge_query", "a query of 1e300 m, as from a diverged simulation",
-             "the answer to one of 1e160 m, in proportion or the same", 0.01,
+        Case("tiny_query", "a query of 1e-300 m", "the answer to one of 1e-12 m, in proportion or the same", ERROR,
+             0.01, lambda model: _extreme(model, 1e-300, "tiny"), METHODS),
+        Case("huge_query", "a query of 1e300 m, as from a diverged simulation",
+             "the answer to one of 1e160 m, in proportion or the same", ERROR, 0.01,
              lambda model: _extreme(model, 1e300, "huge"), METHODS),
-        case("more_samples_than_features", "k > 3 l: 12 samples, 3 numbers a feature", "the training samples", 0.05,
-             _narrow, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
-        case("near_singular", "two samples 1e-12 apart and a wide kernel: condition of Φ above 1e16",
-             "the answers without the second of them; the non-negative matrix is known not to be unique", 0.05,
-             _singular, BLENDS, dict.fromkeys(AMBIGUOUS, ("wrong",))),
-        case("body_at_rest", "zero force and zero coarse displacement, and a millionth of a press",
-             "zero displacement, and a thousandth of that under a thousandth of a press", 0.01, _rest, passive),
+        Case("more_samples_than_features", "k > 3 l: 12 samples, 3 numbers a feature", "the training samples", ERROR,
+             0.05, _narrow, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
+        Case("near_singular", "two samples 1e-12 apart and a wide kernel: condition of Φ above 1e16",
+             "the answers without the second of them; the non-negative matrix is known not to be unique", ERROR,
+             0.05, _singular, BLENDS, dict.fromkeys(AMBIGUOUS, ("wrong",))),
+        Case("body_at_rest", "zero force and zero coarse displacement, and a millionth of a press",
+             "zero displacement, and a thousandth of that under a thousandth of a press", ERROR, 0.01, _rest, passive),
     ]  # fmt: skip
 
 
@@ -133,7 +128,7 @@ def _refused(db: Database, train: np.ndarray) -> Answer:
 
 @cache
 def _twice() -> dict:
-    return methods(chosen(pressed()[1], np.repeat(ALL, 2)), np.arange(2 * TRAIN))
+    return methods(pressed()[1].take(np.repeat(ALL, 2)), np.arange(2 * TRAIN))
 
 
 def _duplicates(model: str) -> Answer:
@@ -186,7 +181,7 @@ def _line() -> tuple:
     coarse, fine = (np.tensordot(force, part[row], 1) for part in (compliance.coarse, compliance.fine))
     count = TRAIN + 2
     line = replace(
-        chosen(db, np.zeros(count, dtype=int)),
+        db.take(np.zeros(count, dtype=int)),
         fine=np.repeat(fine[None], count, axis=0),
         coarse_live=np.repeat(coarse[None], count, axis=0),
     )
@@ -216,7 +211,7 @@ def _wide(half: tuple[int, int], again: bool) -> dict:
     """Fit blends with a wide kernel to one half of the samples, ``again`` with the first of them almost repeated."""
     db = pressed()[1]
     rows = ALL[slice(*half)]
-    db = chosen(db, np.append(rows, rows[0]) if again else rows)
+    db = db.take(np.append(rows, rows[0]) if again else rows)
     if again:
         db.coarse_live[-1] *= 1.0 + 1e-12
     width = {name: blend.sigma_m for name, blend in _wide(half, False).items()} if again else 100.0
@@ -264,9 +259,9 @@ def bounds() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name: str, scene: str, times: float = 1.0, along: bool = False, **body: float) -> Case:
-        words = (f"bound_{name}", "enrichment", "palpate", scene, "errors below the bounds that come with the answers")
+        expected = "errors below the bounds that come with the answers"
         measure = "largest error against fine quadratic elements / its bound"
-        return Case.of(*words, measure, 1.0, run=partial(_asked, times, along, body), models=("cascade",))
+        return Case(f"bound_{name}", scene, expected, measure, 1.0, partial(_asked, times, along, body), ("cascade",))
 
     return [
         case("twice_the_load", "presses twice as hard as what bounds were found on", 2.0),

@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.errors import InputError
 from palpate.report import style
 from palpate.report.model_looks import look
+from palpate.report.words import spaced
 
 LOOKS = {
     "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
@@ -18,13 +18,8 @@ LOOKS = {
 """Each outcome's label, colour, and the letter that shows it without colour."""
 COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",), ("organ",)))
 """Families by matrix, and matrices from left to right and from top to bottom."""
-TITLES = {
-    "fem": "elasticity",
-    "dynamics": "dynamics",
-    "enrichment": "enrichment",
-    "contact": "contact",
-    "organ": "organ",
-}
+TITLES = {"fem": "elasticity"}
+"""Families that are not shown by their own name."""
 CELL = 0.165  # [inch]
 LEFT, LETTER, BELOW = 2.2, 0.056, 0.75  # [inch] for names of cases, a letter of a model's name, and the legend
 
@@ -62,14 +57,11 @@ def _above(part) -> float:
 
 
 def _handles() -> list[Line2D]:
-    handles = [
-        Line2D([], [], ls="", marker="s", ms=8, color=shown.colour, label=_named(shown)) for shown in LOOKS.values()
-    ]
+    handles = []
+    for shown in LOOKS.values():
+        label = f"{shown.marker}: {shown.label}" if shown.marker else shown.label
+        handles.append(Line2D([], [], ls="", marker="s", ms=8, color=shown.colour, label=label))
     return [*handles, Line2D([], [], ls="", marker="x", ms=7, mew=1.6, color=style.INK, label="not as declared")]
-
-
-def _named(shown: style.Look) -> str:
-    return f"{shown.marker}: {shown.label}" if shown.marker else shown.label
 
 
 def _matrix(axis, table) -> None:
@@ -77,7 +69,7 @@ def _matrix(axis, table) -> None:
     cases, models = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model"]))
     for row in table.itertuples():
         x, y = models.index(row.model), cases.index(row.case)
-        shown = _look(row.outcome)
+        shown = LOOKS[row.outcome]
         axis.fill([x, x + 1, x + 1, x], [y, y, y + 1, y + 1], color=shown.colour, ec="white", lw=1.0)
         white = "white" if row.outcome in ("wrong", "nan") else style.INK
         axis.text(x + 0.5, y + 0.54, shown.marker, ha="center", va="center", fontsize=6.5, color=white)
@@ -89,22 +81,12 @@ def _matrix(axis, table) -> None:
     for family in dict.fromkeys(families):
         first = int(np.argmax(families == family))
         axis.annotate(
-            TITLES[family], (0, first), (-150, 0), textcoords="offset points", va="top", ha="left", fontsize=8,
-            fontweight="bold", rotation=90, annotation_clip=False, rotation_mode="default",
+            TITLES.get(family, family), (0, first), (-150, 0), textcoords="offset points", va="top", ha="left",
+            fontsize=8, fontweight="bold", rotation=90, annotation_clip=False, rotation_mode="default",
         )  # fmt: skip
     axis.set(xlim=(0, len(models)), ylim=(len(cases), 0))
     axis.set_xticks(np.arange(len(models)) + 0.5, [look(m).label for m in models], rotation=90)
-    axis.set_yticks(np.arange(len(cases)) + 0.5, [_words(c) for c in cases])
+    axis.set_yticks(np.arange(len(cases)) + 0.5, [spaced(case) for case in cases])
     axis.tick_params(length=0, labelsize=7, labeltop=True, labelbottom=False)
     axis.grid(False)
     axis.spines[:].set_visible(False)
-
-
-def _look(outcome: str) -> style.Look:
-    if outcome not in LOOKS:
-        raise InputError(f"outcome {outcome} has no colour: give it one in LOOKS")
-    return LOOKS[outcome]
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")

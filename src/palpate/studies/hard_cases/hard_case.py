@@ -1,10 +1,8 @@
 """A hard case, and the judgement of a model's outcome in it and of the bound that it was judged by."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
-from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -60,30 +58,21 @@ class Answer:
 class Case:
     """One situation in which numerics may fail, with the result that was expected beforehand.
 
-    family : enrichment, fem, dynamics or contact; source : author of the idea; scene : the situation; expected : the
-        behaviour of a good model; all in words
-    measure : meaning of the error of the answer that each of ``models`` returns when called; it must not exceed
+    scene : the situation; expected : the behaviour of a good model; source : author of the idea; all in words
+    measure : meaning of the error of the answer that ``run`` returns for each of ``models``; it must not exceed
         ``bound``, and the errors of WRONG answers must
     declared : acceptable outcomes by model; ``stable`` for models that are not named
     """
 
     name: str
-    family: str
-    source: str
     scene: str
     expected: str
     measure: str
     bound: float
-    models: dict[str, Callable[[], Answer]]
+    run: Callable[[str], Answer]
+    models: Collection[str]
     declared: dict[str, tuple[str, ...]] = field(default_factory=dict)
-
-    @classmethod
-    def of(
-        cls, *words: Any, run: Callable[[str], Answer], models: Iterable[str], declared: dict | None = None
-    ) -> "Case":
-        """Make a case whose models share one function, which receives the model's name."""
-        make: Callable[..., Case] = cls  # the type check cannot count ``words``
-        return make(*words, {model: partial(run, model) for model in models}, declared or {})
+    source: str = "palpate"
 
     def acceptable(self, model: str) -> tuple[str, ...]:
         """Return the outcomes declared for a model."""
@@ -106,7 +95,7 @@ def judge(case: Case, model: str) -> dict:
     """
     value, message, wrong = math.nan, "", dict.fromkeys(WRONG, math.nan)
     try:
-        answer = case.models[model]()
+        answer = case.run(model)
         finite(answer.found)
         value = float(answer.error(answer.found))
         wrong = answer.wrong()
@@ -122,7 +111,6 @@ def judge(case: Case, model: str) -> dict:
         outcome = "nan" if not math.isfinite(value) else "stable" if value <= case.bound else "wrong"
     sharp = all(error > case.bound for error in wrong.values()) if outcome == "stable" else None
     return {
-        "family": case.family,
         "case": case.name,
         "source": case.source,
         "scene": case.scene,

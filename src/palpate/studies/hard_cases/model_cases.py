@@ -10,57 +10,50 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
-from palpate.bodies.material import LAWS, Material
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.body import Body
+from palpate.bodies.material import LAWS
 from palpate.effects.elements import locking_is_measured
 from palpate.models import fem, pod_galerkin, pod_of_loads, quadratic_neo_hookean
 from palpate.models.contact_modes import contact_modes
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.pressed_samples import SETTINGS as FIT
+from palpate.studies.hard_cases.stage import SOFT, bar_body
 
 MODEL = "contact_modes"
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 RADIUS_M = 0.02
+MEASURE = "RMSE / peak against quadratic elements"
 NEWTONS = 0.018
 """A press that moves the bar's end by a tenth of its length."""
 
 
 def reduced_contacts() -> list[Case]:
     """Return the declared cases of this family."""
-
     told = {MODEL: ("stable", "not_converged")}
 
-    def case(name, scene, expected, body, direction, declared=None):
-        words = (name, "fem", "palpate", scene, expected, "RMSE / peak against quadratic elements", 0.02)
-        return Case.of(*words, run=lambda _: _pressed(body(), direction), models=[MODEL], declared=declared)
+    def case(name, scene, expected, body, direction, **declared):
+        return Case(name, scene, expected, MEASURE, 0.02, lambda _: _pressed(body(), direction), [MODEL], **declared)
 
     return [
         case("press_twofold", "a bar's end is pressed twice as hard as it is made for", "the answer, or it is told",
-             bar, [0.0, 0.0, -2.0], told),
+             bar, [0.0, 0.0, -2.0], declared=told),
         case("press_threefold", "the same three times as hard", "the answer, or it is told",
-             bar, [0.0, 0.0, -3.0], told),
-        case("press_sideways", "the same along the surface", "the answer, or it is told", bar, [0.0, 1.0, 0.0], told),
-        case("press_outwards", "the same as a pull", "the answer, or it is told", bar, [0.0, 0.0, 1.0], told),
+             bar, [0.0, 0.0, -3.0], declared=told),
+        case("press_sideways", "the same along the surface", "the answer, or it is told", bar, [0.0, 1.0, 0.0],
+             declared=told),
+        case("press_outwards", "the same as a pull", "the answer, or it is told", bar, [0.0, 0.0, 1.0],
+             declared=told),
         case("press_on_slivers", "a layer of elements with dihedral angles of 0.1°", "the answer",
              lambda: bar(degrees=0.1), [0.0, 0.0, -1.0]),
         case("press_at_0.49", "ν = 0.49, where quadratic elements resist volume on average", "it is told",
-             lambda: bar(poisson=0.49), [0.0, 0.0, -1.0], {MODEL: ("not_converged",)}),
+             lambda: bar(poisson=0.49), [0.0, 0.0, -1.0], declared={MODEL: ("not_converged",)}),
     ]  # fmt: skip
 
 
 def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
-    """Make a bar of 0.2 m, held at one end, of one level; if given, with a layer of elements of so small angles."""
-    places = np.linspace(0.0, 0.2, 9)
-    if degrees:
-        places = np.insert(places, 4, 0.075 + 0.025 * np.tan(np.radians(degrees)))
-    mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
-    nodes = mesh.nodes.copy()
-    nodes[:, 0] = np.interp(nodes[:, 0], np.arange(len(places)), places)
-    held = np.flatnonzero(nodes[:, 0] == 0.0)
-    return nest("bar", TetMesh(nodes, mesh.tetrahedra), 0, held, Material(3000.0, poisson, 1000.0))
+    """Make a bar of one level, held at one end."""
+    return bar_body(0, replace(SOFT, poisson=poisson), degrees)
 
 
 def _pressed(body: Body, direction: list[float]) -> Answer:
@@ -68,6 +61,10 @@ def _pressed(body: Body, direction: list[float]) -> Answer:
     load, case = pressing(body, direction), case_of(body)
     found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))
     expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
+    return _beside(found, expected)
+
+
+def _beside(found: np.ndarray, expected: np.ndarray) -> Answer:
     return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
 
 
@@ -97,9 +94,8 @@ def learnt() -> list[Case]:
     told = {model: ("stable", "not_converged") for model in MODELS}
 
     def case(name, scene, times=1.0, models=MODELS, declared=None, **samples):
-        words = (f"learnt_{name}", "fem", "palpate", scene, "the answer, or it is told" if declared else "the answer",
-                 "RMSE / peak against quadratic elements", 0.03)  # fmt: skip
-        return Case.of(*words, run=lambda model: _asked(model, times, **samples), models=models, declared=declared)
+        expected, run = "the answer, or it is told" if declared else "the answer", partial(_asked, times, samples)
+        return Case(f"learnt_{name}", scene, expected, MEASURE, 0.03, run, models, declared or {})
 
     return [
         case("as_sampled", "a bar's end is pressed as a sample has pressed it"),
@@ -111,12 +107,12 @@ def learnt() -> list[Case]:
     ]
 
 
-def _asked(model: str, times: float, **samples: Any) -> Answer:
+def _asked(times: float, samples: dict[str, Any], model: str) -> Answer:
     """Ask for a press that is ``times`` as hard as a sample, and compare with quadratic elements."""
     case, elements = _learnable(**samples)
     load = Load.at(int(case.database.contact[-1]), times * NEWTONS * np.array(WAYS[0]))
     expected, found = displacement_of(elements.respond(load)), _answer(model, case, load)
-    return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
+    return _beside(found, expected)
 
 
 @cache
@@ -155,8 +151,8 @@ def engines() -> list[Case]:
     found = [name for name in ENGINES if name not in absent()]
 
     def case(name: str, scene: str, times: float = 1.0, **body: float) -> Case:
-        words = (f"engine_{name}", "fem", "palpate", scene, EXPECTED, "RMSE / peak against that equilibrium", 0.01)
-        return Case.of(*words, run=partial(_engine_pressed, times, body), models=found)
+        measure, run = "RMSE / peak against that equilibrium", partial(_engine_pressed, times, body)
+        return Case(f"engine_{name}", scene, EXPECTED, measure, 0.01, run, found)
 
     listed = [
         case("twice_the_load", "a bar's end is pressed so that it moves by a fifth of its length", 2.0),
@@ -178,4 +174,4 @@ def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Ans
         found = displacement_of(made.offline(case).online(ENGINE_SETTINGS[engine]).respond(load))
         converged = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 1)
         expected = displacement_of(converged.respond(load))
-    return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
+    return _beside(found, expected)

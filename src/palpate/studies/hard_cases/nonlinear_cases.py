@@ -3,14 +3,14 @@
 Springs have to find some equilibrium only: a mirror image is a rest state for them too, so they need not return.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
-from palpate.bodies.material import LAWS, Material
+from palpate.bodies.material import LAWS
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.elements import locking_is_measured
@@ -20,62 +20,60 @@ from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases import fem_cases
 from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, SHAPES, SPRINGS, Stepper, bar, end_face, returns, unbalanced
+from palpate.studies.hard_cases.stage import (
+    EXPLICIT,
+    FEM,
+    SHAPES,
+    SOFT,
+    SPRINGS,
+    Stepper,
+    bar,
+    bar_body,
+    bar_mesh,
+    end_face,
+    residual,
+    returns,
+    unbalanced,
+)
 
 RESIDUAL = "residual force at free nodes / the load"
 
 
 def laws() -> list[Case]:
     """Return the declared cases of this family."""
-
-    def case(name, scene, expected, measure, bound, run):
-        return Case.of(name, "fem", "palpate", scene, expected, measure, bound, run=run, models=LAWS)
-
     return [
-        case("each_law_crushed", "a bar under a press along its axis of half its Young's modulus, for each law",
-             "equilibrium", RESIDUAL, 1e-6, lambda law: _residual(law, 0.3, [-0.5, 0.0, 0.0])),
-        case("each_law_inverting_force", "a sideways pull of twice Young's modulus, for each law",
-             "equilibrium", RESIDUAL, 1e-6, lambda law: _residual(law, 0.3, [0.0, 0.0, -2.0])),
-        case("each_law_from_inside_out", "a bar is released at rest mirrored through its held end, for each law",
-             "equilibrium", RESIDUAL, 1e-6, _mirrored),
-        case("each_law_incompressible", "ν = 0.4999, quadratic elements, a bar bent by its end, for each law",
-             "the deflection that scikit-fem computes", "relative error of the deflection", 0.05, _bent),
+        Case("each_law_crushed", "a bar under a press along its axis of half its Young's modulus, for each law",
+             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [-0.5, 0.0, 0.0]), LAWS),
+        Case("each_law_inverting_force", "a sideways pull of twice Young's modulus, for each law",
+             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [0.0, 0.0, -2.0]), LAWS),
+        Case("each_law_from_inside_out", "a bar is released at rest mirrored through its held end, for each law",
+             "equilibrium", RESIDUAL, 1e-6, _mirrored, LAWS),
+        Case("each_law_incompressible", "ν = 0.4999, quadratic elements, a bar bent by its end, for each law",
+             "the deflection that scikit-fem computes", "relative error of the deflection", 0.05, _bent, LAWS),
     ]  # fmt: skip
 
 
-def _bar(law: str, poisson: float) -> Body:
-    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
-    return nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(3000.0, poisson, 1000.0, law))
-
-
-def _load(body: Body, level: int, moduli: list[float]) -> np.ndarray:
+def _load(body: Body, moduli: list[float]) -> np.ndarray:
     """Return a traction on the end, given in Young's moduli, as nodal forces (n, 3) [N]."""
-    return np.outer(end_face(body.levels[level]), np.array(moduli) * body.material.young_pa * 0.05**2)
+    return np.outer(end_face(body.fine), np.array(moduli) * body.material.young_pa * 0.05**2)
 
 
-def _residual(law: str, poisson: float, moduli: list[float], start: np.ndarray | None = None) -> Answer:
-    """Compute an equilibrium, judged by its relative residual, apart from the solver."""
-    body = _bar(law, poisson)
-    load = _load(body, 1, moduli)
-    elements, rest = LinearElements(body.fine, body.tissue(1)), body.fine.nodes
-
-    def error(x: np.ndarray) -> float:
-        force = elements.force(x) + load
-        force[body.anchors[1]] = 0.0
-        return float(np.linalg.norm(force) / np.linalg.norm(load))
-
+def _residual(moduli: list[float], law: str, start: np.ndarray | None = None) -> Answer:
+    """Compute an equilibrium under a traction on the end."""
+    body = bar_body(1, replace(SOFT, law=law))
+    load, rest = _load(body, moduli), body.fine.nodes
+    error = residual(LinearElements(body.fine, body.tissue(1)), load, body.anchors[1])
     return Answer(Equilibrium(body, 1).solve(load, 1e-8, start).x, rest if start is None else start, error, zero=rest)
 
 
 def _mirrored(law: str) -> Answer:
-    nodes = _bar(law, 0.3).fine.nodes
-    return _residual(law, 0.3, [0.0, 0.0, -1e-3], nodes * [-1.0, 1.0, 1.0])
+    return _residual([0.0, 0.0, -1e-3], law, bar_body(1).fine.nodes * [-1.0, 1.0, 1.0])
 
 
 def _bent(law: str) -> Answer:
     """Compare the deflection of quadratic elements under a small load with that of another library."""
-    body = _bar(law, fem_cases.POISSON)
-    problem, load = Equilibrium(body, 0, 2), _load(body, 1, [0.0, 0.0, -1e-4])
+    body = bar_body(1, replace(SOFT, poisson=fem_cases.POISSON, law=law))
+    problem, load = Equilibrium(body, 0, 2), _load(body, [0.0, 0.0, -1e-4])
     way = load / np.abs(load).sum()
     expected = float(np.abs(load).sum()) * fem_cases.reference()
 
@@ -107,21 +105,23 @@ EXPLICIT_STEPS = ((5e-4, 10_000),)
 
 def starts() -> list[Case]:
     """Return the declared cases of this family."""
-    found = []
-    for kind, source in SOURCES.items():
-        scene, expected = f"a free body starts {kind} and drifts", "its rest shape, where the drift takes it"
-        words = (f"start_{kind}", "fem", source, scene, expected)
-        measure = "largest relative error of edges or of the centre's way after 20 s"
-        found.append(Case.of(*words, measure, 0.01, run=partial(_back, kind), models=(*FEM, *SHAPES)))
-    for kind, source in SOURCES.items():
-        scene, expected = f"a held body starts exactly {kind}, under a weight", "an equilibrium, without gain of energy"
-        words = (f"settles_from_{kind}", "fem", source, scene, expected)
-        # a spring of zero length has no direction
-        declared = {"springs_implicit": ("stable", "not_converged")} if kind == "point" else {}
-        models = (*FEM, *SPRINGS, *(EXPLICIT if kind == "random" else ()))
-        measure = "residual force / the weight; more than 1 if energy was gained"
-        found.append(Case.of(*words, measure, 0.2, run=partial(_settles, kind), models=models, declared=declared))
-    return found
+    return [
+        *(
+            Case(f"start_{kind}", f"a free body starts {kind} and drifts", "its rest shape, where the drift takes it",
+                 "largest relative error of edges or of the centre's way after 20 s", 0.01, partial(_back, kind),
+                 (*FEM, *SHAPES), source=source)
+            for kind, source in SOURCES.items()
+        ),
+        *(
+            Case(f"settles_from_{kind}", f"a held body starts exactly {kind}, under a weight",
+                 "an equilibrium, without gain of energy",
+                 "residual force / the weight; more than 1 if energy was gained", 0.2, partial(_settles, kind),
+                 (*FEM, *SPRINGS, *(EXPLICIT if kind == "random" else ())),
+                 # a spring of zero length has no direction
+                 {"springs_implicit": ("stable", "not_converged")} if kind == "point" else {}, source=source)
+            for kind, source in SOURCES.items()
+        ),
+    ]  # fmt: skip
 
 
 def _back(kind: str, model: str) -> Answer:
@@ -132,27 +132,20 @@ def _back(kind: str, model: str) -> Answer:
 
 
 def _settles(kind: str, model: str) -> Answer:
+    """Simulate how a held body comes to rest, judged by the balance of forces."""
     particles = bar()
     start = initial_positions(particles, ~np.isin(np.arange(len(particles.nodes)), particles.held), kind, seed=1)
-    return settle(Stepper(model, particles, {"held": None} | WEIGHT | (SLOW if model in EXPLICIT else {})), start)
-
-
-def settle(stepper: Stepper, start: np.ndarray, phases: Sequence[tuple[float, int]] | None = None) -> Answer:
-    """Simulate how a body comes to rest, from positions ``start`` (n, 3) [m]; judged by the balance of forces.
-
-    phases : the steps [s] and their number, one after the other; those of implicit models if not given
-    """
-    explicit = stepper.integrator.limit_s < np.inf
+    stepper = Stepper(model, particles, {"held": None} | WEIGHT | (SLOW if model in EXPLICIT else {}))
     x, v, gained = start, np.zeros_like(start), 0.0
     first = stepper.total(x, v)
-    for step_s, steps in phases or (EXPLICIT_STEPS if explicit else IMPLICIT_STEPS):
+    for step_s, steps in EXPLICIT_STEPS if model in EXPLICIT else IMPLICIT_STEPS:
         x, v = stepper.go(x, v, step_s, steps)
         gained = max(gained, stepper.gained / abs(first))
 
     def error(a: np.ndarray) -> float:
         return unbalanced(stepper.system, a) if gained <= GAIN else 1.0 + gained
 
-    return Answer(x, start, error, zero=stepper.system.particles.nodes)
+    return Answer(x, start, error, zero=particles.nodes)
 
 
 SETTINGS: dict[str, dict[str, float]] = {
@@ -170,8 +163,7 @@ def relaxations() -> list[Case]:
     """Return the declared cases of this family."""
 
     def case(name, scene, run, bound=0.03):
-        words = (f"relaxed_{name}", "fem", "palpate", scene, "the equilibrium of finite elements", ERROR, bound)
-        return Case.of(*words, run=run, models=SETTINGS)
+        return Case(f"relaxed_{name}", scene, "the equilibrium of finite elements", ERROR, bound, run, SETTINGS)
 
     return [
         case("twice_the_load", "a bar is bent by a fifth of its length", partial(_relaxed, times=2.0)),
@@ -209,10 +201,10 @@ def _distance(found: np.ndarray, moved: np.ndarray) -> float:
 
 
 def _relaxed_bar(poisson: float, thin: bool) -> Body:
-    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    mesh = bar_mesh()
     if thin:  # the second layer is as thin as the elements' angles are to be
         nodes = mesh.nodes.copy()
         between = nodes[:, 0] > 0.03
         nodes[between, 0] = np.maximum(0.025 * (1.0 + np.tan(np.radians(1.0))), nodes[between, 0] - 0.0246)
         mesh = TetMesh(nodes, mesh.tetrahedra)
-    return nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(3000.0, poisson, 1000.0))
+    return nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), replace(SOFT, poisson=poisson))

@@ -51,11 +51,6 @@ def pressed() -> tuple[Body, Database, Compliance]:
     return body, database_of(body, contacts, forces, coarse, fine), compliance
 
 
-def chosen(db: Database, rows: np.ndarray) -> Database:
-    """Return the database with these samples only, in this order; a sample may occur twice."""
-    return db.take(rows)
-
-
 def scaled(db: Database, factor: np.ndarray | float) -> Database:
     """Return the database with displacements and forces times ``factor``, a number or (k,)."""
     factor = np.reshape(factor, (-1, 1, 1))

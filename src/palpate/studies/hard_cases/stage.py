@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.effect import Weight
+from palpate.effects.elements import Elements
 from palpate.scenes import effect_registry
 from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
@@ -54,11 +56,36 @@ MODELS = FEM | SECOND | REDUCED | SPRINGS | EXPLICIT | SHAPES | SHEETS
 """Integrator and effects of each model."""
 
 
-def bar(held: bool = True, material: Material = SOFT) -> Particles:
-    """Make a bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra, with its end at x = 0 ``held`` or free."""
-    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
-    ends = np.flatnonzero(mesh.nodes[:, 0] == 0.0) if held else np.array([], dtype=np.int64)
-    return solid_particles(mesh, ends, material, "bar")
+def bar_mesh(degrees: float = 0.0) -> TetMesh:
+    """Make a bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra; if given, with a layer more of so small angles."""
+    places = np.linspace(0.0, 0.2, 9)
+    if degrees:
+        places = np.insert(places, 4, 0.075 + 0.025 * np.tan(np.radians(degrees)))
+    mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
+    along = np.interp(mesh.nodes[:, 0], np.arange(len(places)), places)
+    return TetMesh(np.column_stack([along, mesh.nodes[:, 1:]]), mesh.tetrahedra)
+
+
+def bar_body(refined: int, material: Material = SOFT, degrees: float = 0.0, held: bool = True) -> Body:
+    """Make ``bar_mesh`` a body that is ``refined`` so many times, with its end at x = 0 ``held`` or free."""
+    mesh = bar_mesh(degrees)
+    return nest("bar", mesh, refined, _end(mesh) if held else _end(mesh)[:0], material)
+
+
+def bar(held: bool = True, material: Material = SOFT, degrees: float = 0.0) -> Particles:
+    """Make ``bar_mesh`` particles, with its end at x = 0 ``held`` or free."""
+    mesh = bar_mesh(degrees)
+    return solid_particles(mesh, _end(mesh) if held else _end(mesh)[:0], material, "bar")
+
+
+def _end(mesh: TetMesh) -> np.ndarray:
+    return np.flatnonzero(mesh.nodes[:, 0] == 0.0)
+
+
+def points(name: str, nodes: np.ndarray, held: Sequence[int] = ()) -> Particles:
+    """Make particles of 1 kg at ``nodes`` (n, 3) [m], without a surface and without elements."""
+    none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
+    return Particles(name, nodes, np.ones(len(nodes)), np.array(held, dtype=int), *none, SOFT)
 
 
 def scene(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
@@ -128,6 +155,20 @@ class Pull:
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
         """Add the force to ``force`` (n, 3) [N]."""
         force += self._force
+
+
+def residual(elements: Elements, load: np.ndarray, held: np.ndarray) -> Callable[[np.ndarray], float]:
+    """Measure positions (n, 3) [m] by the residual force at nodes that are not ``held``, relative to ``load`` [N].
+
+    It is computed apart from the solver that found them.
+    """
+
+    def error(x: np.ndarray) -> float:
+        force = elements.force(x) + load
+        force[held] = 0.0
+        return float(np.linalg.norm(force) / np.linalg.norm(load))
+
+    return error
 
 
 def unbalanced(system: System, x: np.ndarray) -> float:

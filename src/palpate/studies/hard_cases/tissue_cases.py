@@ -23,7 +23,7 @@ from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.system import System
 from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import SOFT, Pull, end_face
+from palpate.studies.hard_cases.stage import SOFT, Pull, bar_mesh, end_face, points
 
 YIELD, STRETCH = 0.05, 3.0
 """Yield strain of plastic flow, and the stretch at which it is tried."""
@@ -33,26 +33,22 @@ MOST_STRAIN = {"flows_to_the_yield": 2.0, "flows_to_the_limit": 0.5}
 def still() -> list[Case]:
     """Return the declared cases of the family fem."""
     return [
-        Case.of("regions_of_contrast_1e6", "fem", "palpate", "two regions, one a million times as stiff as the other, "
-                "and a bar that is pulled", "the elongation of theory", "relative error of the elongation", 1e-3,
-                run=_regions, models=("fem_static", "fem_multigrid")),
+        Case("regions_of_contrast_1e6", "two regions, one a million times as stiff as the other, and a bar that is "
+             "pulled", "the elongation of theory", "relative error of the elongation", 1e-3, _regions,
+             ("fem_static", "fem_multigrid")),
     ]  # fmt: skip
 
 
 def moving() -> list[Case]:
     """Return the declared cases of the family dynamics."""
-
-    def case(name, scene, expected, measure, bound, run, models):
-        return Case.of(name, "dynamics", "palpate", scene, expected, measure, bound, run=run, models=models)
-
     return [
-        case("maxwell_times", "a Maxwell element relaxes in a millionth of a step, and in a million steps",
+        Case("maxwell_times", "a Maxwell element relaxes in a millionth of a step, and in a million steps",
              "the elongation of the spring alone, and of both springs", "largest relative error of the elongations",
              1e-3, _maxwell, ("springs_implicit",)),
-        case("plastic_flow", "a block of three times its length yields for ever in one step, with a limit of 2 and 0.5",
+        Case("plastic_flow", "a block of three times its length yields for ever in one step, with a limit of 2 and 0.5",
              "a lasting strain of all but the yield strain, and of the limit",
              "largest error of the lasting strain of an element / that strain", 1e-6, _plastic, ("fem_plasticity",)),
-        case("body_springs_from_point", "a surface on body springs starts as one point, under a weight",
+        Case("body_springs_from_point", "a surface on body springs starts as one point, under a weight",
              "each node as far from rest as its own spring gives way",
              "largest error of a node's place / how far the weight moves it", 0.02, _tied, ("springs_implicit",)),
     ]  # fmt: skip
@@ -61,7 +57,7 @@ def moving() -> list[Case]:
 def _regions(model: str) -> Answer:
     """Stretch a bar of ν = 0 whose halves have two moduli, by regions: x = F L / 2A (1/E + 1/E')."""
     level = {"fem_static": 0, "fem_multigrid": 1}[model]
-    mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
+    mesh = bar_mesh()
     soft, hard = Material(3000.0, 0.0, 1000.0), Material(3e9, 0.0, 1000.0)
     region = (mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1).astype(np.int64)
     held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
@@ -74,8 +70,8 @@ def _regions(model: str) -> Answer:
 
 def _maxwell(model: str) -> Answer:
     """Move a node on a spring of 100 N/m and a Maxwell element as stiff with 1 N: 1/100 m, or 1/200 m at once."""
-    none, nodes = (np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)), np.outer([0.0, 1.0], [1.0, 0.0, 0.0])
-    particles, found = Particles("pair", nodes, np.ones(2), np.array([0]), *none, SOFT), []
+    nodes = np.outer([0.0, 1.0], [1.0, 0.0, 0.0])
+    particles, found = points("pair", nodes, [0]), []
     for steps_to_relax in (1e-6, 1e6):
         springs = Springs(np.array([[0, 1]]), np.array([100.0]), np.ones(1))
         maxwell = Maxwell(springs, 1.0, 10.0 * steps_to_relax)
@@ -140,21 +136,16 @@ VOLUME = "relative error of volume or mass"
 
 def organs() -> list[Case]:
     """Return the declared cases of this family."""
-
-    def case(name, scene, expected, measure, bound, run, models, declared=None):
-        words = (name, "organ", "palpate", scene, expected, measure, bound)
-        return Case.of(*words, run=run, models=models, declared=declared)
-
     return [
-        case("ct_thick_slices", "a ball in slices ten times as thick as the pixels", "its volume and mass", VOLUME,
+        Case("ct_thick_slices", "a ball in slices ten times as thick as the pixels", "its volume and mass", VOLUME,
              0.05, lambda model: _ball([0.001, 0.001, 0.01], 20.0), ("segmentation",)),
-        case("ct_noise", "a ball in noise of half the contrast", "its volume and mass", VOLUME, 0.05,
+        Case("ct_noise", "a ball in noise of half the contrast", "its volume and mass", VOLUME, 0.05,
              lambda model: _ball([0.002, 0.002, 0.002], 80.0), ("segmentation",)),
-        case("ct_bridge", "a ball that a rod of 4 mm joins to another", "the volume and mass of one ball", VOLUME,
+        Case("ct_bridge", "a ball that a rod of 4 mm joins to another", "the volume and mass of one ball", VOLUME,
              0.05, lambda model: _ball([0.0015, 0.0015, 0.0015], 20.0, bridge=True), ("segmentation",)),
-        case("ct_of_one_value", "an image of air alone", "refused: no voxel in the range", VOLUME, 0.05,
+        Case("ct_of_one_value", "an image of air alone", "refused: no voxel in the range", VOLUME, 0.05,
              lambda model: _empty(), ("segmentation",), {"segmentation": ("refused",)}),
-        case("search_where_most_diverge", "moduli of six nodes; one individual in twenty does not diverge",
+        Case("search_where_most_diverge", "moduli of six nodes; one individual in twenty does not diverge",
              "the moduli of which the best fitness is known", "largest relative error of a modulus", 0.05, _search,
              ("genetic_algorithm", "cma_es")),
     ]  # fmt: skip

@@ -156,7 +156,7 @@ def test_what_is_hardly_meant_is_warned_of(bar, files):
 def test_the_frame_is_that_of_the_markers(files):
     experiment = experiment_of("made_up", with_files(files))
     found = follow(files["weight"], experiment)
-    assert found.frame.rotation @ DOWN == pytest.approx([0.0, 0.0, -1.0], abs=1e-6)
+    assert found.down == pytest.approx([0.0, 0.0, -1.0], abs=1e-6)
     assert (found.moves[:, 2] < -0.005).all() and np.abs(found.moves[:, 1]).max() < 1e-4
 
 

@@ -9,6 +9,9 @@ from scipy.spatial import cKDTree
 from palpate.bodies.body import Body
 from palpate.errors import InputError
 
+GIVEN = "no"
+"""The word for a modulus that is fitted to no case."""
+
 
 @dataclass(frozen=True, eq=False)
 class Marker:
@@ -53,7 +56,6 @@ class Experiment:
     """
 
     name: str
-    body: str
     gravity_m_s2: float
     down: np.ndarray
     markers: tuple[Marker, ...]
@@ -66,6 +68,11 @@ class Experiment:
     def fitted(self) -> Case | None:
         """The case that E is fitted to; None if it is fitted to none."""
         return next((case for case in self.cases if case.name == self.calibrate_on), None)
+
+    @property
+    def swinging(self) -> list[Case]:
+        """The cases in which a frequency is seen."""
+        return [case for case in self.cases if case.swings]
 
     @property
     def compared(self) -> list[Marker]:
@@ -91,7 +98,7 @@ def experiment_of(name: str, entry: dict) -> Experiment:
         measured = ", ".join(case.name for case in cases if case.files) or "none has files"
         raise InputError(f"{place}.calibrate_on is {on}, which is no case with files; choose from {measured}, or null.")
     return Experiment(
-        name, entry["body"], entry["gravity_m_s2"], _vector(entry["down"]), markers, cases, on or "",
+        name, entry["gravity_m_s2"], _vector(entry["down"]), markers, cases, on or "",
         entry["held_s"], entry["settled_s"],
     )  # fmt: skip
 

@@ -9,11 +9,11 @@ from matplotlib.patches import Patch
 
 from palpate.report import style, tables
 from palpate.report.model_looks import law_look, look
-from palpate.report.words import percent
+from palpate.report.words import percent, spaced
+from palpate.studies.measured.experiment import GIVEN
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
 """The quantities that are drawn, and the titles of their panels."""
-GIVEN = "no"
 BAND = "#e3ebf2"
 ROW = 0.19  # [inch]
 
@@ -35,7 +35,7 @@ def draw_measured(measured, *, scene: str) -> Figure:
     for line, case in zip(axes, cases, strict=True):
         for axis, (quantity, title) in zip(line, QUANTITIES.items(), strict=True):
             _panel(axis, tables.where(rows, case=case, quantity=quantity), kinds)
-            axis.set_title(f"{case.replace('_', ' ')}: {title}", fontsize="medium")
+            axis.set_title(f"{spaced(case)}: {title}", fontsize="medium")
         line[0].set_yticks(range(len(kinds)), [named(row) for row in kinds.itertuples()])
         line[0].set_ylim(len(kinds) + 0.4, -0.6)  # with room for a word below
     for axis in axes[-1]:
@@ -80,9 +80,7 @@ def _panel(axis: Axes, rows: pd.DataFrame, kinds: pd.DataFrame) -> None:
 def _handles(rows: pd.DataFrame) -> list:
     calibrated = [case for case in dict.fromkeys(rows["calibrated"]) if case != GIVEN]
     handles = [_dot("white", "Young's modulus as given")]
-    for case in calibrated:
-        name = case.replace("_", " ")
-        handles.append(_dot(style.INK, f"fitted to {name} alone (× what was fitted)"))
+    handles += [_dot(style.INK, f"fitted to {spaced(case)} alone (× what was fitted)") for case in calibrated]
     return [*handles, Patch(color=BAND, label="range of the repeats")]
 
 

@@ -9,9 +9,8 @@ from typing import Any
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.errors import InputError
-from palpate.studies.measured.experiment import Experiment, check_places
-from palpate.studies.measured.predict import ALL, GIVEN, Predictor, Row, creep_rows, damping_rows
+from palpate.studies.measured.experiment import GIVEN, Experiment, check_places
+from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
@@ -82,12 +81,10 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     """Tabulate measured.csv for one experiment: a row a case, model, setting, calibration, quantity and marker.
 
     settings : ``measured.models`` of the config; ``progress`` wraps the models, as ``tqdm`` does
-    Raises InputError for files that do not fit the entry, for loads and markers that are not where the body is, and for
-    a body that the models cannot treat; a model that does not converge has rows with a message and no prediction. Warns
+    Raises InputError for files that do not fit the entry and for loads and markers that are not where the body is; a
+    model that does not converge has rows with a message and no prediction. Warns
     of forces on a point, markers that fit badly, and predictions that are too large to be meant.
     """
-    if not len(body.coarse.tetrahedra):
-        raise InputError(f"measured.experiments.{experiment.name}: {body.name} is a sheet; name a body of tetrahedra.")
     check_places(experiment, body, partial(off_surface, body.fine))
     rows: list[Row] = []
     observed = observe_all(experiment)

@@ -10,8 +10,8 @@ from scipy import sparse
 
 from palpate.errors import NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.studies.measured.experiment import Case, Experiment
-from palpate.studies.measured.records import Observed, Oscillation
+from palpate.studies.measured.experiment import GIVEN, Case, Experiment
+from palpate.studies.measured.records import Observed
 from palpate.studies.measured.specimen import Bench, Specimen
 
 ALL = "all"
@@ -43,16 +43,13 @@ def compare_moves(experiment: Experiment, seen: Observed, moves: np.ndarray | No
     repeat = max((_rms(a - b) for a, b in combinations(found, 2)), default=None)
     wrong = None if measured is None or moves is None else _rms(moves - seen.moves) / measured
     predicted = None if moves is None else _rms(moves)
-    yield {"quantity": "move_m", "marker": ALL, "measured": measured, "repeat": repeat} | {
-        "predicted": predicted, "error": wrong,
-    }  # fmt: skip
+    yield dict(quantity="move_m", marker=ALL, measured=measured, repeat=repeat, predicted=predicted, error=wrong)
 
 
 def compare_swing(seen: Observed, swing: dict[str, float | None]) -> Iterator[Row]:
     """Yield rows of the quantities of an Oscillation that ``swing`` predicts, by their names; None if it failed."""
-    swings: list[Oscillation] = [repeat.swing for repeat in seen.repeats if repeat.swing is not None]
     for quantity, predicted in swing.items():
-        yield _row(quantity, ALL, [float(getattr(each, quantity)) for each in swings], predicted)
+        yield _row(quantity, ALL, [float(getattr(each, quantity)) for each in seen.swings], predicted)
 
 
 def _row(quantity: str, marker: str, repeats: list[float], predicted: float | None) -> Row:
@@ -60,9 +57,7 @@ def _row(quantity: str, marker: str, repeats: list[float], predicted: float | No
     measured = float(np.mean(repeats)) if repeats else None
     repeat = float(np.ptp(repeats)) if len(repeats) > 1 else None
     error = None if measured is None or predicted is None else predicted / measured - 1.0
-    return {"quantity": quantity, "marker": marker, "measured": measured, "repeat": repeat} | {
-        "predicted": predicted, "error": error,
-    }  # fmt: skip
+    return dict(quantity=quantity, marker=marker, measured=measured, repeat=repeat, predicted=predicted, error=error)
 
 
 def _rms(vectors: np.ndarray) -> float:
@@ -134,10 +129,6 @@ def natural_frequency(
     raise NotConverged(
         f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps", history
     )
-
-
-GIVEN = "no"
-"""The word for a modulus that is fitted to no case."""
 
 
 @dataclass(eq=False)
@@ -215,15 +206,14 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
     generalised Maxwell body whose times are longer than a swing; what a case creeps is the difference of two
     equilibria. Nothing is yielded without creep in the records, and if a modulus is not found.
     """
-    swings = [repeat.swing for repeat in predictor.observed[fitted.name].repeats if repeat.swing is not None]
-    crept = float(np.mean([swing.creep_m for swing in swings])) if swings else 0.0
+    crept = predictor.observed[fitted.name].creep_m
     if not crept > 0.0:
         return
     try:
         relaxed, sudden = predictor.softness(fitted), predictor.softness(fitted, less_m=crept)
     except NotConverged:
         return
-    for case in (case for case in predictor.experiment.cases if case.swings):
+    for case in predictor.experiment.swinging:
         seen, found = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
         about: Row = {"case": case.name, "calibrated": fitted.name, "softness": sudden, "message": ""}
         try:
@@ -253,13 +243,12 @@ def damping_rows(
 
     A mode of ω is damped by α/2ω with a damping matrix α M, and by β ω/2 with β K.
     """
-    swings = [repeat.swing for repeat in observed[fitted].repeats if repeat.swing is not None]
-    own = frequencies.get(fitted)
+    swings, own = observed[fitted].swings, frequencies.get(fitted)
     if not swings or own is None:
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
     for kind, power in POWERS.items():
-        for case in (case for case in experiment.cases if case.swings):
+        for case in experiment.swinging:
             hz = frequencies.get(case.name)
             predicted = None if hz is None else ratio * (hz / own) ** power
             for row in compare_swing(observed[case.name], {"damping_ratio": predicted}):

@@ -1,6 +1,6 @@
 """Evidence of an experiment: records of markers, their registration, and how they moved and swung."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -178,31 +178,20 @@ STILL = 0.2
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
-    """One repeat in the body's frame.
+class Seen:
+    """One repeat, in the body's frame.
 
     along : (n,) [m] the mean way of the markers at ``times`` (n,) [s], in the direction in which they settle
-    moves : (m, 3) [m] from the held state to the settled one; frame : how the body's frame was found
+    moves : (m, 3) [m] of the markers that are compared, from the held state to the settled one; down : (3,) the
+    direction of gravity; misfit_m : of the registration [m]; swing : None if it was not looked for
     """
 
     times: np.ndarray
     along: np.ndarray
     moves: np.ndarray
-    frame: Registration
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """One repeat, in the body's frame.
-
-    moves : (m, 3) [m] of the markers that are compared, from the held state to the settled one; down : (3,) the
-    direction of gravity; misfit_m : of the registration [m]; swing : None if it was not looked for
-    """
-
-    moves: np.ndarray
     down: np.ndarray
     misfit_m: float
-    swing: Oscillation | None
+    swing: Oscillation | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +205,16 @@ class Observed:
     def moves(self) -> np.ndarray | None:
         """The mean moves (m, 3) [m]; None without repeats."""
         return np.mean([seen.moves for seen in self.repeats], axis=0) if self.repeats else None
+
+    @property
+    def swings(self) -> list[Oscillation]:
+        """The oscillations of the repeats in which one was looked for."""
+        return [seen.swing for seen in self.repeats if seen.swing is not None]
+
+    @property
+    def creep_m(self) -> float:
+        """The mean creep [m]; 0 if none is seen."""
+        return float(np.mean([swing.creep_m for swing in self.swings])) if self.swings else 0.0
 
     @property
     def misfit_m(self) -> float | None:
@@ -234,7 +233,7 @@ def observe_all(experiment: Experiment) -> dict[str, Observed]:
     }
 
 
-def follow(file: str, experiment: Experiment) -> Followed:
+def follow(file: str, experiment: Experiment) -> Seen:
     """Read a file, register it by all markers of its held state, and follow those that are compared.
 
     Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
@@ -257,12 +256,12 @@ def follow(file: str, experiment: Experiment) -> Followed:
             f"{file}: markers move by {restless:.3g} m within held_s, of {whole:.3g} m in all; "
             "shorten held_s to the time before the release."
         )
-    return Followed(record.times, along, moves, frame)
+    return Seen(record.times, along, moves, frame.rotation @ _unit(experiment.down), frame.misfit_m)
 
 
-def check_down(found: Followed, case: Case, experiment: Experiment, file: str) -> None:
+def check_down(found: Seen, case: Case, experiment: Experiment, file: str) -> None:
     """Raise InputError if the markers rise against ``down`` in a case without a force that might lift them."""
-    way = float(found.moves.mean(axis=0) @ (found.frame.rotation @ _unit(experiment.down)))
+    way = float(found.moves.mean(axis=0) @ found.down)
     if way < 0.0 and all(weight.force_n is None for weight in case.weights):
         raise InputError(
             f"{file}: the markers rise by {-way:.3g} m against down, {experiment.down.tolist()}, of "
@@ -272,9 +271,10 @@ def check_down(found: Followed, case: Case, experiment: Experiment, file: str) -
 
 def _see(file: str, experiment: Experiment, swings: bool) -> Seen:
     found = follow(file, experiment)
+    if not swings:
+        return found
     first = int(np.argmax(found.along))  # the far end of the first swing
-    swing = fit_oscillation(found.times[first:], found.along[first:], file) if swings else None
-    return Seen(found.moves, found.frame.rotation @ _unit(experiment.down), found.frame.misfit_m, swing)
+    return replace(found, swing=fit_oscillation(found.times[first:], found.along[first:], file))
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

@@ -16,8 +16,8 @@ from palpate.errors import InputError, NotConverged
 from palpate.scenes.effect_registry import effect
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
-from palpate.studies.measured.experiment import Experiment, Weight
-from palpate.studies.measured.predict import GIVEN, Predictor, Row, axis_down, compare_swing
+from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
+from palpate.studies.measured.predict import Predictor, Row, axis_down, compare_swing
 from palpate.studies.measured.records import Observed, Oscillation, fit_oscillation
 from palpate.studies.measured.specimen import Bench, FemSpecimen, hung_masses, nodal_loads
 
@@ -115,11 +115,12 @@ def release_rows(
         creep of that case. A release that is not computed has a message.
     """
     level, steps = settings["level"], list(settings["steps_s"])
-    crept = _crept(experiment, observed) if settings["creep"] is not None else 0.0
-    if not (steps or crept > 0.0):
+    fitted, own, seen = experiment.fitted, body.material, None
+    if settings["creep"] is not None and fitted is not None and observed[fitted.name].creep_m > 0.0:
+        seen = observed[fitted.name]
+    if not (steps or seen):
         return
     predictor = Predictor(experiment, dict(observed), FemSpecimen(body, level, 1))
-    fitted, own = experiment.fitted, body.material
     about: Row = {"model": "fem_p1", "nodes": len(predictor.specimen.rest), "young_pa": own.young_pa}
     about |= {"poisson": own.poisson, "law": own.law, "calibrated": GIVEN if fitted is None else fitted.name}
     try:
@@ -131,9 +132,8 @@ def release_rows(
     for step_s in steps:
         release = Release(body, level, predictor.bench, softness, step_s, settings["duration_s"])
         yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"}, DAMPED)
-    if crept > 0.0:
-        creep = settings["creep"]
-        prony = _series(experiment, observed, crept, own.poisson)
+    if seen:
+        creep, prony = settings["creep"], _series(seen, own.poisson)
         release = Release(body, level, predictor.bench, softness, creep["step_s"], creep["duration_s"], prony)
         about |= {"setting": f"level={level} prony step_s={creep['step_s']:g}"}
         yield from _rows(release, experiment, observed, about, CREPT)
@@ -142,7 +142,7 @@ def release_rows(
 def _rows(
     release: Release, experiment: Experiment, observed: Mapping[str, Observed], about: Row, names: tuple[str, ...]
 ) -> Iterator[Row]:
-    for case in (case for case in experiment.cases if case.swings):
+    for case in experiment.swinging:
         found, message = dict.fromkeys(names), ""
         try:
             swing = release.swing(case.weights, experiment.gravity_m_s2 * observed[case.name].down)
@@ -154,27 +154,14 @@ def _rows(
             yield about | {"case": case.name, "message": message, "fitted": fitted} | row
 
 
-def _crept(experiment: Experiment, observed: Mapping[str, Observed]) -> float:
-    """Return the mean creep [m] of the case that is fitted to; 0 if it shows none."""
-    swings = _swings(experiment, observed)
-    return float(np.mean([swing.creep_m for swing in swings])) if swings else 0.0
-
-
-def _swings(experiment: Experiment, observed: Mapping[str, Observed]) -> list:
-    repeats = [] if experiment.fitted is None else observed[experiment.fitted.name].repeats
-    return [repeat.swing for repeat in repeats if repeat.swing is not None]
-
-
-def _series(experiment: Experiment, observed: Mapping[str, Observed], crept: float, poisson: float) -> dict:
-    """Return the branch with which a beam creeps so far and in that time.
+def _series(seen: Observed, poisson: float) -> dict:
+    """Return the branch with which a beam creeps as far and in the time as it was seen to.
 
     In bending and in tension the modulus falls by the share c = 2 (1 + ν) g / 3, as the bulk modulus stays, and a held
     load creeps by c of the whole way in the time τ / (1 − g).
     """
-    assert experiment.fitted is not None  # it has crept
-    seen = observed[experiment.fitted.name]
-    assert seen.moves is not None
+    assert seen.moves is not None  # it has crept
     whole = float((seen.moves @ axis_down(seen.down)).mean())
-    share = 3.0 * crept / whole / (2.0 * (1.0 + poisson))
-    time = float(np.mean([swing.creep_s for swing in _swings(experiment, observed)]))
+    share = 3.0 * seen.creep_m / whole / (2.0 * (1.0 + poisson))
+    time = float(np.mean([swing.creep_s for swing in seen.swings]))
     return {"shares": [share], "times_s": [time * (1.0 - share)]}

@@ -9,7 +9,8 @@ from palpate.report import tables
 from palpate.report.material import Report
 from palpate.report.model_looks import look
 from palpate.report.words import spaced
-from palpate.studies.measured.figures import GIVEN, named
+from palpate.studies.measured.experiment import GIVEN
+from palpate.studies.measured.figures import named
 
 TITLE = "Models beside a measured body"
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping ratio"}

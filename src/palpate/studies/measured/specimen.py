@@ -26,6 +26,11 @@ from palpate.solvers.system import System
 from palpate.studies.measured.experiment import Marker, Weight
 
 
+def rest_of(mesh: Mesh, order: int) -> np.ndarray:
+    """Return the places (n, 3) [m] of the nodes and, for order 2, of the middles of edges, as ``ten_nodes`` counts."""
+    return mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+
+
 def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_array:
     """Return the map (k, n) from positions of nodes, and for order 2 of edges, to the surface nearest to ``points``.
 
@@ -66,12 +71,9 @@ def off_surface(mesh: Mesh, points: np.ndarray) -> np.ndarray:
 
 
 def mass_matrix(mesh: Mesh, density_kg_m3: np.ndarray, order: int) -> sparse.csr_array:
-    """Compute ∫ ρ Nᵢ Nⱼ, (n, n) [kg], of elements on ``mesh`` with densities (n_elements,) [kg/m³].
-
-    n counts the nodes, and for order 2 the edges after them, as ``ten_nodes`` numbers them.
-    """
+    """Compute ∫ ρ Nᵢ Nⱼ, (n, n) [kg], of elements on ``mesh`` with densities (n_elements,) [kg/m³]."""
     elements = mesh.tetrahedra if order == 1 else ten_nodes(mesh)
-    count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
+    count = len(rest_of(mesh, order))
     corners = mesh.nodes[mesh.tetrahedra]
     volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
     values = (density_kg_m3 * volumes)[:, None, None] * _unit_masses(order)
@@ -104,7 +106,7 @@ POINTS = 240
 
 def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: int) -> np.ndarray:
     """Spread the forces of ``weights`` over nodes, (n, 3) [N]; what hangs pulls along ``down`` (3,)."""
-    total = np.zeros((len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0), 3))
+    total = np.zeros_like(rest_of(mesh, order))
     for weight in weights:
         up, shares = _places(mesh, weight, order)
         force = weight.weight_n * down if weight.force_n is None else weight.force_n
@@ -114,7 +116,7 @@ def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: 
 
 def hung_masses(mesh: Mesh, weights: Sequence[Weight], gravity_m_s2: float, order: int) -> sparse.csr_array:
     """Return ∫ Nᵢ Nⱼ dm, (n, n) [kg], of the masses that hang on the surface and move along; those of forces are 0."""
-    count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
+    count = len(rest_of(mesh, order))
     total = sparse.csr_array((count, count))
     for weight in weights:
         if weight.force_n is None:
@@ -133,8 +135,7 @@ def _places(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, n
     center = nearest_points(mesh, weight.at_m[None], order)
     if weight.radius_m == 0.0:
         return center, np.ones(1)
-    rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
-    up, areas = disc_points(mesh, (center @ rest)[0], weight.radius_m, order)
+    up, areas = disc_points(mesh, (center @ rest_of(mesh, order))[0], weight.radius_m, order)
     return up, areas / areas.sum()
 
 
@@ -151,7 +152,7 @@ class Carried:
     """
 
     def __init__(self, mesh: Mesh, places: np.ndarray, order: int):
-        rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+        rest = rest_of(mesh, order)
         self._places = np.asarray(places, dtype=float)
         self._patches = [self._patch(mesh, rest, place, order) for place in self._places]
 
@@ -169,15 +170,11 @@ class Carried:
         """Return the markers' places (m, 3) [m] where the nodes are at ``x`` (n, 3) [m]."""
         found = np.empty_like(self._places)
         for i, (up, shares, away, middle) in enumerate(self._patches):
-            points = _points(up, x)
+            points = up @ x
             now = shares @ points
             turn = rotations(((points - now).T @ (shares[:, None] * away))[None])[0]
             found[i] = now + turn @ (self._places[i] - middle)
         return found
-
-
-def _points(up: sparse.csr_array, x: np.ndarray) -> np.ndarray:
-    return up @ x
 
 
 TOLERANCE = 1e-5

@@ -4,7 +4,7 @@
 include: "functions/dynamic.smk"
 
 
-from palpate.scenes.dynamic_check import followed, trials
+from palpate.studies.dynamic.comparable import followed, trials
 
 # how each scene is followed, and why those are left out in which models cannot be compared
 FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}

@@ -1,26 +1,27 @@
 """A coarse motion is corrected so that small, slow loads give the fine linear response."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from fixtures.poked_bar import poked
 
-from palpate.bodies.body import Body, nest
+from palpate.bodies.body import Body
 from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.models.fem_statics import to_surface
 from palpate.studies.dynamic.fitted import CorrectedMotion, corrects
 from palpate.studies.dynamic.trial import Trial, trial
 
-PUSH = {"at_m": [0.1, 0.02, 0.04], "force_n": [0, 0, -1e-3], "radius_m": 0.03, "start_s": 0.0, "press_s": 0.1}
-PUSH |= {"hold_s": 1.0, "release_s": 0.1}
-ENTRY = {"body": "bar", "effects": ["corotational", "held", "push", "gravity", "rayleigh"], "push": {"loads": [PUSH]}}
-ENTRY |= {"gravity": {"acceleration_m_s2": [0, 1e-3, 0]}, "rayleigh": {"mass_1_s": 50.0, "stiffness_s": 0.1}}
+GRAVITY = {"acceleration_m_s2": [0, 1e-3, 0]}
+EFFECTS = ["corotational", "held", "push", "gravity", "rayleigh"]
+DAMPING = {"mass_1_s": 50.0, "stiffness_s": 0.1}
 
 
 @pytest.fixture(scope="module")
 def pressed(box) -> Trial:
-    mesh = box([4, 2, 2], [0.1, 0.04, 0.04])
-    body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(20000.0, 0.3, 1000.0))
-    return trial("poke", ENTRY, body, {"duration_s": 4.0, "frames": 4})
+    slow = {"force_n": [0, 0, -1e-3], "hold_s": 1.0}
+    return poked(box, slow, 4.0, 4, effects=EFFECTS, gravity=GRAVITY, rayleigh=DAMPING)
 
 
 def test_a_motion_that_has_come_to_rest_is_the_fine_one(pressed):
@@ -45,9 +46,8 @@ def test_detail_turns_with_the_body(pressed):
 
 def test_only_held_solids_without_contact_have_linear_responses(pressed):
     assert corrects(pressed)
-    assert not corrects(trial("poke", ENTRY, pressed.body, {"duration_s": 1.0, "frames": 1, "level": 0}))
+    assert not corrects(replace(pressed, body=pressed.body.up_to(0)))
     mesh = sheet([0.1, 0.1], [2, 2], 0.001)
     cloth = Body("cloth", [mesh], [], [np.array([4])], Material(5e4, 0.3, 1000.0))
-    hangs = {"body": "cloth", "effects": ["triangles", "gravity", "held"], "gravity": ENTRY["gravity"]}
-    own = {"duration_s": 1.0, "frames": 1, "models": ["fem_coarse"]}
-    assert not corrects(trial("hang", hangs, cloth, own))
+    hangs = {"body": "cloth", "effects": ["triangles", "gravity", "held"], "gravity": GRAVITY}
+    assert not corrects(trial("hang", hangs, cloth, {"duration_s": 1.0, "frames": 1}))

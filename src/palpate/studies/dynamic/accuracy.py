@@ -60,7 +60,7 @@ def estimated(trial: Trial, fitted: Fitted, steps: int, motion: Motion, moved: n
 def twice_as_long(trial: Trial, fitted: Fitted, steps: int, moved: np.ndarray) -> tuple[float, float]:
     """Return ``change_of_step`` [m] of steps twice as long, which meet every second frame, and their time [s]."""
     count = trial.frames // 2
-    half = trial.cut(2 * count).joined(2)
+    half = replace(trial, frames=count, duration_s=trial.duration_s * (2 * count) / trial.frames)
     scene = fitted.scene(half, steps // trial.frames * count)
     longer, run = half.move(scene, fitted.level % len(trial.body.levels), fitted.young_pa)
     return change_of_step(longer, moved[1::2][:count], scene.integrator), run.seconds
@@ -133,10 +133,8 @@ def measure(
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
     names : the models to try, all that can do the scene if there is none
-    Columns: failures is 1 for a motion that ended in NotConverged, or to which nothing could be fitted; its errors are
-    then empty. ms_per_step, step_p95_ms and real_time_factor, the seconds that a second of motion takes, are without
-    preparation. estimate_of_peak is what the model itself says of its error, found in estimate_s. varied is what a
-    setting changes: STEP or, at the same step, order, tolerance, gap, or place.
+    Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
+    what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
     ``progress`` wraps the models, as ``tqdm`` does.
     """
     whole_s = trial.duration_s
@@ -152,15 +150,14 @@ def measure(
         except NotConverged:  # nothing that was fitted moves like the reference
             failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": trial.nodes(0), "failures": 1}
             rows.append({"model": name} | failed)
-    known = {
-        "reference_level": len(trial.body.levels) - 1,
-        "reference_nodes": trial.nodes(-1),
-        "reference_step_s": truth.step_s,
-        "reference_change": truth.change,
-        "duration_s": whole_s,
-        "resolved_s": truth.duration_s,
-    }
-    table = pd.DataFrame(rows).assign(**known)
+    table = pd.DataFrame(rows).assign(
+        reference_level=len(trial.body.levels) - 1,
+        reference_nodes=trial.nodes(-1),
+        reference_step_s=truth.step_s,
+        reference_change=truth.change,
+        duration_s=whole_s,
+        resolved_s=truth.duration_s,
+    )
     table.insert(0, "scene", trial.name)
     table.insert(1, "body", trial.body.name)
     return table
@@ -243,12 +240,16 @@ def _shapes(trial: Trial, lesson: Trial, wanted: np.ndarray, grid: Grid) -> Trie
         yield count * trial.frames, fit_shapes(lesson, wanted, count, grid["evaluations"]), ""
 
 
+def _head(trial: Trial, level: int, step_s: float, steps: int, varied: str) -> dict:
+    """Name a setting, of which ``varied`` is not the usual one."""
+    row = {"setting": f"step_s={step_s:.3g} {varied}".rstrip(), "varied": varied.partition("=")[0] or STEP}
+    return row | {"level": level, "nodes": trial.nodes(level), "step_s": step_s, "steps": steps, "failures": 0}
+
+
 def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
     scene = fitted.scene(trial, steps)
     level = fitted.level % len(trial.body.levels)
-    row = {"setting": " ".join(filter(None, [f"step_s={scene.step_s:.3g}", varied])), "level": level}
-    row["varied"] = varied.partition("=")[0] or STEP
-    row |= {"nodes": trial.nodes(level), "step_s": scene.step_s, "steps": steps, "failures": 0}
+    row = _head(trial, level, scene.step_s, steps, varied)
     try:
         moved, run = trial.move(scene, level, fitted.young_pa)
     except NotConverged:
@@ -267,8 +268,7 @@ def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
     """Take the reference at one of its steps, as it is: its error is that of the step alone."""
     step, last = float(truth.tried_s[number]), len(trial.body.levels) - 1
     steps = round(whole_s / step)
-    row = {"model": "fem_fine", "setting": f"step_s={step:.3g}", "varied": STEP, "level": last}
-    row |= {"nodes": trial.nodes(last), "step_s": step, "steps": steps, "failures": 0}
+    row = {"model": "fem_fine"} | _head(trial, last, step, steps, "")
     costs = _cost(float(truth.seconds[number]), float(truth.step_p95_s[number]), steps, whole_s)
     told = MotionEstimate()
     if number and corrects(trial):  # the run at twice the step is there already

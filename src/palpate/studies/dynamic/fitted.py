@@ -21,9 +21,9 @@ from palpate.models.shape_matching import cubes
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model
 from palpate.scenes.build_system import compose
-from palpate.scenes.dynamic_check import LOADS
 from palpate.scenes.motion import Motion
 from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.comparable import LOADS
 from palpate.studies.dynamic.trial import Trial
 
 

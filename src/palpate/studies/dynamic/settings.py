@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from palpate.errors import InputError
-from palpate.scenes.dynamic_check import acts, check_trial, taught, trials, unable
 from palpate.scenes.scene_check import check_instruments
 from palpate.scenes.settings import Gravity, Instrument, Other, Push
 from palpate.setting_types import (
@@ -25,6 +24,7 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
+from palpate.studies.dynamic.comparable import acts, check_trial, taught, trials, unable
 
 Change = Annotated[Positive, Field(le=0.2)]
 Halvings = Annotated[Whole, Field(ge=2)]

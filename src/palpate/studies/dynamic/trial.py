@@ -15,9 +15,9 @@ from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
 from palpate.scenes.build_system import compose
-from palpate.scenes.dynamic_check import TAKEN_OVER, acts, check_trial, fits, taught
 from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.comparable import TAKEN_OVER, acts, fits
 
 
 def nest_sheet(body: Body, count: int) -> Body:
@@ -105,14 +105,6 @@ class Trial:
         gap = factor * vars(composed.effects["contact"])["gap_m"]
         return replace(self, loads=self.loads | {"contact": self.loads["contact"] | {"gap_m": gap}})
 
-    def cut(self, frames: int) -> "Trial":
-        """Follow only its first ``frames`` frames."""
-        return replace(self, frames=frames, duration_s=self.duration_s * frames / self.frames)
-
-    def joined(self, count: int) -> "Trial":
-        """Join ``count`` frames to one; their number must be a multiple of it."""
-        return replace(self, frames=self.frames // count)
-
     def fem(self, steps: int, order: int | None = None) -> Scene:
         """Compose finite elements, stepped implicitly, by an integrator of ``order``, the trial's own if not given."""
         integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"
@@ -143,9 +135,8 @@ class Trial:
 
     def limit_s(self, scene: Scene, young_pa: float) -> float:
         """Return the longest step at which its integrator is stable on the coarse level."""
-        return (
-            effect_registry.integrator(scene.integrator).make(compose(scene, self.particles(0, young_pa)), {}).limit_s
-        )
+        system = compose(scene, self.particles(0, young_pa))
+        return effect_registry.integrator(scene.integrator).make(system, {}).limit_s
 
     def move(self, scene: Scene, level: int, young_pa: float | None = None) -> tuple[np.ndarray, Run]:
         """Run a scene; return displacements (frames, n_surface, 3) [m] of the reference's surfaces, and the run.
@@ -195,13 +186,12 @@ def trial(name: str, entry: dict, body: Body, own: dict) -> Trial:
 
     own : ``duration_s``, ``frames``, and what the settings of the comparison say of this scene: ``level`` (of the
         reference; without it the scene's, but one finer than the coarse one), ``training``
-    Raises InputError for a scene in which models cannot be compared.
     """
     kind = "sheet" if isinstance(body.coarse, Sheet) else ""
-    check_trial("dynamic.scenes", name, entry, kind, taught(own))
     loads = {effect: entry[effect] for effect in TAKEN_OVER if effect in entry and acts(effect, entry, kind)}
     damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
-    nested = _nested(body, own.get("level", max(entry.get("level", 0), 1)))
+    last = own.get("level", max(entry.get("level", 0), 1))
+    nested = nest_sheet(body, last) if kind else _nested(body, last)
     shifts = [other["shift_m"] for other in entry.get("others", [])]
     length = own["duration_s"], own["frames"]
     return Trial(name, nested, loads, damping, *length, shifts, entry.get("held", True))
@@ -229,8 +219,6 @@ def training_of(trial: Trial, training: dict, share: float) -> Trial:
 
 
 def _nested(body: Body, last: int) -> Body:
-    if isinstance(body.coarse, Sheet):
-        return nest_sheet(body, last)
     while len(body.levels) <= last:
         body = finer(body)
     return body.up_to(last)

@@ -28,7 +28,17 @@ def unfit(entry: dict, kind: str = "", taught: bool = False) -> str:
     unknown = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
     other = [name for name in (*unknown, *own) if acts(name, entry, kind)]
     driven = [*LOADS, "contact"] if taught else LOADS
-    reasons = {} if taught else _untaught(entry, kind)
+    # without a motion that is described to fit models to, it is under a share of the loads, which does not suffice here
+    reasons = (
+        {}
+        if taught
+        else {
+            "has contact": has_contact(entry),
+            "has several bodies": bool(entry.get("others")),
+            "moves a sheet": kind == "sheet",
+            "is not held": not entry.get("held", True),
+        }
+    )
     reasons |= {
         f"has none of {' and '.join(driven)}": not any(effect in entry for effect in driven),
         "has bodies of several kinds": any(other["body"] != entry.get("body") for other in entry.get("others", [])),
@@ -36,16 +46,6 @@ def unfit(entry: dict, kind: str = "", taught: bool = False) -> str:
         f"has {' and '.join(other)}, which not all models have": bool(other),
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
-
-
-def _untaught(entry: dict, kind: str) -> dict[str, bool]:
-    """Return reasons that hold unless a motion is described to fit models to: a share of the loads does not suffice."""
-    return {
-        "has contact": has_contact(entry),
-        "has several bodies": bool(entry.get("others")),
-        "moves a sheet": kind == "sheet",
-        "is not held": not entry.get("held", True),
-    }
 
 
 def acts(name: str, entry: dict, kind: str = "") -> bool:
@@ -91,7 +91,8 @@ def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]
 
 def followed(entry: dict) -> float:
     """Return how long a scene is followed [s] if nobody says so."""
-    return min(entry["duration_s"], max(LONGEST_S, _pressed(entry)))
+    loads = entry.get("push", {}).get("loads", [])
+    return min(entry["duration_s"], max([LONGEST_S, *(load["start_s"] + load["press_s"] for load in loads)]))
 
 
 def fits(own: Mapping) -> bool:
@@ -102,8 +103,3 @@ def fits(own: Mapping) -> bool:
 def taught(own: Mapping) -> bool:
     """Return whether a motion is described to fit models to, or none is needed; own : as for ``fits``."""
     return bool(own.get("training")) or not fits(own)
-
-
-def _pressed(entry: dict) -> float:
-    """Return when all loads of a scene are pressed [s]."""
-    return max((load["start_s"] + load["press_s"] for load in entry.get("push", {}).get("loads", [])), default=0.0)

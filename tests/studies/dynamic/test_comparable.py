@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.errors import InputError
-from palpate.scenes.dynamic_check import check_trial, fits, taught, trials, unable, unfit
+from palpate.studies.dynamic.comparable import check_trial, fits, taught, trials, unable, unfit
 
 LOAD = {"at_m": [0, 0, 0], "force_n": [0, 0, -1], "radius_m": 0, "start_s": 0.1, "press_s": 0.3, "hold_s": 9}
 PRESSED = {"body": "bar", "effects": "auto", "duration_s": 5.0, "push": {"loads": [LOAD]}}

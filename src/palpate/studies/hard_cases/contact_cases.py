@@ -13,7 +13,7 @@ from palpate.collision.contact.obstacles import pieces_of
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, SHEETS, SPRINGS, play
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHEETS, SPRINGS, play
 
 NEAR = 0.002
 """Distance at which bodies count as having met, in sizes of the smallest; they begin to repel at half of it."""
@@ -67,7 +67,6 @@ def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarr
 ERLEBEN = "Erleben 2018"
 SOLIDS = (*FEM, *SPRINGS, "shapes_linear")
 ALL = (*SOLIDS, *EXPLICIT)
-GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
 STEP_S = {"fem_implicit": 0.01, "springs_implicit": 0.01, "shapes_linear": 0.01}
 SHORT_S = 2e-4
 SIZE_M = 0.1

@@ -23,10 +23,12 @@ from palpate.studies.hard_cases.stage import (
     EXPLICIT,
     FEM,
     FIRM,
+    GRAVITY,
     REDUCED,
     RETURN_STEPS,
     SECOND,
     SHAPES,
+    SLOW,
     SOFT,
     SPRINGS,
     Stepper,
@@ -43,8 +45,6 @@ from palpate.studies.hard_cases.stage import (
 )
 
 IMPLICIT = (*FEM, *SECOND, *SPRINGS)
-GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
-SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
 RESIDUAL = "residual force / the weight at the end"
 AXES = {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0]}
 
@@ -123,9 +123,9 @@ def linear_motion(system: System, time_s: float) -> np.ndarray:
     return found.reshape(rest.shape)
 
 
-def _sag(model: str, h: float, material: Material, steps: int = 100, **rest: Any) -> Answer:
+def _sag(model: str, h: float, material: Material, **rest: Any) -> Answer:
     more = {"held": None} | GRAVITY | (SLOW if model in EXPLICIT else {})
-    described, particles = scene(model, h, steps * h, more, **({"substeps": "auto"} | rest)), bar(material=material)
+    described, particles = scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest)), bar(material=material)
     found = run(described, particles).motion.positions[-1]
     system = compose(described, particles)
     return Answer(found, particles.nodes, lambda a: unbalanced(system, a))

@@ -25,6 +25,7 @@ from palpate.solvers.system import System
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import (
     FEM,
+    RESIDUAL,
     SHAPES,
     SOFT,
     SPRINGS,
@@ -70,11 +71,10 @@ def deflection(model: str) -> Answer:
 
 
 @cache
-def reference(refined: int = 1) -> float:
+def reference() -> float:
     """Compute the mean deflection [m] of the loaded face under 1 N by scikit-fem, with the pressure as an unknown.
 
-    These elements (Taylor and Hood 1973), quadratic in the displacement and linear in the pressure, do not lock;
-    ``refined`` : how often each edge of the mesh is halved.
+    These elements (Taylor and Hood 1973), quadratic in the displacement and linear in the pressure, do not lock.
     """
     from skfem import (
         Basis,
@@ -92,7 +92,7 @@ def reference(refined: int = 1) -> float:
     from skfem.helpers import ddot, div, sym_grad
 
     tissue = replace(SOFT, poisson=POISSON)
-    body = bar_body(refined, tissue).fine
+    body = bar_body(1, tissue).fine
     mesh = MeshTet(np.ascontiguousarray(body.nodes.T), np.ascontiguousarray(body.tetrahedra.T))
     basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=4)
     pressure = basis.with_element(ElementTetP1())
@@ -111,7 +111,6 @@ STATIC = {"fem_static": (0, 1), "fem_multigrid": (1, 1), "fem_quadratic": (0, 2)
 those by L-BFGS."""
 MOVING = (*FEM, *SPRINGS, *SHAPES)
 LINEAR_ELEMENTS = ("fem_static", "fem_multigrid")
-RESIDUAL = "residual force at free nodes / the load"
 MOMENTUM = "change of momentum, or of the centre's motion, in 20 steps / sum of the nodes' momenta at the start"
 
 

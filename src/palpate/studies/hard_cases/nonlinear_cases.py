@@ -23,7 +23,9 @@ from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.stage import (
     EXPLICIT,
     FEM,
+    RESIDUAL,
     SHAPES,
+    SLOW,
     SOFT,
     SPRINGS,
     Stepper,
@@ -35,8 +37,6 @@ from palpate.studies.hard_cases.stage import (
     returns,
     unbalanced,
 )
-
-RESIDUAL = "residual force at free nodes / the load"
 
 
 def laws() -> list[Case]:
@@ -97,7 +97,6 @@ stays so, in an unstable equilibrium of the corotational energy, which is smooth
 GAIN = 1e-9
 """Largest gain of energy, relative to that at the start, that rounding may cause."""
 WEIGHT = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -0.05]}}
-SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
 IMPLICIT_STEPS = (0.05, 100), (1.0, 30)
 """Steps [s] and their number: the last are so long that they damp the slowest mode to nothing."""
 EXPLICIT_STEPS = ((5e-4, 10_000),)
@@ -162,8 +161,8 @@ ERROR = "RMS distance from the equilibrium that Newton's method finds / RMS disp
 def relaxations() -> list[Case]:
     """Return the declared cases of this family."""
 
-    def case(name, scene, run, bound=0.03):
-        return Case(f"relaxed_{name}", scene, "the equilibrium of finite elements", ERROR, bound, run, SETTINGS)
+    def case(name, scene, run):
+        return Case(f"relaxed_{name}", scene, "the equilibrium of finite elements", ERROR, 0.03, run, SETTINGS)
 
     return [
         case("twice_the_load", "a bar is bent by a fifth of its length", partial(_relaxed, times=2.0)),

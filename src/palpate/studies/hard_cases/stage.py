@@ -22,7 +22,10 @@ from palpate.studies.hard_cases.hard_case import Answer, finite
 
 SOFT = Material(3000.0, 0.3, 1000.0)
 FIRM = Material(1e5, 0.3, 1000.0)
+GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
 RAYLEIGH = {"mass_1_s": 0.0, "stiffness_s": 0.05}
+SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
+"""Damping of bodies that come to rest in explicit steps."""
 
 
 Described = tuple[str, dict[str, Any]]
@@ -43,7 +46,7 @@ SPRINGS: dict[str, Described] = {
 }
 EXPLICIT: dict[str, Described] = {
     "springs_explicit": ("symplectic_euler", {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}}),
-    "fem_explicit": ("symplectic_euler", {"corotational": {}, "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}),
+    "fem_explicit": ("symplectic_euler", {"corotational": {}} | SLOW),
 }
 SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
 SHEETS: dict[str, Described] = {
@@ -155,6 +158,9 @@ class Pull:
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
         """Add the force to ``force`` (n, 3) [N]."""
         force += self._force
+
+
+RESIDUAL = "residual force at free nodes / the load"
 
 
 def residual(elements: Elements, load: np.ndarray, held: np.ndarray) -> Callable[[np.ndarray], float]:

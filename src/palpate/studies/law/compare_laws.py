@@ -1,22 +1,14 @@
-"""Names in law.csv: what is changed in a body, and the meshes whose errors stand beside that.
-
-Bodies as they might have been described: under another law, with another Poisson's ratio, or of one material.
-
-Press a body under each law, and set what the choice of the law changes beside the error of the mesh.
+"""Press a body under each law, and set what the choice of the law changes beside the error of the mesh.
 
 Both are found on the same nested levels of quadratic elements. What a law changes is its answer minus that of the body
 as it is described, on the finest level of both, where the errors of the mesh cancel. What the mesh costs is the answer
 on a coarser level minus the limit of all levels, for each law by itself.
-
-Choose presses that grow over depth, at a few contacts of a body.
-
-Find the depth from which on a change of the law matters more than the mesh.
 """
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -39,8 +31,7 @@ MESHES = ("linear", "quadratic", "finest")
 """Whose errors are measured: linear elements on the finest level, quadratic ones with the same nodes, and on it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Variant:
+class Variant(NamedTuple):
     """A body, and what has been ``changed`` in it."""
 
     changed: str
@@ -109,19 +100,16 @@ def compare_laws(
     """Press ``body``, and each of its ``variants`` with ``laws`` and ``poissons``, by every row of ``loads``.
 
     loads : as ``choose_presses`` gives them; progress : wraps the sequence of variants, as ``tqdm`` does
-    Returns a row for each variant and load: ``changed`` says what differs from the body as it is
-    described, ``change_…`` how far its answer is from that one; ``linear_…``, ``quadratic_…`` and ``finest_…`` are the
-    errors of the MESHES, against that variant's own limit, whose error is ``own_…``. ``depth_of_size`` is the peak of
-    the body as it is described, ``peak_of_size`` that of the changed one. A press without an answer under a law has no
-    numbers of its own, and says ``why``.
+    Returns a row for each variant and load, with the columns of LAW_TABLE; errors of the MESHES are against the
+    variant's own limit. A press without an answer under a law has no numbers of its own, and says ``why``.
     """
-    found: list[tuple[Variant, Truth]] = []
-    rows = []
+    rows: list[dict] = []
+    own = None
     for each in progress(variants(body, laws, poissons)):
-        found.append((each, _truth(each.body, loads, tolerance)))
-        linear = _linear(each.body, loads, tolerance)
+        truth, linear = _truth(each.body, loads, tolerance), _linear(each.body, loads, tolerance)
+        own = own or truth  # the first variant is the body as it is described
         for i, (_, load) in enumerate(loads.iterrows()):
-            rows.append(_labels(each, load) | _numbers(*found[-1], found[0][1], linear[i], i, load))
+            rows.append(_labels(each, load) | _numbers(each.body, truth, own, linear[i], i, load))
     return LAW_TABLE.frame(rows)
 
 
@@ -155,9 +143,9 @@ def _labels(each: Variant, load: pd.Series) -> dict:
     return row | {"contact": int(load["contact"]), "force_n": float(np.linalg.norm(force_of(load)))}
 
 
-def _numbers(each: Variant, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, load: pd.Series) -> dict:
-    """Measure press ``i`` of one variant; ``own`` is the truth of the body as it is described."""
-    body, levels, before = each.body, _answered(truth, i), _answered(own, i)
+def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, load: pd.Series) -> dict:
+    """Measure press ``i`` of a changed ``body``; ``own`` is the truth of the body as it is described."""
+    levels, before = _answered(truth, i), _answered(own, i)
     row = {"why": truth.rejected[i], "believed": bool(truth.believed[i]), "depth_of_size": float(load["peak_of_size"])}
     if before:
         row |= {"depth_of_size": _peak(own.displacement[i]) / body.fine.size}
@@ -173,10 +161,8 @@ def _numbers(each: Variant, truth: Truth, own: Truth, linear: np.ndarray | None,
     for kind, (found, truly) in pairs.items():
         errors = truth_errors(found, truly, patch)
         row |= {f"{kind}_{name}": getattr(errors, name) for name in MEASURES}
-    row |= {
-        "peak_of_size": _peak(limit) / body.fine.size,
-        "own_rmse_of_peak": truth.own[i, ERRORS.index("rmse_of_peak")],
-    }
+    row |= {"peak_of_size": _peak(limit) / body.fine.size}
+    row |= {"own_rmse_of_peak": truth.own[i, ERRORS.index("rmse_of_peak")]}
     row |= {"volume_change": truth.volume_change[i], "least_det": truth.least_det[i]}
     return row | {"iterations": truth.iterations[i], "cycles": truth.products[i]}
 
@@ -217,10 +203,10 @@ DEPTH_COLUMNS = [*VARIANT, "contact", "mesh", "from_depth"]
 def from_depths(table: pd.DataFrame) -> pd.DataFrame:
     """Tabulate, from law.csv, the depth from which on each change matters more than each mesh.
 
-    Returns a row for each variant, contact and mesh, with COLUMNS: ``from_depth`` as a share of the body's size, 0
-    where the change is larger at every depth that was pressed, infinite where it is not even at the largest. The mesh's
-    error is that of the changed body against its own truth, and counts where that is believed; the mesh "own" is that
-    truth, and its own error.
+    Returns a row for each variant, contact and mesh, with DEPTH_COLUMNS: ``from_depth`` as a share of the body's size,
+    0 where the change is larger at every depth that was pressed, infinite where it is not even at the largest. The
+    mesh's error is that of the changed body against its own truth, and counts where that is believed; the mesh "own"
+    is that truth, and its own error.
     """
     rows = []
     changed = table[(table["changed"] != OWN) & table["change_rmse_of_peak"].notna() & table["believed"].astype(bool)]

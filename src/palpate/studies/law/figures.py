@@ -7,6 +7,7 @@ from matplotlib.ticker import LogLocator
 
 from palpate.report import style, tables
 from palpate.report.model_looks import law_look
+from palpate.report.words import spaced
 from palpate.studies.law.compare_laws import OWN, POISSON, REGIONS
 
 POISSONS = ("#cc79a7", "#7a3b63", "#b8578f", "#e3b1cd")
@@ -44,7 +45,7 @@ def draw_law(law) -> Figure:
                 handles[label(changed, name, poisson)] = Line2D([], [], marker="o", ms=3.5, color=shade)
         if (rows["why"].fillna("") != "").any():
             _without(errors, rows, poissons)
-        errors.set(yscale="log", xscale="log", title=body.replace("_", " "))
+        errors.set(yscale="log", xscale="log", title=spaced(body))
         volume.set(xlabel="depth of the press [% of the body's size]")
         style.plain_log(errors.xaxis)
         style.plain_log(errors.yaxis)
@@ -52,9 +53,8 @@ def draw_law(law) -> Figure:
     axes[0, 0].set_ylabel("RMSE [% of peak]")
     axes[1, 0].set_ylabel("change of volume [%]")
     if not law.loc[law["change_rmse_of_peak"].notna(), "believed"].astype(bool).all():
-        handles["without a truth that is believed"] = Line2D(
-            [], [], marker="o", ms=3.5, mfc="white", color=style.INK, ls=":"
-        )
+        hollow = Line2D([], [], marker="o", ms=3.5, mfc="white", color=style.INK, ls=":")
+        handles["without a truth that is believed"] = hollow
     handles |= {"the body as it is described": Line2D([], [], color=style.INK)}
     handles |= {text: Line2D([], [], color=ink, ls=dashes) for text, ink, dashes in MESHES.values()}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2)
@@ -71,9 +71,8 @@ def _curve(errors, volume, curve, changed: str, shade: str) -> None:
     else:
         known = curve.loc[curve["change_rmse_of_peak"].notna(), "believed"].astype(bool).all()
         looks = {"mfc": shade, "mec": "white", "mew": 0.4} if known else {"mfc": "white", "mec": shade, "ls": ":"}
-        errors.plot(
-            depth, 100 * curve["change_rmse_of_peak"], **{"marker": "o", "ms": 3.5, "zorder": 3, "color": shade} | looks
-        )
+        looks |= {"marker": "o", "ms": 3.5, "zorder": 3, "color": shade}
+        errors.plot(depth, 100 * curve["change_rmse_of_peak"], **looks)
     volume.plot(depth, 100 * curve["volume_change"], "-", lw=1.2, zorder=2, color=shade)
 
 

@@ -123,11 +123,6 @@ def _depth(share: float) -> str:
     return f"from {percent(share)} on" if share > 0.0 else "from the first depth on"
 
 
-def _deepest(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the deepest press of each contact."""
-    return table[table["depth_of_size"] == table.groupby("contact")["depth_of_size"].transform("max")]
-
-
 def _range(values: pd.Series) -> str:
     """Return the least and the most of shares, in per cent."""
     known = values.dropna()
@@ -148,19 +143,16 @@ def _locking(table: pd.DataFrame) -> str:
     """List what linear elements lack on the finest mesh, by Poisson's ratio."""
     shown = pd.concat([tables.where(table, changed=changed) for changed in (OWN, POISSON)])
     shown = shown.dropna(subset=["linear_rmse_of_peak"])
-    return listed(
-        [
-            f"{percent(part['linear_rmse_of_peak'].mean())} at ν = {poisson:g}{_known(part)}"
-            for poisson, part in shown.groupby("poisson")
-        ]
-    )
+    groups = shown.groupby("poisson")
+    means = [f"{percent(part['linear_rmse_of_peak'].mean())} at ν = {nu:g}{_known(part)}" for nu, part in groups]
+    return listed(means)
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:
     """Tabulate each body and change: the deepest presses, from which depth on they matter, and what they took."""
     rows, depths = [], from_depths(table).set_index(VARIANT)
     for names, part in table.groupby(VARIANT, sort=False):
-        deepest = _deepest(part)
+        deepest = part[part["depth_of_size"] == part.groupby("contact")["depth_of_size"].transform("max")]
         row = {"body": spaced(names[0]), "changed to": label(*names[1:]) + (" (as it is)" if names[1] == OWN else "")}
         row |= {"depth [% of size]": 100 * deepest["depth_of_size"].mean()}
         row |= {"change [% of peak]": 100 * deepest["change_rmse_of_peak"].mean()}
@@ -169,10 +161,8 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
         for mesh, name in MESHES.items():
             row |= {f"error of {name} [% of peak]": 100 * deepest[f"{mesh}_rmse_of_peak"].mean()}
             row |= {f"more than that of {name}": _from(tables.where(own, mesh=mesh)) if len(own) else ""}
-        row |= {
-            "change of volume [%]": 100 * deepest["volume_change"].mean(),
-            "least det F": deepest["least_det"].min(),
-        }
+        row |= {"change of volume [%]": 100 * deepest["volume_change"].mean()}
+        row |= {"least det F": deepest["least_det"].min()}
         row |= {"iterations": part["iterations"].mean(), "cycles": part["cycles"].mean()}
         rows.append(row | {"presses without an answer": int(part["peak_of_size"].isna().sum())})
     return pd.DataFrame(rows)

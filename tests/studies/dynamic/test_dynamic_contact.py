@@ -1,5 +1,7 @@
 """Scenes that need a motion of their own to fit models to: bodies that fall and meet something, sheets, plasticity."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,8 @@ ENTRY = {"body": "block", "effects": ["corotational", "gravity", "contact", "ray
 ENTRY |= {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "contact": FLOOR}
 ENTRY |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
 LOWER = {"contact": {"instruments": [{"kind": "floor", "height_m": -0.003}]}}
+GRID = {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
+GRID |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
 FALL_S = np.sqrt(2 * 0.005 / 9.81)
 
 
@@ -51,17 +55,11 @@ def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
     with pytest.warns(UserWarning, match=r"scenes\.drop: models are compared in its first 0\.0\d s of 0\.06 s, as"):
         found = reference(*falling, 0.002, 3)
     assert 1 <= found.frames < 6 and found.tried.shape[1] == found.frames and found.changes.shape == (2, 6)
-    grid = {"fem_coarse": {"steps_per_frame": [1, 2], "tolerances": [0.1], "gaps": [4.0]}}
-    grid |= {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
-    grid |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
+    grid = GRID | {"fem_coarse": {"steps_per_frame": [1, 2], "tolerances": [0.1], "gaps": [4.0]}}
     table = accuracy.measure(*falling, found, grid)
     assert set(table["resolved_s"]) == {found.duration_s} and set(table["duration_s"]) == {0.06}
-    assert set(table["model"]) == {
-        "fem_fine",
-        "springs",
-        "springs_volume",
-        "shape_matching",
-    }  # there is no coarser level
+    # there is no coarser level
+    assert set(table["model"]) == {"fem_fine", "springs", "springs_volume", "shape_matching"}
     assert table["varied"].value_counts().to_dict() == {"step": 7, "tolerance": 1, "gap": 1}
     assert not table["failures"].any() and (table["rmse_of_peak"] < 0.4).all()
 
@@ -69,9 +67,7 @@ def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
 def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
     monkeypatch.setattr("palpate.studies.dynamic.fitted.error_of", lambda *_: 1.0)
     found = reference(*falling, 0.05, 6)
-    grid = {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
-    grid |= {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
-    grid |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
+    grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
     assert set(accuracy.measure(*falling, found, grid, ["fem_coarse"])["model"]) == {"fem_fine"}
     table = accuracy.measure(*falling, found, grid)
     failed = table[table["failures"] == 1]
@@ -105,23 +101,16 @@ def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
     own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
     made = trial("dent", entry, block, own)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
-    assert list(accuracy._models(made, made, replace_truth(), grid)) == ["fem_coarse", "shape_matching"]
+    taught = SimpleNamespace(training=np.zeros((5, 1, 3)))  # a reference of which the motion to fit to alone is asked
+    assert list(accuracy._models(made, made, taught, grid)) == ["fem_coarse", "shape_matching"]
     assert "plasticity" in made.shapes(5, {}, 1.0).effects
-
-
-def replace_truth():
-    """A reference of which only the motion to fit to is asked for."""
-    return type("Taught", (), {"training": np.zeros((5, 1, 3))})()
 
 
 @pytest.mark.parametrize(
     ("training", "said"),
     [
         ({"push": {"loads": []}}, "here describes push, which the scene has not; leave it out"),
-        (
-            {"others": [{"body": "bar", "shift_m": [0, 0, 1]}]},
-            "here.others names another body than block; name that one",
-        ),
+        ({"others": [{"body": "bar", "shift_m": [0, 0, 1]}]}, "here.others names another body than block; name that"),
         ({"contact": {"instruments": [{"kind": "floor", "times_s": [0.0], "shifts_m": []}]}}, "give one shift"),
     ],
 )

@@ -55,17 +55,13 @@ def test_a_motion_that_stopped_has_failed(dynamic_table):
 
 
 def test_the_report_shows_it(dynamic_table, tmp_path):
-    (tmp_path / "tables").mkdir()
-    (tmp_path / "figures").mkdir()
+    for folder in ("tables", "figures"):
+        (tmp_path / folder).mkdir()
     dynamic_table.to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
     advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
     pd.concat(advice).to_csv(tmp_path / "tables/advice.csv", index=False)
-    row = dict.fromkeys(MOTION_BOUNDS.columns, 1.0) | {
-        "scene": "liver_press",
-        "model": "springs",
-        "setting": "step_s=0.001",
-    }
-    row |= {"estimate": "constant", "places": 12, "bound_of_peak": 0.07}
+    row = dict.fromkeys(MOTION_BOUNDS.columns, 1.0) | {"scene": "liver_press", "model": "springs", "places": 12}
+    row |= {"setting": "step_s=0.001", "estimate": "constant", "bound_of_peak": 0.07}
     pd.DataFrame([row]).to_csv(tmp_path / "tables/motion_bounds.csv", index=False)
     columns = {"step_s": 0.01, "time_s": 0.1, "change_of_peak": 0.005, "bound": 0.01, "resolved": True}
     pd.DataFrame([{"scene": "liver_press"} | columns]).to_csv(tmp_path / "tables/dynamic_reference.csv", index=False)
@@ -73,9 +69,10 @@ def test_the_report_shows_it(dynamic_table, tmp_path):
         for suffix in ("svg", "png"):
             (tmp_path / f"figures/{name}.{suffix}").write_text("<svg></svg>")
     report.write(tmp_path, tmp_path / "report.html", ["dynamic"], more=["motion_bounds"])
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "<td>liver press</td>" in text and "error of at most 10\u00a0%" in text
-    assert "is moved to 12 other places" in text and "the own motion alone was measured of bar sag." in " ".join(
-        text.split()
-    )
-    assert '<figure id="figure_dynamic_accuracy">' in text and 'class="finding">The most accurate models' in text
+    text = " ".join((tmp_path / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ").split())
+    for said in (
+        "<td>liver press</td>", "error of at most 10 %", "is moved to 12 other places",
+        "the own motion alone was measured of bar sag.", '<figure id="figure_dynamic_accuracy">',
+        'class="finding">The most accurate models',
+    ):  # fmt: skip
+        assert said in text

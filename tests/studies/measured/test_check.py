@@ -38,23 +38,44 @@ def refusal(settings: dict) -> str:
 def test_the_shipped_experiment_is_accepted_and_a_case_is_one_line(settings):
     cases = settings["measured"]["experiments"]["beam"]["cases"]
     cases["heavier"] = {"loads": [{"weight_n": 0.8, "line_m": [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]}]}
+    settings["measured"]["models"] = {"fem_p2": {"laws": ["neo_hookean", "examples/hencky.py"]}}
     found = complete(settings, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
     assert found["cases"]["heavier"]["files"] == [] and found["cases"]["heavier"]["loads"][0]["radius_m"] == 0
 
 
-def test_what_does_not_exist_is_named(settings):
-    entry = settings["measured"]["experiments"]["beam"]
-    entry["cases"]["gravity"]["files"][0] = "examples/beam/none.csv"
-    assert refusal(settings).startswith(
-        "measured.experiments.beam.cases.gravity.files is examples/beam/none.csv, where"
-    )
-    entry["body"] = "bam"
-    assert refusal(settings) == "measured.experiments.beam.body is bam, which is not in bodies; did you mean beam?"
+BEAM = "measured.experiments.beam"
+CHANGES = {
+    "a file that there is not": (
+        lambda beam, models: beam["cases"]["gravity"].update(files=["examples/beam/none.csv"]),
+        f"{BEAM}.cases.gravity.files is examples/beam/none.csv, where",
+    ),
+    "a body that there is not": (
+        lambda beam, models: beam.update(body="bam"),
+        f"{BEAM}.body is bam, which is not in bodies; did you mean beam?",
+    ),
+    "a level that the body lacks": (
+        lambda beam, models: models.update(fem_p2={"levels": [2]}),
+        "measured.models.fem_p2.levels names level 2, and the body beam has levels 0 to 2",
+    ),
+    "a marker that a file lacks": (
+        lambda beam, models: beam["markers"].update(m7={"at_m": [0.05, 0.015, 0.036]}),
+        "gravity_a.csv lacks the column m7_x_m",
+    ),
+    "an unknown law": (
+        lambda beam, models: models.update(fem_p2={"laws": ["hencki"]}),
+        "measured.models.fem_p2.laws names hencki, which is unknown",
+    ),
+    "a law without a file": (
+        lambda beam, models: models.update(fem_p2={"laws": ["examples/hencki.py"]}),
+        "measured.models.fem_p2.laws is examples/hencki.py, where there is no file",
+    ),
+}
 
 
-def test_levels_that_the_body_lacks_are_named(settings):
-    settings["measured"]["models"] = {"fem_p2": {"levels": [2]}}
-    assert "measured.models.fem_p2.levels names level 2, and the body beam has levels 0 to 2" in refusal(settings)
+@pytest.mark.parametrize(("change", "said"), CHANGES.values(), ids=CHANGES)
+def test_what_does_not_exist_is_named(settings, change, said):
+    change(settings["measured"]["experiments"]["beam"], settings["measured"].setdefault("models", {}))
+    assert said in refusal(settings)
 
 
 def test_millimetres_are_noticed(settings, tmp_path):
@@ -65,11 +86,6 @@ def test_millimetres_are_noticed(settings, tmp_path):
     entry["cases"]["gravity"]["files"] = [str(tmp_path / "mm.csv")]
     said = refusal(settings)
     assert "see whether both are in metres" in said and "mm.csv" in said
-
-
-def test_a_marker_that_a_file_lacks_is_named(settings):
-    settings["measured"]["experiments"]["beam"]["markers"]["m7"] = {"at_m": [0.05, 0.015, 0.036]}
-    assert "gravity_a.csv lacks the column m7_x_m" in refusal(settings)
 
 
 EDGE = [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]
@@ -116,15 +132,6 @@ def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings
     assert "gravity_a.csv: the markers rise by 0.00645 m against down, [0.0, 0.0, 1.0]" in said
     for case in entry["cases"].values():
         case["loads"] = [{"force_n": [0, 0, 1.0], "line_m": EDGE}]
-    complete(settings, ROOT / "config.yaml")
-
-
-def test_laws_of_models_are_known_or_files(settings):
-    settings["measured"]["models"] = {"fem_p2": {"laws": ["hencki"]}}
-    assert refusal(settings).startswith("measured.models.fem_p2.laws names hencki, which is unknown")
-    settings["measured"]["models"]["fem_p2"]["laws"] = ["examples/hencki.py"]
-    assert refusal(settings).startswith("measured.models.fem_p2.laws is examples/hencki.py, where there is no file")
-    settings["measured"]["models"]["fem_p2"]["laws"] = ["neo_hookean", "examples/hencky.py"]
     complete(settings, ROOT / "config.yaml")
 
 

@@ -168,17 +168,18 @@ def test_a_body_that_moves_while_it_is_held_is_refused(files):
         follow(files["weight"], experiment_of("made_up", with_files(files, settled_s=9.0)))
 
 
+def case(loads):
+    return {"cases": {"c": {"loads": loads, "files": [], "swings": True}}}
+
+
 @pytest.mark.parametrize(
     ("more", "message"),
     [
         ({"calibrate_on": "wind"}, "calibrate_on is wind, which is no case with files; choose from none has files"),
         ({"down": [0, 0, 0]}, r"down is \[0, 0, 0\]; give the direction"),
         ({"markers": {"a": {"at_m": [0, 0, 0], "fixed": True}}}, "markers are all fixed"),
-        (
-            {"cases": {"c": {"loads": [{"at_m": [0, 0, 0]}], "files": [], "swings": True}}},
-            "either weight_n.*or force_n",
-        ),
-        ({"cases": {"c": {"loads": [{"weight_n": 1.0}], "files": [], "swings": True}}}, "either line_m.*or at_m"),
+        (case([{"at_m": [0, 0, 0]}]), "either weight_n.*or force_n"),
+        (case([{"weight_n": 1.0}]), "either line_m.*or at_m"),
     ],
 )
 def test_entries_that_say_too_little_are_refused(more, message):

@@ -28,24 +28,18 @@ def unfit(entry: dict, kind: str = "", taught: bool = False) -> str:
     unknown = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
     other = [name for name in (*unknown, *own) if acts(name, entry, kind)]
     driven = [*LOADS, "contact"] if taught else LOADS
-    # without a motion that is described to fit models to, it is under a share of the loads, which does not suffice here
-    reasons = (
-        {}
-        if taught
-        else {
-            "has contact": has_contact(entry),
-            "has several bodies": bool(entry.get("others")),
-            "moves a sheet": kind == "sheet",
-            "is not held": not entry.get("held", True),
-        }
-    )
-    reasons |= {
-        f"has none of {' and '.join(driven)}": not any(effect in entry for effect in driven),
-        "has bodies of several kinds": any(other["body"] != entry.get("body") for other in entry.get("others", [])),
-        "does not start at rest": entry.get("start", "rest") != "rest",
-        f"has {' and '.join(other)}, which not all models have": bool(other),
-    }
-    return next((reason for reason, holds in reasons.items() if holds), "")
+    alone = not taught  # then models are fitted to a share of the loads, which does not suffice for all scenes
+    reasons = [
+        ("has contact", alone and has_contact(entry)),
+        ("has several bodies", alone and bool(entry.get("others"))),
+        ("moves a sheet", alone and kind == "sheet"),
+        ("is not held", alone and not entry.get("held", True)),
+        (f"has none of {' and '.join(driven)}", not any(effect in entry for effect in driven)),
+        ("has bodies of several kinds", any(each["body"] != entry.get("body") for each in entry.get("others", []))),
+        ("does not start at rest", entry.get("start", "rest") != "rest"),
+        (f"has {' and '.join(other)}, which not all models have", bool(other)),
+    ]
+    return next((reason for reason, holds in reasons if holds), "")
 
 
 def acts(name: str, entry: dict, kind: str = "") -> bool:
@@ -56,10 +50,8 @@ def acts(name: str, entry: dict, kind: str = "") -> bool:
 def check_trial(place: str, name: str, entry: dict, kind: str = "", taught: bool = False) -> None:
     """Raise InputError, naming ``place``, for a scene ``name`` in which models cannot be compared."""
     if reason := unfit(entry, kind, taught):
-        curable = (
-            "" if taught or unfit(entry, kind, True) else "describe a motion to fit models to as its training, or "
-        )
-        raise InputError(f"{place} names {name}, which {reason}; {curable}choose another scene.")
+        cure = "" if taught or unfit(entry, kind, True) else "describe a motion to fit models to as its training, or "
+        raise InputError(f"{place} names {name}, which {reason}; {cure}choose another scene.")
 
 
 def unable(model: str, entry: dict, kind: str = "") -> str:

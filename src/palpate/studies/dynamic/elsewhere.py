@@ -42,10 +42,8 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     """Tabulate motion_bounds.csv of tables with MEASURED: a row a scene, model, setting and estimate.
 
     A bound is a factor times the estimate, as in error_bounds.csv: nothing (``constant``), or what the model says of
-    its own motion (``own``). A motion that failed has an infinite error.
-    places, unresolved : how many places there are, and how many more whose reference was not resolved
-    error_of_peak, bound_of_peak : medians over the places; factor and bound are of all places
-    coverage, coverage_low, sharpness : at places held out, as ``coverage.Coverage``
+    its own motion (``own``). A motion that failed has an infinite error. Factor and bound are of all places; coverage
+    and sharpness are those at places held out.
     """
     rows = [row for table in tables for _, scene in table.groupby("scene", sort=False) for row in _of_scene(scene)]
     return MOTION_BOUNDS.frame(rows)

@@ -160,11 +160,7 @@ DYNAMIC_REFERENCE = Table(
 
 
 def tabulate(trial: Trial, found: Converged) -> pd.DataFrame:
-    """Tabulate dynamic_reference.csv, a row a frame and halving of the step.
-
-    Columns: step_s, the step that it came to; change_of_peak, what it changed the frame by, RMSE over the peak of all
-    frames; bound; resolved, whether errors of models are taken at this frame.
-    """
+    """Tabulate dynamic_reference.csv, a row a frame and halving of the step; changes are RMSE over the whole peak."""
     times = trial.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
     parts = [
         pd.DataFrame({"step_s": step, "time_s": times, "change_of_peak": changes})

@@ -55,7 +55,7 @@ def motions() -> list[Case]:
         *(
             Case(f"step_of_{name}_s", f"a firm bar begins to sag under gravity in 100 steps of {name} s",
                  "the exact motion of its linear system", "largest error / the largest displacement", 0.05,
-                 lambda model, h=h: _begins_to_sag(model, h), (*IMPLICIT, *EXPLICIT),
+                 partial(_begins_to_sag, h), (*IMPLICIT, *EXPLICIT),
                  source="Li et al. 2020 (IPC), time steps")
             for name, h in {"1e-5": 1e-5, "5e-4": 5e-4}.items()
         ),
@@ -89,7 +89,7 @@ def motions() -> list[Case]:
             Case(f"flat_rest_{name}", f"shape matching of particles whose rest shape is a {name}, and which drift",
                  "their rest shape, where the drift takes them",
                  "largest error of a distance between two particles, or of the centre's way / those", 1e-3,
-                 lambda model, name=name: _degenerate(model, AXES[name]), SHAPES,
+                 partial(_degenerate, AXES[name]), SHAPES,
                  source="Müller et al. 2005")
             for name in AXES
         ),
@@ -99,7 +99,7 @@ def motions() -> list[Case]:
     ]  # fmt: skip
 
 
-def _begins_to_sag(model: str, h: float) -> Answer:
+def _begins_to_sag(h: float, model: str) -> Answer:
     """Compare 100 steps from rest with the exact motion of the system linearised at rest."""
     particles = bar(material=FIRM)
     stepper, rest = Stepper(model, particles, {"held": None} | GRAVITY), particles.nodes
@@ -216,7 +216,7 @@ def _released(model: str) -> Answer:
     return Answer(motions[1], start, lambda a: float(np.abs(a - expected).max()) / scale, zero=particles.nodes)
 
 
-def _degenerate(model: str, axes: list[int]) -> Answer:
+def _degenerate(axes: list[int], model: str) -> Answer:
     random = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
     particles = points("cloud", random * axes)
 

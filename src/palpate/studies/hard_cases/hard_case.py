@@ -1,7 +1,7 @@
 """A hard case, and the judgement of a model's outcome in it and of the bound that it was judged by."""
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,7 +71,7 @@ class Case:
     bound: float
     run: Callable[[str], Answer]
     models: Collection[str]
-    declared: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    declared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     source: str = "palpate"
 
     def acceptable(self, model: str) -> tuple[str, ...]:

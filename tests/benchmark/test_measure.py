@@ -162,10 +162,7 @@ def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
 def test_a_solver_sees_the_frame_before(slab_judge):
     """It is shown every load just before it is asked for, once for each query; a failure there is one of the query."""
     seen, solver = [], Scaled(slab_judge, 1.0)
-    after = Stub(
-        precede=lambda load: seen.append(load.key),
-        respond=lambda load: solver.respond(_last(seen, load)),
-    )
+    after = Stub(precede=lambda load: seen.append(load.key), respond=lambda load: solver.respond(_last(seen, load)))
     asked = ask(after, slab_judge, 6, 0)
     assert not any(asked.failures) and len(seen) == 6 + WARM_UP
 

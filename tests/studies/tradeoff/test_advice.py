@@ -46,11 +46,7 @@ def test_the_least_wrong_that_fits_a_budget(liver, budget_ms, model, setting):
     ("max_error", "model", "setting"),
     [
         (0.5, "linear_fem", "default"),
-        (
-            0.05,
-            "detail_correction",
-            "samples=60",
-        ),  # linear FEM's mean may be above; its own two are tied in time
+        (0.05, "detail_correction", "samples=60"),  # linear FEM's mean may be above; its own two are tied in time
         (0.003, "fem_coarse", "iterations=8"),
         (0.0016, "fem_fine", "tolerance=1e-08"),
     ],

@@ -52,9 +52,13 @@ def ball_in_slab(slab: Mapping, ball_radius_m: float, cover_m: float, finger_m: 
         region[load_tagged(path, TAG)] = 1
     mesh = TetMesh(nodes, check_tetrahedra("slab", nodes, tetrahedra))
     own = Material(slab["young_pa"], slab["poisson"], DENSITY_KG_M3)
-    materials = (own, replace(own, young_pa=contrast * own.young_pa))
     held = np.flatnonzero(nodes[:, 2] < 1e-6 * z)
-    return nest("slab", mesh, 1, held, own, regions=Tissue(materials, region))
+    return nest("slab", mesh, 1, held, own, regions=_ball_in(own, contrast, region))
+
+
+def _ball_in(own: Material, contrast: float, region: np.ndarray) -> Tissue:
+    """Return the tissue of a slab of its ``own`` material whose elements of ``region`` 1 are stiffer."""
+    return Tissue((own, replace(own, young_pa=contrast * own.young_pa)), region)
 
 
 def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finger: float) -> None:
@@ -100,9 +104,7 @@ def palpation_limits(
 
     slab : as ``ball_in_slab`` takes it; contrast : modulus of the ball over that of the slab
     radius_m : of the finger; pressure_of_young : peak pressure of the press as a share of the slab's modulus
-    stiffer, felt : as in ``palpation.palpate``; threshold : what is given as ``felt``
-    products : with the stiffness matrix of the slab with the ball
-
+    felt : as ``palpation.palpate`` takes it
     Raises InputError if a ball is not in the slab, NotConverged if a press has no equilibrium.
     """
     rows = []
@@ -114,19 +116,13 @@ def palpation_limits(
         forces = plain.forces([pressure_of_young])
         without = float(plain.depths(contact, forces, regions=False)[0])
         for contrast in contrasts:
-            curves = PressCurves(stiffened(body, contrast), radius_m)
+            tissue = _ball_in(body.material, contrast, body.tissue(0).region)
+            curves = PressCurves(replace(body, regions=tissue), radius_m)
             depth = float(curves.depths(contact, forces, regions=True)[0])
             stiffer = without / depth - 1.0
             row = [cover, ball_radius_m, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
             rows.append([*row, felt, curves.products])
     return PALPATION_LIMITS.frame(rows)
-
-
-def stiffened(body: Body, contrast: float) -> Body:
-    """Return the slab with a ball that is ``contrast`` times as stiff as the slab."""
-    own = body.material
-    materials = (own, replace(own, young_pa=contrast * own.young_pa))
-    return replace(body, regions=Tissue(materials, body.tissue(0).region))
 
 
 def least_contrasts(table: pd.DataFrame) -> dict[float, float]:

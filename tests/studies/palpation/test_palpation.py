@@ -12,8 +12,8 @@ from palpate.bodies.material import Tissue
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.palpation.palpation import PALPATION, palpate
-from palpate.studies.palpation.palpation_limits import PALPATION_LIMITS, ball_in_slab, least_contrasts, palpation_limits
+from palpate.studies.palpation import palpation
+from palpate.studies.palpation.palpation import ball_in_slab, least_contrasts, palpate, palpation_limits
 from palpate.studies.palpation.settings import check
 
 SLAB = {"sizes_m": [0.08, 0.08, 0.05], "young_pa": 3000.0, "poisson": 0.3}
@@ -34,7 +34,7 @@ def felt(lump):
 
 
 def test_a_stone_is_felt_above_and_less_beside(felt):
-    assert list(felt.columns) == PALPATION.columns
+    assert list(felt.columns) == palpation.PALPATION.columns
     by_place = felt.groupby("cover_m")["stiffer"].max().sort_index().to_numpy()
     assert by_place[0] > 0.1 > by_place[-1] >= 0.0 and (np.diff(by_place) < 0).all()
     assert np.array_equal(felt["felt"].to_numpy(dtype=bool), felt["stiffer"] >= 0.1)
@@ -87,7 +87,7 @@ def test_a_body_without_regions_is_refused(lump):
 
 def test_deeper_balls_are_felt_less_and_stiffer_ones_more():
     table = palpation_limits(SLAB, 0.01, [0.006, 0.014], [1.0, 10.0, 1e4], 0.012, 0.1, 0.15)
-    assert list(table.columns) == PALPATION_LIMITS.columns
+    assert list(table.columns) == palpation.PALPATION_LIMITS.columns
     stiffer = table.pivot_table(index="cover_m", columns="contrast", values="stiffer").to_numpy()
     assert np.abs(stiffer[:, 0]).max() < 1e-6
     assert (np.diff(stiffer, axis=1) > 0).all() and (np.diff(stiffer[:, 1:], axis=0) < 0).all()

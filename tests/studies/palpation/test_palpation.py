@@ -9,6 +9,7 @@ import pytest
 from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Tissue
+from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
@@ -58,7 +59,7 @@ def test_the_cover_is_what_lies_above_the_region(lump):
 def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
     """The depth is conjugate to the force, so in the limit of small forces ½ F d is the elastic energy."""
     row = felt.iloc[0]
-    body = lump if len(lump.levels) > 1 else make_finer(lump)
+    body = finer(lump)
     problem = Equilibrium(body, 0, order=2)
     force = 1e-3 * row["force_n"]
     load = nodal_load(body, 0, int(row["contact"]), -force * body.fine.normals[int(row["contact"])], 0.015, order=2)
@@ -67,12 +68,6 @@ def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
     small = np.vdot(load, x - problem.mesh.nodes) / force
     assert 0.5 * force * small == pytest.approx(elastic, rel=1e-3)
     assert row["depth_m"] / row["force_n"] == pytest.approx(small / force, rel=0.15)
-
-
-def make_finer(body):
-    from palpate.bodies.refinement import finer
-
-    return finer(body)
 
 
 def test_a_region_of_the_same_stiffness_is_not_felt(lump):

@@ -7,7 +7,7 @@ from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case, FitOptions
 from palpate.benchmark.presses import choose_loads
 from palpate.benchmark.split import split
-from palpate.benchmark.static_responses import assemble, press, subsample
+from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.make_body import make_body
 from palpate.solvers.compliance import compute_compliance
 
@@ -20,7 +20,7 @@ def make_case(train=18, test=6):
     linear = compute_compliance(body, RADIUS_M)  # responses to unit forces, without samples
     loads = choose_loads(body, linear, [0.5, 1.0, 1.5], 0.05, RADIUS_M, train + test, seed=1)
     fine, coarse = press(body, 1, loads, 1e-8), press(body, 0, loads, 1e-8)
-    samples = assemble(body, loads, fine, (fine.sample, subsample(body, fine.displacement)), coarse, "")
+    samples = assemble(body, loads, fine, coarse, "")
     known, asked = split(samples.contact, train, test, "contacts", seed=1)
     options = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 3, "contacts", seed=1)
     return Case(body, "medium", RADIUS_M, samples.take(known), linear, options, 1e-8), samples.take(asked)

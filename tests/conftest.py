@@ -169,12 +169,11 @@ def slab_case(slab, slab_compliance, grid) -> tuple:
     from palpate.benchmark.model import Case, FitOptions
     from palpate.benchmark.presses import choose_loads
     from palpate.benchmark.split import split
-    from palpate.benchmark.static_responses import assemble, press, subsample
+    from palpate.benchmark.static_responses import assemble, press
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)
-    paper = loads["sample"].to_numpy(), subsample(slab, fine.displacement)
-    db = replace(assemble(slab, loads, fine, paper, coarse, "abc"), seconds=np.full(18, 2.0))
+    db = replace(assemble(slab, loads, fine, coarse, "abc"), seconds=np.full(18, 2.0))
     train, test = split(db.contact, 12, 6, "contacts", 1)
     options = FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
     case = Case(slab, "large", 0.0, db.take(train), slab_compliance, options, 1e-8, grid)

@@ -51,17 +51,10 @@ def test_too_few_contacts_have_no_bound():
     assert np.isnan(finite(np.inf)) and finite(2.0) == 2.0
 
 
-def drawn_contacts(random, contacts, presses=3, spread=1.0):
-    """Errors of ``presses`` at each contact, which differ less from one another than contacts do."""
-    own = np.exp(spread * random.standard_normal(contacts))
-    errors = own[:, None] * np.exp(0.1 * random.standard_normal((contacts, presses)))
-    return errors.ravel(), np.repeat(np.arange(contacts), presses)
-
-
 def test_coverage_is_that_of_contacts_that_were_held_out():
     """Of ten contacts the one of the largest scores is missed when it is held out, whatever else happens."""
     random = np.random.default_rng(1)
-    errors, contact = drawn_contacts(random, 10)
+    errors, contact = drawn(random, 10)
     found = Draws(contact).coverage(errors, np.ones(30))
     assert found.coverage_of_contacts == pytest.approx(0.9, abs=3 * np.sqrt(0.09 / DRAWS))
     assert 0.9 - 0.06 <= found.coverage <= 0.97 + 0.02
@@ -70,7 +63,7 @@ def test_coverage_is_that_of_contacts_that_were_held_out():
 
 def test_an_estimate_that_knows_the_error_is_sharper():
     random = np.random.default_rng(2)
-    errors, contact = drawn_contacts(random, 24)
+    errors, contact = drawn(random, 24)
     draws = Draws(contact)
     flat, knowing = (draws.coverage(errors, estimate) for estimate in (np.ones(72), 7.0 * errors))
     assert knowing.sharpness == pytest.approx(1.0) and knowing.coverage == 1.0

@@ -50,12 +50,8 @@ class Scaled(Solver):
 
 def found(judge, miss, side):
     """The errors of answers that are short by ``miss``, of one side's samples."""
-    return found_of(judge, miss)[judge.side == side]
-
-
-def found_of(judge, miss):
-    """The same of all samples."""
-    return pd.DataFrame([truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)])
+    table = pd.DataFrame([truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)])
+    return table[judge.side == side]
 
 
 def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, slab_judge):
@@ -86,7 +82,7 @@ def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_j
     samples, settings = measure(slab_case[0], "scaled", made, judge, 6, 1.0, more_of="size=1")
     asked = samples[samples["side"] == TRAINING]
     assert len(asked) == 6 and set(asked["setting"]) == {"learns=false, size=1"}
-    assert asked["rmse_of_peak"].to_numpy() == pytest.approx(found_of(more, 0.1)["rmse_of_peak"])
+    assert asked["rmse_of_peak"].to_numpy() == pytest.approx(found(more, 0.1, TRAINING)["rmse_of_peak"])
     alone, without = measure(slab_case[0], "scaled", made, slab_judge, 6, 1.0, more_of="size=1")
     assert len(samples) == len(alone) + 6
     errors = ["samples", "failures", *ERRORS, "validation_rmse_of_peak"]
@@ -162,11 +158,12 @@ def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
 def test_a_solver_sees_the_frame_before(slab_judge):
     """It is shown every load just before it is asked for, once for each query; a failure there is one of the query."""
     seen, solver = [], Scaled(slab_judge, 1.0)
-    after = Stub(
-        precede=lambda load: seen.append(load.key),
-        respond=lambda load: solver.respond(_last(seen, load)),
-    )
-    asked = ask(after, slab_judge, 6, 0)
+
+    def respond(load):
+        assert seen[-1] == load.key
+        return solver.respond(load)
+
+    asked = ask(Stub(precede=lambda load: seen.append(load.key), respond=respond), slab_judge, 6, 0)
     assert not any(asked.failures) and len(seen) == 6 + WARM_UP
 
     def refuse(load):
@@ -174,12 +171,6 @@ def test_a_solver_sees_the_frame_before(slab_judge):
 
     failed = ask(Stub(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
     assert failed.failures == ["not even before"] * 6
-
-
-def _last(seen, load):
-    """The query, which is the last that was seen."""
-    assert seen[-1] == load.key
-    return load
 
 
 def test_failures_are_counted_and_told(slab_case, slab_judge):

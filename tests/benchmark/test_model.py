@@ -53,19 +53,14 @@ def test_rows(slab_case):
 
 
 def test_settings_as_text():
-    assert setting_text({}) == "default"
-    assert setting_text({"iterations": 2, "tolerance": 1e-3, "turned": False}) == (
-        "iterations=2, tolerance=0.001, turned=false"
-    )
+    told = {"iterations": 2, "tolerance": 1e-3, "turned": False}
+    assert (setting_text({}), setting_text(told)) == ("default", "iterations=2, tolerance=0.001, turned=false")
+    assert distinct([{"a": 1}, {"b": 2}, {"a": 1.0}]) == [{"a": 1}, {"b": 2}]
 
 
 def test_shares_of_the_samples_are_whole_numbers(case):
     assert training_counts(case, [0.25, 0.4, 0.6, 0.8, 1.0]) == [4, 5, 7, 10, 12]
     assert training_counts(case, [1.0, 0]) == [0, 12]
-
-
-def test_no_setting_stands_twice():
-    assert distinct([{"a": 1}, {"b": 2}, {"a": 1.0}]) == [{"a": 1}, {"b": 2}]
 
 
 def test_answers_are_checked():
@@ -88,32 +83,17 @@ class Holds:
         vars(self).update(what)
 
 
-def test_arrays_are_found_wherever_they_are():
-    one = ONE
-
-    def closed_over():
-        return one
-
-    for held in (ONE, [ONE], {"a": (ONE,)}, Holds(inner=Holds(x=ONE)), partial(print, ONE), closed_over, ONE[10:20]):
+def test_arrays_are_found_wherever_they_are_and_count_once():
+    one, shared = ONE, Holds(x=ONE)
+    shared.itself = shared
+    closed_over = lambda: one  # noqa: E731
+    for held in (ONE, [ONE], {"a": (ONE,)}, Holds(inner=shared), partial(print, ONE), closed_over, ONE[10:20]):
         assert held_mb(held) == 1.0
-
-
-def test_what_is_shared_counts_once():
-    shared = Holds(x=ONE)
     assert held_mb([shared, shared, ONE[:10], ONE.reshape(5, -1)]) == 1.0
+    assert held_mb([np, print, Holds, "text", 3, None]) == 0.0
 
 
 def test_a_sparse_matrix_and_its_factor():
     matrix = eye_array(1000, format="csc")
     assert held_mb(matrix) == (matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes) / 1e6
     assert held_mb(splu(matrix)) >= 12 * 1000 / 1e6
-
-
-def test_code_weighs_nothing():
-    assert held_mb([np, print, Holds, "text", 3, None]) == 0.0
-
-
-def test_a_loop_ends():
-    loop = Holds(x=ONE)
-    loop.itself = loop
-    assert held_mb(loop) == 1.0

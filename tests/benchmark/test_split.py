@@ -34,16 +34,8 @@ def test_counts_are_exact_and_sides_disjoint(kind):
     again = split(CONTACT, 60, 45, kind, 3)
     assert np.array_equal(train, again[0]) and np.array_equal(test, again[1])
     assert not np.array_equal(test, split(CONTACT, 60, 45, kind, 4)[1])
-
-
-def test_contacts_are_held_out_whole():
-    train, test = split(CONTACT, 60, 45, "contacts", 0)
-    assert not set(CONTACT[train]) & set(CONTACT[test])
-
-
-def test_samples_share_contacts():
-    train, test = split(CONTACT, 60, 45, "samples", 0)
-    assert set(CONTACT[train]) & set(CONTACT[test])
+    shared = set(CONTACT[train]) & set(CONTACT[test])
+    assert bool(shared) == (kind == "samples")
 
 
 def test_contacts_with_unequal_counts_add_up():
@@ -131,11 +123,6 @@ def test_a_row_has_contact_peak_and_sides(db, side_table):
     for kind in SPLITS:
         expected = split(db.contact, 18, 6, kind, 1)
         assert [side.tolist() for side in sides(side_table, kind)] == [side.tolist() for side in expected]
-
-
-def test_contacts_of_the_table_are_held_out_whole(side_table):
-    train, test = (side_table.loc[side] for side in sides(side_table, "contacts"))
-    assert not set(train["contact"]) & set(test["contact"])
 
 
 def test_it_is_the_same_when_read_again(side_table, tmp_path):

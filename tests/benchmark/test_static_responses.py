@@ -8,22 +8,10 @@ import pytest
 
 from palpate.benchmark import static_responses
 from palpate.benchmark.database import read, write
-from palpate.benchmark.presses import LOAD_COLUMNS
-from palpate.benchmark.static_responses import (
-    Responses,
-    assemble,
-    digest,
-    inverted,
-    load_responses,
-    load_subsampled,
-    press,
-    save_responses,
-    save_subsampled,
-    subsample,
-)
+from palpate.benchmark.presses import LOAD_COLUMNS, nodal_forces
+from palpate.benchmark.static_responses import Responses, assemble, digest, inverted, load_responses, press
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer, ten_nodes
-from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -41,9 +29,7 @@ def pressed_slab(slab, three_loads):
 
 def test_responses_are_the_equilibria_under_each_row(slab, three_loads, pressed_slab):
     for row, (_, load) in enumerate(three_loads.iterrows()):
-        force = load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
-        nodal = nodal_load(slab, 1, int(load["contact"]), force, load["radius_m"])
-        expected = Equilibrium(slab, 1).solve(nodal, 1e-9).x - slab.fine.nodes
+        expected = Equilibrium(slab, 1).solve(nodal_forces(slab, 1, load), 1e-9).x - slab.fine.nodes
         assert np.abs(pressed_slab.displacement[row] - expected).max() < 1e-12
     assert np.abs(pressed_slab.displacement[:, slab.anchors[1]]).max() == 0.0
 
@@ -60,13 +46,7 @@ def test_every_sample_says_what_it_cost(three_loads, pressed_slab):
 
 def test_progress_sees_every_row(slab, three_loads):
     seen = []
-
-    def progress(rows):
-        for row in rows:
-            seen.append(row)
-            yield row
-
-    press(slab, 0, three_loads, 1e-6, progress)
+    press(slab, 0, three_loads, 1e-6, lambda rows: (seen.append(row) or row for row in rows))
     assert len(seen) == len(three_loads)
 
 
@@ -90,8 +70,8 @@ def test_failure_names_the_sample_and_the_remedy(slab, three_loads, monkeypatch)
 
 def test_parts_are_joined_in_the_order_given(slab, three_loads, pressed_slab, tmp_path):
     paths = [tmp_path / f"fine_{i}.h5" for i in range(2)]
-    save_responses(press(slab, 1, three_loads[:2], 1e-9), paths[0])
-    save_responses(press(slab, 1, three_loads[2:], 1e-9), paths[1])
+    static_responses.save_responses(press(slab, 1, three_loads[:2], 1e-9), paths[0])
+    static_responses.save_responses(press(slab, 1, three_loads[2:], 1e-9), paths[1])
     joined = load_responses(paths)
     for name in ("sample", "displacement", "newton_iterations", "linear_solves", "residual", "least_det", "inverted"):
         assert np.array_equal(getattr(joined, name), getattr(pressed_slab, name)), name
@@ -106,9 +86,7 @@ def test_quadratic_responses_are_those_of_ten_node_elements(slab, three_loads):
         assert found.displacement.shape == (3, len(slab.levels[level].nodes), 3)
         problem = Equilibrium(finer(slab), level, 2)
         for row, (_, load) in enumerate(three_loads.iterrows()):
-            force = load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
-            nodal = nodal_load(finer(slab), level, int(load["contact"]), force, load["radius_m"], 2)
-            x = problem.solve(nodal, 1e-9).x
+            x = problem.solve(nodal_forces(finer(slab), level, load, 2), 1e-9).x
             expected = (x - problem.mesh.nodes)[: len(slab.levels[level].nodes)]
             assert np.abs(found.displacement[row] - expected).max() < 1e-7 * np.abs(expected).max()
             assert found.least_det[row] == pytest.approx(problem.least_det(x), rel=1e-6)
@@ -140,41 +118,6 @@ def test_points_of_quadratic_elements_are_counted_by_element(slab):
     assert 1 <= inverted(slab.coarse, x, 2) <= around
 
 
-def test_coarse_nodes_move_as_the_fine_nodes_in_their_places(slab):
-    """A field that is a known function of the place is the same function of the coarse nodes' places."""
-
-    def moved(x):
-        return np.stack([x[:, 1] ** 2, np.sin(9.0 * x[:, 2]), x[:, 0] * x[:, 1]], axis=1)
-
-    fine = np.array([moved(slab.fine.nodes), 2.5 * moved(slab.fine.nodes)])
-    found = subsample(slab, fine)
-    assert found.shape == (2, len(slab.coarse.nodes), 3)
-    assert np.array_equal(found[0], moved(slab.coarse.nodes))
-    assert np.array_equal(found[1], 2.5 * found[0])
-
-
-def test_three_nodes_by_their_numbers(slab):
-    fine = np.arange(slab.fine.nodes.size, dtype=float).reshape(1, -1, 3)
-    found = subsample(slab, fine)
-    for node, expected in ((0, [0.0, 1.0, 2.0]), (10, [30.0, 31.0, 32.0]), (44, [132.0, 133.0, 134.0])):
-        place = slab.coarse.nodes[node]
-        assert np.array_equal(slab.fine.nodes[node], place) and found[0, node].tolist() == expected
-    assert len(slab.coarse.nodes) == 45
-
-
-def test_responses_of_another_mesh_are_refused(slab):
-    with pytest.raises(InputError, match=r"^slab: the fine responses have 45 nodes and the fine mesh \d+"):
-        subsample(slab, np.zeros((2, 45, 3)))
-
-
-def test_reads_what_was_written(tmp_path):
-    moved = np.random.default_rng(0).normal(size=(3, 5, 3))
-    save_subsampled(np.array([2, 0, 1]), moved, tmp_path / "coarse_paper.h5")
-    sample, again = load_subsampled(tmp_path / "coarse_paper.h5")
-    assert sample.tolist() == [2, 0, 1] and np.array_equal(again, moved)
-    assert [path.name for path in tmp_path.iterdir()] == ["coarse_paper.h5"]
-
-
 @pytest.fixture
 def simulated(body):
     random = np.random.default_rng(3)
@@ -193,35 +136,27 @@ def simulated(body):
 @pytest.fixture
 def made(body, simulated):
     loads, fine, coarse = simulated
-    paper = fine.sample, subsample(body, fine.displacement)
-    return assemble(body, loads, fine, paper, coarse, "abc"), fine.displacement, coarse.displacement
+    return assemble(body, loads, fine, coarse, "abc"), fine.displacement, coarse.displacement
 
 
-def test_it_can_be_stored_and_read(made, tmp_path):
-    write(made[0], tmp_path / "database.h5")
-    assert np.array_equal(read(tmp_path / "database.h5").fine, made[0].fine)
-
-
-def test_a_sample_costs_what_both_meshes_took(made):
-    assert made[0].seconds.tolist() == [3.5] * 4
-
-
-def test_responses_to_other_loads_are_refused(body, simulated):
-    loads, fine, coarse = simulated
-    paper = fine.sample, subsample(body, fine.displacement)
-    for name, parts in {
-        "fine": (replace(fine, sample=fine.sample + 1), paper, coarse),
-        "subsampled": (fine, (paper[0][::-1], paper[1]), coarse),
-        "coarse": (fine, paper, replace(coarse, sample=coarse.sample[:2])),
-    }.items():
-        with pytest.raises(InputError, match=f"the {name} responses are not those to the loads"):
-            assemble(body, loads, *parts, "abc")
-
-
-def test_paper_samples_are_the_fine_ones_at_coarse_nodes_and_live_ones_the_coarse_simulation(body, made):
+def test_paper_samples_are_the_fine_ones_at_coarse_nodes_and_live_ones_the_coarse_simulation(body, made, tmp_path):
     db, fine, coarse = made
     assert np.array_equal(db.coarse("paper"), fine[:, : len(body.coarse.nodes)])
-    assert np.array_equal(db.coarse("live"), coarse)
+    assert np.array_equal(body.fine.nodes[: len(body.coarse.nodes)], body.coarse.nodes)
+    assert np.array_equal(db.coarse("live"), coarse) and db.seconds.tolist() == [3.5] * 4  # of both meshes
+    write(db, tmp_path / "database.h5")
+    assert np.array_equal(read(tmp_path / "database.h5").fine, db.fine)
+
+
+def test_responses_to_other_loads_or_of_other_meshes_are_refused(body, simulated):
+    loads, fine, coarse = simulated
+    for name, parts in (
+        ("fine", (replace(fine, sample=fine.sample + 1), coarse)),
+        ("coarse", (fine, replace(coarse, sample=coarse.sample[:2]))),
+        ("fine", (coarse, coarse)),
+    ):
+        with pytest.raises(InputError, match=f"the {name} responses are not those to the loads"):
+            assemble(body, loads, *parts, "abc")
 
 
 def test_interpolation_to_the_surface_keeps_linear_fields(body, made):

@@ -69,18 +69,9 @@ def test_one_thread_inside():
 def test_rows():
     calls = {"unordered": [lambda: None] * 5, "detail_correction": [lambda: None] * 5}
     table = timing_rows("liver", calls, 2, {"unordered": 0.603})
-    assert table.columns.tolist() == [
-        "body",
-        "method",
-        "d1_s",
-        "d2_s",
-        "d3_s",
-        "d4_s",
-        "d5_s",
-        "mean_s",
-        "paper_mean_s",
-    ]
-    deformations = table[[f"d{i}_s" for i in range(1, 6)]]
+    each = [f"d{i}_s" for i in range(1, 6)]
+    assert table.columns.tolist() == ["body", "method", *each, "mean_s", "paper_mean_s"]
+    deformations = table[each]
     assert table["mean_s"].to_numpy() == pytest.approx(deformations.mean(axis=1).to_numpy())
     assert table["paper_mean_s"].iloc[0] == 0.603 and np.isnan(table["paper_mean_s"].iloc[1])
 

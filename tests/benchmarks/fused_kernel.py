@@ -1,15 +1,13 @@
 """Time the kernels of linear corotational elements, and a solve with them, against decomposing every element.
 
-    python tests/benchmarks/fused_kernel.py [SRC]
+    python tests/benchmarks/fused_kernel.py
 
 The second of each two columns is a plain pass over the elements with a singular value decomposition of each F, energy
-and force apart, as is the fallback of the kernels. SRC, the folder src of another checkout, such as that of an earlier
-commit, is timed besides, by the solve only. The exit code is 1 if the answers differ, or if the solve is less than
-twice as fast.
+and force apart, as is the fallback of the kernels. The exit code is 1 if the answers differ, or if the solve is less
+than twice as fast.
 """
 
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -112,13 +110,6 @@ def solve_ms(body: Body) -> tuple[float, np.ndarray]:
     return best(lambda: problem.solve(load, 1e-8)), problem.solve(load, 1e-8).x
 
 
-def elsewhere(source: str) -> float:
-    """Time of the same solve with the package of another checkout."""
-    command = [sys.executable, __file__, "--alone"]
-    environment = os.environ | {"PYTHONPATH": source, "NUMBA_CACHE_DIR": f"{kernel_cache()}.other"}
-    return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
-
-
 def main() -> None:
     body = shipped_liver()
     fused = linear_elements.LinearElements
@@ -141,11 +132,6 @@ def main() -> None:
     for name, (one, other) in times.items():
         print(f"{name},{one:.3g},{other:.3g},{other / one:.2f}", flush=True)
     ratio = plain_ms / ms
-    for source in sys.argv[1:]:
-        other = elsewhere(source)
-        again, _ = solve_ms(body)
-        ratio = other / min(ms, again)
-        print(f"solve against {source},{min(ms, again):.3g},{other:.3g},{ratio:.2f}")
     apart = np.abs(x - y).max() / np.abs(x - body.fine.nodes).max()
     if apart > 1e-6:
         sys.exit(f"the answers are {apart:.1e} of the largest displacement apart")
@@ -153,7 +139,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--alone"]:
-        print(solve_ms(shipped_liver())[0])
-    else:
-        main()
+    main()

@@ -153,59 +153,40 @@ class Draped(ByHand):
         return self.pattern.matrix(values)
 
 
-def liver_press(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
-    system = Pushed(particles, scene)
+def stepping(system: ByHand, scene: Scene, before: Callable, after: Callable) -> Callable[[], np.ndarray]:
+    """Return the loop of a scene: what moves is moved to the end of each step, and what flows or slides does after."""
     integrator = BackwardEuler(system, scene.tolerance)
 
     def steps():
-        x, v, h = particles.nodes.copy(), np.zeros_like(particles.nodes), scene.step_s
+        x, v, h = system.particles.nodes.copy(), np.zeros_like(system.particles.nodes), scene.step_s
         for step in range(scene.steps):
-            system.push.at((step + 1) * h)
+            before((step + 1) * h)
             x, v = integrator.step(x, v, h)
+            after(x, h)
         return x
 
     return steps
+
+
+def nothing(*_) -> None:
+    """Do nothing."""
+
+
+def liver_press(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
+    system = Pushed(particles, scene)
+    return stepping(system, scene, system.push.at, nothing)
 
 
 def clay_dent(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     system = Pushed(particles, scene)
     flow = plasticity.make(particles, scene.settings["plasticity"], system.elastic)
-    integrator = BackwardEuler(system, scene.tolerance)
-
-    def steps():
-        x, v, h = particles.nodes.copy(), np.zeros_like(particles.nodes), scene.step_s
-        for step in range(scene.steps):
-            system.push.at((step + 1) * h)
-            x, v = integrator.step(x, v, h)
-            flow.relax(x, h)
-        return x
-
-    return steps
+    return stepping(system, scene, system.push.at, flow.relax)
 
 
 def bar_sag(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
-    system = Sagging(particles, scene)
-    integrator = BackwardEuler(system, scene.tolerance)
-
-    def steps():
-        x, v, h = system.particles.nodes.copy(), np.zeros_like(system.particles.nodes), scene.step_s
-        for _ in range(scene.steps):
-            x, v = integrator.step(x, v, h)
-        return x
-
-    return steps
+    return stepping(Sagging(particles, scene), scene, nothing, nothing)
 
 
 def sheet_drape(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     system = Draped(particles, scene)
-    integrator = BackwardEuler(system, scene.tolerance)
-
-    def steps():
-        x, v, h = system.particles.nodes.copy(), np.zeros_like(system.particles.nodes), scene.step_s
-        for step in range(scene.steps):
-            system.contact.at((step + 1) * h)
-            x, v = integrator.step(x, v, h)
-            system.contact.relax(x, h)
-        return x
-
-    return steps
+    return stepping(system, scene, system.contact.at, system.contact.relax)

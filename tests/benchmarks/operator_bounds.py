@@ -38,10 +38,7 @@ ASKED = {
 
 def main(folder: Path, regime: str, radius_m: float, names: list[str]) -> None:
     """Print a line for each model, kind of error and estimate."""
-    config = complete(
-        read_settings(ROOT / "config.yaml"),
-        ROOT / "config.yaml",
-    )
+    config = complete(read_settings(ROOT / "config.yaml"), ROOT / "config.yaml")
     body, db = load(folder / "body.h5"), read(folder / regime / "database.h5")
     options = FitOptions(**config["tradeoff"]["regression"], split="contacts", seed=config["seed"])
     grid, empty = config["tradeoff"]["settings"], db.take(np.empty(0, dtype=int))

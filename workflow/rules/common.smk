@@ -6,7 +6,7 @@ from os.path import normpath, relpath
 from pathlib import Path
 from shlex import quote
 
-from palpate.benchmark.settings import finger_regimes, pressed_bodies
+from palpate.benchmark.settings import finger_regimes, pressed_bodies, radius_of
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml

@@ -4,9 +4,7 @@
 include: "functions/press.smk"
 
 
-from palpate.studies.press.settings import pressed_here, radius_of
-
-PRESSED_HERE = pressed_here(config)
+PRESSED_HERE = pressed_bodies(config, "press")
 EXPORTED = "results/data/{body}/press"
 
 TARGETS["press"] = merged(press=expand(f"{EXPORTED}/press.csv", body=PRESSED_HERE)) + expand(
@@ -27,7 +25,7 @@ rule export_model:
         **calls("palpate.studies.press.jobs:export_model", ["palpate.models.contact_modes.contact_modes"]),
         settings=some("press", "contacts", "modes", "thinned"),
         grid={"contact_modes": defaults("tradeoff")["settings"]["contact_modes"]},
-        radius_m=lambda wildcards: radius_of(config, wildcards.body),
+        radius_m=lambda wildcards: radius_of(config["press"], wildcards.body),
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
     script:

@@ -61,12 +61,7 @@ def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
         raise InputError("accuracy: the reference moves nowhere; leave samples without a force out.")
     error = node_errors(predicted, reference)
     rmse = np.sqrt(np.mean(error**2))
-    return Errors(
-        float(rmse),
-        float(rmse / peak),
-        float(np.percentile(error, 95) / peak),
-        float(error.max() / peak),
-    )
+    return Errors(float(rmse), float(rmse / peak), float(np.percentile(error, 95) / peak), float(error.max() / peak))
 
 
 def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) -> TruthErrors:

@@ -1,7 +1,7 @@
 """Advise which model to take for a budget of time or an error, say why, and how far splits agree on that."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,9 +13,9 @@ from palpate.benchmark.comparison import (
     EXACT,
     KINDS,
     RANGE,
-    TRUTH,
     by_error,
     by_time,
+    own_errors,
     pick,
     resampled,
 )
@@ -29,6 +29,7 @@ MARGIN = 0.2
 """Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""
 UNSURE = 0.5
 """Share of draws below which a choice is not called the best: another was, more often than not."""
+_SETTING = ["model", "setting"]
 ADVICE = Table(
     "advice",
     "The model and setting to take for each limit of time or error, the next best one, and the reason.",
@@ -80,41 +81,6 @@ BY_RADIUS = Table(
 )
 
 
-class Advice(NamedTuple):
-    """A row of ADVICE."""
-
-    scene: str
-    error: str
-    split: int
-    budget_ms: float
-    max_error: float
-    model: str = NONE
-    setting: str = ""
-    rmse_of_peak: float = np.nan
-    patch_rms_of_peak: float = np.nan
-    validation_error: float = np.nan
-    error_low: float = np.nan
-    error_high: float = np.nan
-    bound_of_peak: float = np.nan
-    p95_of_peak: float = np.nan
-    online_p95_s: float = np.nan
-    margin: float = np.nan
-    confidence: float = np.nan
-    rival: str = ""
-    rival_setting: str = ""
-    factor: float = np.nan
-    reference_error: float = np.nan
-    faster: str = ""
-    faster_setting: str = ""
-    faster_error: float = np.nan
-    faster_high: float = np.nan
-    faster_factor: float = np.nan
-    speed: float = np.nan
-    times_life: float = np.nan
-    bound_on: str = ""
-    why: str = ""
-
-
 def advise(
     settings: pd.DataFrame,
     errors: pd.DataFrame,
@@ -122,86 +88,149 @@ def advise(
     max_errors: Sequence[float] = (),
     kinds: Sequence[str] = tuple(KINDS),
 ) -> pd.DataFrame:
-    """Tabulate advice.csv of one scene: an ``Advice`` for each kind, split, budget [ms] and largest mean error.
+    """Tabulate advice.csv of one scene: a row for each kind, split, budget [ms] and largest mean error.
 
-    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``bootstrap.read_errors`` gives them
+    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``comparison.read_errors`` gives them
     Settings are chosen by their errors on the validation samples of the split; what is said of them is measured on its
     test samples. A setting that failed on any sample is never advised. Of what fits a budget the least wrong is taken,
     of what stays under an error in 95 % of draws the fastest. Below the truth's own error models are tied, and no
     smaller error is promised. Ties go to the faster, or the less wrong, then to less memory.
     Raises InputError if the two tables do not belong together.
     """
-    found: list[Advice] = []
+    found: list[dict] = []
     for kind in kinds:
         for _, rows in settings.groupby("split", sort=True):
-            asked = _Question(rows.set_index(["model", "setting"], drop=False), errors, kind)
+            asked = _Question(rows.set_index(_SETTING, drop=False), errors, kind)
             found += [asked.within(budget) for budget in budgets_ms]
             found += [asked.under(limit) for limit in max_errors]
     return ADVICE.frame(found)
 
 
 class _Question:
-    """Everything that the answers about one kind of error in one split have in common."""
+    """Everything that the answers about one kind of error in one split have in common.
+
+    column, chosen_by : of the errors on test samples, and of those on validation samples
+    own : the truth's own error, the larger of that on the test and on the validation samples; NaN where not known
+    floor : below which errors cannot be told apart: that, or what nobody could measure
+    choosing : the same of the errors that settings are chosen by, on validation samples alone
+    where : the samples on which the truth is known less well, in words
+    able : the settings that can be advised, by model and setting; highest : what each stays below in 95 % of draws
+    """
 
     def __init__(self, settings: pd.DataFrame, errors: pd.DataFrame, kind: str):
-        self.scene, self.kind, self.split = settings["scene"].iloc[0], kind, int(settings["split"].iloc[0])
-        column = KINDS[kind]
-        self.known = Known(settings, column)
-        able = settings[(settings["failures"] == 0) & ~settings["model"].isin(BOUNDS)]
-        self.able = able[able[self.known.chosen_by].notna()]
+        scene, split = settings["scene"].iloc[0], int(settings["split"].iloc[0])
+        self.column, self.chosen_by = KINDS[kind], f"validation_{KINDS[kind]}"
+        tests_own, chooses_own = own_errors(settings, self.column)
+        self.own = float(np.fmax(tests_own, chooses_own))
+        self.floor, self.choosing = (float(np.fmax(EXACT, each)) for each in (self.own, chooses_own))
+        self.where = "validation contacts" if chooses_own > tests_own else "test contacts"
+        self.none = {"scene": scene, "error": kind, "split": split, "model": NONE, "reference_error": self.own}
+        models = settings[~settings["model"].isin(BOUNDS)]
+        failed = int((models["failures"] > 0).sum())
+        self.failed = [f"settings left out as they failed on some samples: {failed}"] if failed else []
+        self.whole = models[models["failures"] == 0]
+        self.able = self.whole[self.whole[self.chosen_by].notna()]
         chooses, tests = (errors[errors["side"] == side] for side in ("validation", "test"))
-        here = tests[tests["split"] == self.split]
-        _check(self.scene, self.able, here)
-        self.errors = errors[errors["split"] == self.split].groupby(["model", "setting"])
+        here = tests[tests["split"] == split]
+        _check(scene, self.able, here)
+        self.errors = errors[errors["split"] == split].groupby(_SETTING)
         index = self.able.index
-        self.means = resampled(tests, column).reindex(index).fillna(resampled(here, column).reindex(index))
-        drawn = resampled(chooses[chooses["split"] == self.split], column).reindex(index)
+        self.means = resampled(tests, self.column).reindex(index).fillna(resampled(here, self.column).reindex(index))
+        drawn = resampled(chooses[chooses["split"] == split], self.column).reindex(index)
         self.highest = drawn.quantile(RANGE[1], axis=1).reindex(index)
 
-    def within(self, budget_ms: float) -> Advice:
-        """Choose the most accurate of what answers in time."""
-        none = Advice(self.scene, self.kind, self.split, budget_ms, np.nan, reference_error=self.known.own)
+    def within(self, budget_ms: float) -> dict:
+        """Choose the most accurate of what answers in time; a row of ADVICE."""
+        none = self.none | {"budget_ms": budget_ms}
         fits = self.able[1e3 * self.able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
         if fits.empty:
-            return none._replace(why=why_late(self.able, self.known, budget_ms))
-        best, rival = choice(fits, by_error(self.known.chosen_by), self.known.choosing)
-        least = self.means.loc[fits.index].min().clip(lower=self.known.floor)
+            return none | {"why": self._why_late(budget_ms)}
+        best, rival = choice(fits, by_error(self.chosen_by), self.choosing)
+        least = self.means.loc[fits.index].min().clip(lower=self.floor)
         sure = float((self.means.loc[best.name] <= EQUAL * least).mean())
-        return none._replace(
-            **self._said(best),
-            **versus(best, rival, self.known.column, self.known.floor),
-            margin=1 - 1e3 * best["online_p95_s"] / budget_ms,
-            confidence=sure,
-            why=why_within(best, rival, sure, fits, self.known, budget_ms),
-        )
+        found = self._told(best) | versus(best, rival, self.column, self.floor)
+        found |= {"margin": 1 - 1e3 * best["online_p95_s"] / budget_ms, "confidence": sure}
+        parts = [
+            f"least validation error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of "
+            f"{budget_ms:g} ms unused",
+            _sure(sure, rival),
+            next_best(rival, best, self.column, self.floor),
+        ]
+        late = self.whole[self.whole[self.chosen_by] < best[self.chosen_by]]
+        late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
+        if len(late) and best[self.chosen_by] > self.floor:
+            close = late.loc[late[self.chosen_by].idxmin()]
+            parts.append(
+                f"{name(close)} has a smaller error ({percent(close[self.column])}) "
+                f"but too close to the budget ({_ms(close['online_p95_s'])})"
+            )
+        return none | found | {"why": "; ".join([*parts, *self._tied(best), *self.failed])}
 
-    def under(self, max_error: float) -> Advice:
+    def under(self, max_error: float) -> dict:
         """Choose the fastest of what is surely accurate enough; none where the truth is not known that well."""
-        none = Advice(self.scene, self.kind, self.split, np.nan, max_error, reference_error=self.known.own)
-        if max_error < self.known.own:
-            return none._replace(why=why_unknown(self.able, self.known))
+        none = self.none | {"max_error": max_error}
+        if max_error < self.own:
+            return none | {"why": self._why_unknown()}
         fits = self.able[(self.highest <= max_error).to_numpy()]
         if fits.empty:
-            return none._replace(why=why_wrong(self.able, self.highest, self.known, max_error))
-        best, rival = choice(fits, by_time(self.known.chosen_by), self.known.choosing)
-        passed = passed_over(self.able, self.highest, best, "online_median_s", max_error, self.known.chosen_by)
-        said = self._said(best)
-        return none._replace(
-            **said,
-            **versus(best, rival, "online_median_s"),
-            **passed,
-            margin=1 - said["error_high"] / max_error,
-            confidence=float((self.means.loc[best.name] <= max_error).mean()),
-            why=why_under(best, rival, passed, fits, self.known, max_error),
-        )
+            return none | {"why": self._why_wrong()}
+        best, rival = choice(fits, by_time(self.chosen_by), self.choosing)
+        passed = passed_over(self.able, self.highest, best, "online_median_s", max_error, self.chosen_by)
+        found = self._told(best) | versus(best, rival, "online_median_s") | passed
+        found |= {"margin": 1 - found["error_high"] / max_error}
+        found |= {"confidence": float((self.means.loc[best.name] <= max_error).mean())}
+        parts = [
+            f"fastest of {counted(fits)} with a mean validation error that stays below {percent(max_error)} "
+            f"in {_share(RANGE[1])} of draws of the contacts",
+            next_best(rival, best, "online_median_s"),
+            *why_passed_over(passed, f"in {_share(RANGE[1])} of draws it is not more"),
+        ]
+        if best[self.column] > max_error:
+            parts.insert(0, f"on the test contacts its error is larger than asked, {percent(best[self.column])}")
+        return none | found | {"why": "; ".join([*parts, *self._tied(best), *self.failed])}
 
-    def _said(self, best: pd.Series) -> dict:
+    def _told(self, best: pd.Series) -> dict:
+        """Return what a row of ADVICE says of its model, whatever was asked."""
         low, high = self.means.loc[best.name].quantile(list(RANGE))
-        copied = ("model", "setting", *KINDS.values(), "p95_of_peak", "online_p95_s")
-        found = {name: best[name] for name in copied} | {"validation_error": best[self.known.chosen_by]}
+        copied = (*_SETTING, *KINDS.values(), "p95_of_peak", "online_p95_s")
+        found = {name: best[name] for name in copied} | {"validation_error": best[self.chosen_by]}
         asked = self.errors.get_group(best.name)
-        bound = finite(bound_factor(asked[self.known.column].to_numpy(), asked["contact"].to_numpy()))
+        bound = finite(bound_factor(asked[self.column].to_numpy(), asked["contact"].to_numpy()))
         return found | {"error_low": low, "error_high": high, "bound_of_peak": bound}
+
+    def _why_late(self, budget_ms: float) -> str:
+        """Explain why nothing fits a budget."""
+        if self.able.empty:
+            return "; ".join(["no setting has answered every sample", *self.failed])
+        fastest = self.able.loc[self.able["online_p95_s"].idxmin()]
+        need = f"{(1 - MARGIN) * budget_ms:.3g} ms are what leaves {_share(MARGIN)} of the budget free"
+        told = f"the fastest setting, {name(fastest)}, takes {_ms(fastest['online_p95_s'])} at the 95th percentile"
+        return "; ".join([f"{told}, and {need}", *self.failed])
+
+    def _why_unknown(self) -> str:
+        """Explain that no model can be judged by an error as small as was asked for."""
+        known = f"the truth is known to {percent(self.own)} only (on the {self.where})"
+        told = f"{known}, so that no smaller error can be told"
+        if self.able.empty:
+            return told
+        least = self.able.loc[self.able[self.column].idxmin()]
+        return f"{told}; the least on test contacts is {percent(least[self.column])}, of {name(least)}"
+
+    def _why_wrong(self) -> str:
+        """Explain why nothing stays under an error."""
+        if self.able.empty:
+            return "; ".join(["no setting has answered every sample", *self.failed])
+        least = self.able.loc[self.highest.idxmin()]
+        told = f"the setting of least error, {name(least)}, has a mean error of {percent(least[self.chosen_by])}"
+        sure = f"stays below {percent(self.highest.min())} in {_share(RANGE[1])} of draws of the contacts"
+        return "; ".join([f"{told} and {sure}", *self.failed])
+
+    def _tied(self, best: pd.Series) -> list[str]:
+        """Explain where the truth is not known well enough to tell models apart."""
+        if not self.own > EXACT or best[self.chosen_by] >= self.own:
+            return []
+        own = f"{percent(self.own)}, the truth's own error on the {self.where}"
+        return [f"below {own}, models are tied and the fastest is taken"]
 
 
 def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:
@@ -209,7 +238,7 @@ def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:
     if able.index.has_duplicates:
         twice = able[able.index.duplicated()].iloc[0]
         raise InputError(f"accuracy_vs_time.csv has {name(twice)} of {scene} twice: give each its own setting")
-    found = errors.groupby(["model", "setting"])["rmse_of_peak"].mean().reindex(able.index)
+    found = errors.groupby(_SETTING)["rmse_of_peak"].mean().reindex(able.index)
     if not (right := np.isclose(found, able["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
             f"accuracy_vs_time.csv and the samples of {name(able[~right].iloc[0])} of {scene} disagree: "
@@ -225,7 +254,7 @@ def choice(fits: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) ->
 
 
 def versus(best: pd.Series, rival: pd.Series | None, column: str, floor: float = EXACT) -> dict:
-    """Compare ``rival`` in ``column``, as fields of an ``Advice``; none where there is no other."""
+    """Compare ``rival`` in ``column``, as columns of ADVICE; none where there is no other."""
     if rival is None:
         return {}
     factor = ratio(rival, best, column, floor)
@@ -237,7 +266,7 @@ def passed_over(
 ) -> dict:
     """Find the fastest of what is clearly faster in ``column`` than ``best``, with an ``error`` below ``max_error``.
 
-    high : up to where the error of each of ``able`` may be. As fields of an ``Advice``; none where there is none
+    high : up to where the error of each of ``able`` may be. As columns of ADVICE; none where there is none
     """
     passed = able[(able[error] <= max_error) & (CLOSE * able[column] < best[column])]
     if passed.empty:
@@ -247,51 +276,6 @@ def passed_over(
     return found | {"faster_high": high[row.name], "faster_factor": best[column] / row[column]}
 
 
-class Known:
-    """The knowledge that a split's rows of accuracy_vs_time.csv hold about one kind of error.
-
-    settings : the rows; column : of the errors on test samples; chosen_by : of those on validation samples
-    own : the truth's own error, the larger of that on the test and on the validation samples; NaN where not known
-    floor : below which errors cannot be told apart: that, or what nobody could measure
-    choosing : the same of the errors that settings are chosen by, on validation samples alone
-    where : the samples on which the truth is known less well, in words
-    """
-
-    def __init__(self, settings: pd.DataFrame, column: str):
-        self.settings, self.column, self.chosen_by = settings, column, f"validation_{column}"
-        tests, chooses = truth_error(settings, column), truth_error(settings, self.chosen_by)
-        self.own = float(np.fmax(tests, chooses))
-        self.floor, self.choosing = (float(np.fmax(EXACT, each)) for each in (self.own, chooses))
-        self.where = "validation contacts" if chooses > tests else "test contacts"
-
-
-def truth_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
-    """Return the truth's own error in ``column``, of several rows the largest; NaN where it was not measured."""
-    return settings.loc[settings["model"] == TRUTH, column].max()
-
-
-def why_within(
-    best: pd.Series, rival: pd.Series | None, confidence: float, fits: pd.DataFrame, known: Known, budget_ms: float
-) -> str:
-    """Explain ``best`` of what ``fits`` a budget."""
-    parts = [
-        f"least validation error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of {budget_ms:g} ms "
-        "unused",
-        _sure(confidence, rival),
-        next_best(rival, best, known.column, known.floor),
-    ]
-    settings = known.settings[~known.settings["model"].isin(BOUNDS)]
-    late = settings[(settings["failures"] == 0) & (settings[known.chosen_by] < best[known.chosen_by])]
-    late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
-    if len(late) and best[known.chosen_by] > known.floor:
-        close = late.loc[late[known.chosen_by].idxmin()]
-        parts.append(
-            f"{name(close)} has a smaller error ({percent(close[known.column])}) "
-            f"but too close to the budget ({_ms(close['online_p95_s'])})"
-        )
-    return "; ".join([*parts, *_truth(best[known.chosen_by], known), *_failed(settings)])
-
-
 def _sure(confidence: float, rival: pd.Series | None) -> str:
     """Explain how often a choice is the best of what fits, or that it hardly differs from the others."""
     if confidence < UNSURE:
@@ -299,52 +283,6 @@ def _sure(confidence: float, rival: pd.Series | None) -> str:
         more = f"another setting is less wrong in {_share(1 - confidence)} of draws"
         return f"hardly better than {who}: on the test contacts {more}"
     return f"best, or tied with the best, in {_share(confidence)} of draws of the test contacts"
-
-
-def why_late(able: pd.DataFrame, known: Known, budget_ms: float) -> str:
-    """Explain why nothing fits a budget."""
-    if able.empty:
-        return "; ".join(["no setting has answered every sample", *_failed(known.settings)])
-    fastest = able.loc[able["online_p95_s"].idxmin()]
-    need = f"{(1 - MARGIN) * budget_ms:.3g} ms are what leaves {_share(MARGIN)} of the budget free"
-    told = f"the fastest setting, {name(fastest)}, takes {_ms(fastest['online_p95_s'])} at the 95th percentile"
-    return "; ".join([f"{told}, and {need}", *_failed(known.settings)])
-
-
-def why_under(
-    best: pd.Series, rival: pd.Series | None, passed: dict, fits: pd.DataFrame, known: Known, limit: float
-) -> str:
-    """Explain ``best`` of what stays under an error; passed : fields of an ``Advice`` about what is faster."""
-    parts = [
-        f"fastest of {counted(fits)} with a mean validation error that stays below {percent(limit)} "
-        f"in {_share(RANGE[1])} of draws of the contacts",
-        next_best(rival, best, "online_median_s"),
-        *why_passed_over(passed, f"in {_share(RANGE[1])} of draws it is not more"),
-    ]
-    if best[known.column] > limit:
-        parts.insert(0, f"on the test contacts its error is larger than asked, {percent(best[known.column])}")
-    return "; ".join([*parts, *_truth(best[known.chosen_by], known), *_failed(known.settings)])
-
-
-def why_unknown(able: pd.DataFrame, known: Known) -> str:
-    """Explain that no model can be judged by an error as small as was asked for."""
-    told = (
-        f"the truth is known to {percent(known.own)} only (on the {known.where}), so that no smaller error can be told"
-    )
-    if able.empty:
-        return told
-    least = able.loc[able[known.column].idxmin()]
-    return f"{told}; the least on test contacts is {percent(least[known.column])}, of {name(least)}"
-
-
-def why_wrong(able: pd.DataFrame, highest: pd.Series, known: Known, limit: float) -> str:
-    """Explain why nothing stays under an error; highest : what each of ``able`` stays below in 95 % of draws."""
-    if able.empty:
-        return "; ".join(["no setting has answered every sample", *_failed(known.settings)])
-    least = able.loc[highest.idxmin()]
-    told = f"the setting of least error, {name(least)}, has a mean error of {percent(least[known.chosen_by])}"
-    sure = f"stays below {percent(highest.min())} in {_share(RANGE[1])} of draws of the contacts"
-    return "; ".join([f"{told} and {sure}", *_failed(known.settings)])
 
 
 def why_passed_over(passed: dict, known: str) -> list[str]:
@@ -369,33 +307,21 @@ def ratio(rival: pd.Series, best: pd.Series, column: str, floor: float = EXACT) 
     return max(rival[column], least) / max(best[column], least)
 
 
-def behind(factor: float, tie: float, what: str) -> str:
-    """Describe how far a rival is behind: "has 4 times the error", or "is equal" within the factor ``tie``."""
-    if 1 / tie <= factor <= tie:
-        return "is equal within the spread of runs"
-    less = " on the test contacts" if factor < 1 and what == "error" else ""
-    return f"has {factor:.3g} times the {what}{less}" if factor < 1000 else f"has over 1000 times the {what}"
+def tie_of(column: str) -> tuple[float, str]:
+    """Return the factor within which two values of a ``column`` count as equal, and what it has in words."""
+    return (EQUAL, "error") if column.endswith("of_peak") else (CLOSE, "time")
 
 
 def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: float = EXACT) -> str:
     """Name the best of the other models, and how far it is behind in ``column``, an error or a time."""
     if rival is None:
         return "no other model meets the limit"
-    tie, what = (EQUAL, "error") if column.endswith("of_peak") else (CLOSE, "time")
-    return f"the next best model, {name(rival)}, {behind(ratio(rival, best, column, floor), tie, what)}"
-
-
-def _truth(error: float, known: Known) -> list[str]:
-    """Explain where the truth is not known well enough to tell models apart."""
-    if not known.own > EXACT or error >= known.own:
-        return []
-    own = f"{percent(known.own)}, the truth's own error on the {known.where}"
-    return [f"below {own}, models are tied and the fastest is taken"]
-
-
-def _failed(settings: pd.DataFrame) -> list[str]:
-    count = int((settings["failures"] > 0).sum())
-    return [f"settings left out as they failed on some samples: {count}"] if count else []
+    factor, (tie, what) = ratio(rival, best, column, floor), tie_of(column)
+    less = " on the test contacts" if factor < 1 and what == "error" else ""
+    behind = f"has {factor:.3g} times the {what}{less}" if factor < 1000 else f"has over 1000 times the {what}"
+    if 1 / tie <= factor <= tie:
+        behind = "is equal within the spread of runs"
+    return f"the next best model, {name(rival)}, {behind}"
 
 
 def counted(rows: pd.DataFrame) -> str:
@@ -416,16 +342,15 @@ def _ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms"
 
 
-_QUESTION = ["scene", "error", "budget_ms", "max_error"]
-
-
 def agreement(advice: pd.DataFrame, scenes: Mapping[str, tuple[str, str]]) -> pd.DataFrame:
     """Tabulate advice_agreement.csv, a row for each scene, kind of error and question.
 
     advice : of advice.csv; scenes : body and regime of each scene, others (which move) are left out
     """
     rows = []
-    for (scene, kind, budget, limit), asked in _by(advice[advice["scene"].isin(scenes)], _QUESTION):
+    for (scene, kind, budget, limit), asked in _by(
+        advice[advice["scene"].isin(scenes)], ["scene", "error", "budget_ms", "max_error"]
+    ):
         counts = asked["model"].value_counts(sort=False)
         model = counts.idxmax()
         own = asked[asked["model"] == model]

@@ -8,15 +8,17 @@ import pandas as pd
 
 from palpate.benchmark import advice
 from palpate.benchmark.advice import (
+    ADVICE,
     MARGIN,
     NONE,
-    Advice,
     choice,
     counted,
     name,
     next_best,
     passed_over,
     percent,
+    ratio,
+    tie_of,
     versus,
 )
 from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS, by_error, by_time
@@ -25,8 +27,6 @@ from palpate.errors import InputError
 
 BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": CLOSE}
 BY_TIME = {"real_time_factor": CLOSE, "rmse_of_peak": EQUAL}
-MOVING = ("rms", 0)
-"""Kind of error and split of a scene that moves: it is not divided, and has no patch."""
 
 
 def advise_motion(
@@ -36,7 +36,7 @@ def advise_motion(
     speeds: Sequence[float] = (),
     bounds: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Tabulate advice.csv of a scene that moves, an ``Advice`` for each budget [ms], error [of its peak] and speed.
+    """Tabulate advice.csv of a scene that moves, a row for each budget [ms], error [of its peak] and speed.
 
     motions : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
     speeds : seconds of motion that shall be computed in a second, or more
@@ -46,41 +46,38 @@ def advise_motion(
     Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty. The bound is of pushes
     elsewhere, and its factor is that of ``constant`` in ``bounds``.
     """
-    scene = motions["scene"].iloc[0]
     # modes for another place show what that costs, and nobody who knows the place takes them
     able = motions[(motions["failures"] == 0) & (motions["varied"] != "place")]
+    # such a scene is not divided, and has no patch
+    none = {"scene": motions["scene"].iloc[0], "error": "rms", "split": 0, "model": NONE}
+    asked = [{"budget_ms": budget} for budget in budgets_ms] + [{"max_error": limit} for limit in max_errors]
+    rows = [none | each for each in (*asked, *({"speed": speed} for speed in speeds))]
     if able.empty:
-        none = Advice(scene, *MOVING, np.nan, np.nan, why="no model got through the scene")
-        rows = [none._replace(budget_ms=budget) for budget in budgets_ms]
-        rows += [none._replace(max_error=limit) for limit in max_errors]
-        rows += [none._replace(speed=speed) for speed in speeds]
-    else:
-        rows = [_within(able, scene, budget, bounds=bounds) for budget in budgets_ms]
-        rows += [_under(able, scene, limit, bounds) for limit in max_errors]
-        rows += [_within(able, scene, np.nan, speed, bounds) for speed in speeds]
-    return pd.DataFrame(rows, columns=Advice._fields)
+        return ADVICE.frame(row | {"why": "no model got through the scene"} for row in rows)
+    own = {"reference_error": _own(able)}
+    return ADVICE.frame(row | own | (_under if "max_error" in row else _within)(able, row, bounds) for row in rows)
 
 
-def _within(
-    able: pd.DataFrame, scene: str, budget_ms: float, speed: float = np.nan, bounds: pd.DataFrame | None = None
-) -> Advice:
-    none = Advice(scene, *MOVING, budget_ms, np.nan, speed=speed, reference_error=_own(able))
-    if np.isfinite(speed):
-        used, what = speed * able["real_time_factor"], f"{speed:g} times as fast as life"
+def _within(able: pd.DataFrame, asked: dict, bounds: pd.DataFrame | None) -> dict:
+    """Choose the least wrong of what runs as fast as it is ``asked`` to, or within a budget of a step."""
+    if "speed" in asked:
+        used, what = asked["speed"] * able["real_time_factor"], f"{asked['speed']:g} times as fast as life"
     else:
-        used, what = np.maximum(able["real_time_factor"], able["step_p95_ms"] / budget_ms), "in real time"
+        used = np.maximum(able["real_time_factor"], able["step_p95_ms"] / asked["budget_ms"])
+        what = "in real time"
     fits = able[used <= 1 - MARGIN]
     if fits.empty:
-        return none._replace(why=_late(able, used))
+        return {"why": _late(able, used)}
     best, rival = choice(fits, BY_ERROR)
     said = f"least error of {counted(fits)} that run {what} and leave {100 * MARGIN:.0f} % of it unused"
-    found = _told(best, bounds) | versus(best, rival, "rmse_of_peak")
     why = f"{_why(said, best, rival, 'rmse_of_peak')}; {_mesh(able)}"
-    return none._replace(**found, margin=1 - used[best.name], why=why)
+    found = _told(best, bounds) | versus(best, rival, "rmse_of_peak")
+    return found | {"margin": 1 - used[best.name], "why": why}
 
 
-def _under(able: pd.DataFrame, scene: str, max_error: float, bounds: pd.DataFrame | None) -> Advice:
-    known = able["rmse_of_peak"] + able["reference_change"]
+def _under(able: pd.DataFrame, asked: dict, bounds: pd.DataFrame | None) -> dict:
+    """Choose the fastest of what is as accurate as ``asked``."""
+    known, max_error = able["rmse_of_peak"] + able["reference_change"], asked["max_error"]
     own = f"the reference's own {percent(_own(able))} added"
     fits = able[known <= max_error]
     if fits.empty:
@@ -91,15 +88,14 @@ def _under(able: pd.DataFrame, scene: str, max_error: float, bounds: pd.DataFram
         )
         if _own(able) >= max_error:
             why += "; a smaller dynamic.change_of_peak makes the reference more exact"
-        return Advice(scene, *MOVING, np.nan, max_error, reference_error=_own(able), why=why)
+        return {"why": why}
     best, rival = choice(fits, BY_TIME)
     passed = passed_over(able, known, best, "real_time_factor", max_error)
-    found = _told(best, bounds) | versus(best, rival, "real_time_factor") | passed
     said = f"fastest of {counted(fits)} whose error, {own}, stays below {percent(max_error)}"
     why = _why(said, best, rival, "real_time_factor")
     why = "; ".join([why, *advice.why_passed_over(passed, "the reference's own added"), _mesh(able)])
-    margin = 1 - known[best.name] / max_error
-    return Advice(scene, *MOVING, np.nan, max_error, **found, margin=margin, why=why)
+    found = _told(best, bounds) | versus(best, rival, "real_time_factor") | passed
+    return found | {"margin": 1 - known[best.name] / max_error, "why": why}
 
 
 def _told(best: pd.Series, bounds: pd.DataFrame | None) -> dict:
@@ -152,32 +148,6 @@ def _late(able: pd.DataFrame, used: pd.Series) -> str:
     )
 
 
-class AnyLoadAdvice(NamedTuple):
-    """The choice for one kind of load in one scene; of model "none" nothing is known but ``why``.
-
-    error_of_peak : mean over the loads that were answered; force_error : of a disc pushed to a depth
-    most : the largest error of them, which stays above that of an answer at another place in the share ``sure`` of
-        the cases: of n places and a new one each may be the worst (``conformal``)
-    samples : the loads that were asked; doubted : how many of them the model has said that it cannot answer
-    preparation_s : for one press, beforehand; offline_s : of all contacts, once
-    """
-
-    scene: str
-    kind: str
-    model: str = NONE
-    setting: str = ""
-    error_of_peak: float = np.nan
-    most: float = np.nan
-    sure: float = np.nan
-    samples: int = 0
-    doubted: int = 0
-    force_error: float = np.nan
-    online_p95_s: float = np.nan
-    preparation_s: float = np.nan
-    offline_s: float = np.nan
-    why: str = ""
-
-
 class _Limit(NamedTuple):
     """The thing asked for: a largest error, or a budget of time [ms]; ``column`` is that of the error."""
 
@@ -205,18 +175,23 @@ class _Limit(NamedTuple):
         """Return the fastest, or the least wrong, and the best of the other models."""
         return choice(rows, by_time(self.column) if self.max_error is not None else by_error(self.column))
 
-    def behind(self, rival: pd.Series, best: pd.Series) -> tuple[float, float, str]:
-        """Return how many times as much time or error the rival has, what counts as equal, and which it is."""
-        compared, tie, what = (
-            ("online_median_s", CLOSE, "time") if self.max_error is not None else (self.column, EQUAL, "error")
-        )
-        return rival[compared] / best[compared], tie, what
+    @property
+    def compared(self) -> str:
+        """The column by which the best and its rival are compared."""
+        return self.column if self.max_error is None else "online_median_s"
 
 
 def advise_any_load(
     rows: pd.DataFrame, kind: str, budget_ms: float | None = None, max_error: float | None = None, error: str = "rms"
-) -> AnyLoadAdvice:
+) -> pd.Series:
     """Choose from the ``rows`` of any_load.csv of one scene, for one ``kind`` of load.
+
+    Returns scene, kind, model, setting and why, and unless the model is "none" (n places, of which a new one may be
+    the worst, as in ``conformal``)
+        error_of_peak, force_error : means over the loads that were answered, and of the force of a disc pushed so far
+        most, sure : the largest error, and the share of answers at another place below which that stays: n / (n + 1)
+        samples, doubted : the loads that were asked, and how many of them the model has said that it cannot answer
+        online_p95_s, preparation_s, offline_s : of an answer, for one press beforehand, and of all contacts, once
 
     Of what answered all loads: the fastest whose largest error stays below ``max_error``, or the least wrong whose
     time leaves MARGIN of ``budget_ms`` [ms] free. If none does: of what says which loads it cannot answer, and answers
@@ -234,7 +209,8 @@ def advise_any_load(
     refused = sorted(set(asked["model"]) - set(asked.loc[asked["refused"] == 0, "model"]))
     told = f"; refused by {', '.join(refused)}" if refused else ""
     if fits.empty and unsure.empty:
-        return AnyLoadAdvice(scene, kind, why=f"{_none(able, limit)}, so that nothing meets {limit.text}{told}")
+        why = f"{_none(able, limit)}, so that nothing meets {limit.text}{told}"
+        return pd.Series({"scene": scene, "kind": kind, "model": NONE, "setting": "", "why": why})
     if fits.empty:
         fits = unsure[unsure["doubted"] == unsure["doubted"].min()]
         best, rival = limit.chosen(fits)
@@ -242,13 +218,14 @@ def advise_any_load(
     else:
         best, rival = limit.chosen(fits)
         also = _unsure(unsure, best, limit)
-    why = f"{_first(fits, limit)}; {_next(best, rival, limit)}{also}{told}"
+    why = f"{_first(fits, limit)}; {next_best(rival, best, limit.compared)}{also}{told}"
     copied = ("model", "setting", "force_error", "online_p95_s", "preparation_s", "offline_s", "samples", "doubted")
     found = {key: best[key] for key in copied} | {"error_of_peak": best[limit.column], "most": best[limit.most]}
-    return AnyLoadAdvice(scene, kind, **found, sure=float(best["contacts"] / (best["contacts"] + 1)), why=why)
+    found |= {"scene": scene, "kind": kind, "sure": best["contacts"] / (best["contacts"] + 1), "why": why}
+    return pd.Series(found)
 
 
-def doubts(row: pd.Series | AnyLoadAdvice) -> str:
+def doubts(row: pd.Series) -> str:
     """Return how many of the loads are doubted: "doubts 1 of 2 loads"; nothing where none is."""
     return f"doubts {row.doubted} of {row.samples} loads" if row.doubted else ""
 
@@ -271,21 +248,12 @@ def _none(able: pd.DataFrame, limit: _Limit) -> str:
     )
 
 
-def _next(best: pd.Series, rival: pd.Series | None, limit: _Limit) -> str:
-    """Name the next best model, and how far it is behind."""
-    if rival is None:
-        return "no other model meets the limit"
-    factor, tie, what = limit.behind(rival, best)
-    behind = "is equal within the spread of runs" if factor <= tie else f"has {factor:.3g} times the {what}"
-    return f"the next best model, {name(rival)}, {behind}"
-
-
 def _unsure(unsure: pd.DataFrame, best: pd.Series, limit: _Limit) -> str:
     """Name what is clearly better where it answers, and was passed over as it does not answer all; or nothing."""
     if unsure.empty:
         return ""
     other, _ = limit.chosen(unsure)
-    factor, tie, what = limit.behind(best, other)
+    factor, (tie, what) = ratio(best, other, limit.compared), tie_of(limit.compared)
     if factor <= tie:
         return ""
     return f"; {name(other)} has {1 / factor:.2g} of the {what} and was passed over, as it {doubts(other)}"

@@ -86,6 +86,13 @@ ZERO = "zero"
 BOUNDS = (TRUTH, ZERO)
 """Models of the tables that nobody can choose."""
 
+
+def own_errors(settings: pd.DataFrame, column: str) -> tuple[float, float]:
+    """Return the own error of a scene's truth on its test and on its validation samples; NaN where it is not known."""
+    truth = settings[settings["model"] == TRUTH]
+    return truth[column].mean(), truth[f"validation_{column}"].mean()
+
+
 COLUMNS = ["model", "setting", "split", "side", "sample", "contact", *KINDS.values()]
 
 

@@ -209,7 +209,10 @@ def refuse(where: str, name: str, what: str) -> None:
 
 
 def database_of(body: Body, contacts: np.ndarray, forces: np.ndarray, coarse: np.ndarray, fine: np.ndarray) -> Database:
-    """Return the samples of k ``contacts`` under ``forces`` (k, 3) [N], by responses (k, n, 3) [m] of both meshes."""
+    """Return the samples of k ``contacts`` under ``forces`` (k, 3) [N], by responses (k, n, 3) [m] of both meshes.
+
+    Levels are nested and coarse nodes come first, so that the paper's coarse samples are the first nodes of the fine.
+    """
     surface = body.fine.surface
     return Database(
         nodes_fine_surface=body.fine.nodes[surface],

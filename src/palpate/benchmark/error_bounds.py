@@ -110,11 +110,8 @@ class _Scored:
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
     """Tabulate a row for each kind of error, estimate, and setting that lasts on a front or is its model's best.
 
-    A bound is a factor times the estimate, found by conformal prediction with contacts as the unit.
-    error_of_peak, bound_of_peak : medians over the answers; factor and bound are of all contacts, and empty where
-        these are too few
-    coverage, coverage_low, coverage_of_contacts, sharpness : as ``coverage.Coverage``
-    coverage_elsewhere : share of the answers below bounds that were found on the other bodies, in the same regime
+    A bound is a factor times the estimate, found by conformal prediction with contacts as the unit: empty where these
+    are too few. Other bodies are those in the same regime.
     """
     whole = list(scenes)
     rows: list[dict] = []

@@ -1,5 +1,6 @@
 """Settings of presses: how hard bodies are pressed, which of them, and by which fingers."""
 
+from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Positive, Share, key, optional
 
 FINGER = "finger_{:.0f}_um"
@@ -21,12 +22,26 @@ class Regime(Block):
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
-def pressed_bodies(config: dict) -> list[str]:
-    """Return the names of the bodies that the trade-off presses: those that it names, or all that are refined."""
-    if "tradeoff" not in config:
+def pressed_bodies(config: dict, study: str = "tradeoff") -> list[str]:
+    """Return the names of the bodies that a study presses: those that it names, or all that are refined."""
+    if study not in config:
         return []
-    named = config["tradeoff"]["bodies"]
+    named = config[study]["bodies"]
     return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
+
+
+def check_refined(place: str, names: list[str], config: dict) -> None:
+    """Raise InputError naming ``place`` for ``names`` of bodies that there are not, or that are not refined."""
+    if wrong := describe_unknown(names, list(config["bodies"])):
+        raise InputError(f"{place} names {wrong}")
+    for name in names:
+        if not config["bodies"][name].get("refinements"):
+            raise InputError(f"{place} names {name}, which is not refined; give it refinements of at least 1.")
+
+
+def radius_of(regime: dict, body: str) -> float:
+    """Return the radius [m] of the disc on a body by a regime, or by another block that has the same keys."""
+    return float(regime["radius_of_body_m"].get(body, regime["radius_m"]))
 
 
 def finger_regimes(config: dict) -> dict[str, dict]:

@@ -4,14 +4,14 @@ import hashlib
 import json
 import warnings
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, database_of
 from palpate.benchmark.presses import nodal_forces
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
@@ -175,68 +175,18 @@ def load_responses(paths: Iterable[Path]) -> Responses:
     return Responses(*(np.concatenate(values) for values in parts.values()))
 
 
-def subsample(body: Body, fine: np.ndarray) -> np.ndarray:
-    """Return the displacements (k, N, 3) [m] of the coarse nodes from those of all fine nodes, ``fine`` (k, n, 3) [m].
-
-    Levels are nested and coarse nodes come first, so that this takes the first N nodes. InputError for another n.
-    """
-    if fine.shape[1:] != body.fine.nodes.shape:
-        raise InputError(
-            f"{body.name}: the fine responses have {fine.shape[1]} nodes and the fine mesh {len(body.fine.nodes)}; "
-            "simulate them again."
-        )
-    return fine[:, : len(body.coarse.nodes)]
-
-
-def save_subsampled(sample: np.ndarray, displacement: np.ndarray, path: Path | str) -> None:
-    """Write sample numbers (k,) and coarse displacements (k, N, 3) [m] to HDF5, whole or not at all."""
-    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        file.create_dataset("sample", data=sample, fletcher32=True)
-        file.create_dataset("displacement", data=displacement, fletcher32=True).attrs["unit"] = "m"
-
-
-def load_subsampled(path: Path | str) -> tuple[np.ndarray, np.ndarray]:
-    """Read what ``save_subsampled`` wrote."""
-    with read_hdf5(path) as file:
-        return file["sample"][:], file["displacement"][:]
-
-
-def assemble(
-    body: Body,
-    loads: pd.DataFrame,
-    fine: Responses,
-    paper: tuple[np.ndarray, np.ndarray],
-    live: Responses,
-    digest: str,
-) -> Database:
-    """Put the k samples of both protocols together.
+def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, digest: str) -> Database:
+    """Put the k samples of both protocols together; the paper's coarse ones are the fine ones at the coarse nodes.
 
     fine, live : responses of the fine and of the coarse mesh to ``loads``, in the same order
-    paper : sample numbers (k,) and coarse displacements (k, N, 3) [m] that were subsampled from the fine ones
-    Raises InputError where they are not of the same samples.
+    Raises InputError where they are not of the same samples, or of other meshes.
     """
-    for name, sample in (("fine", fine.sample), ("subsampled", paper[0]), ("coarse", live.sample)):
-        if not np.array_equal(sample, loads["sample"]):
+    for name, found, mesh in (("fine", fine, body.fine), ("coarse", live, body.coarse)):
+        if not np.array_equal(found.sample, loads["sample"]) or found.displacement.shape[1:] != mesh.nodes.shape:
             raise InputError(f"{body.name}: the {name} responses are not those to the loads; simulate them again.")
-    surface, mesh = body.fine.surface, body.coarse
-    return Database(
-        nodes_fine_surface=body.fine.nodes[surface],
-        triangles=np.searchsorted(surface, body.fine.triangles),
-        coarse_nodes=mesh.nodes,
-        coarse_tetrahedra=mesh.tetrahedra,
-        coarse_surface=mesh.surface,
-        prolongation=body.prolongation[surface].tocsr(),
-        contact_normals=mesh.normals[mesh.surface],
-        contact=loads["contact"].to_numpy(),
-        force=loads[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(),
-        fine=fine.displacement[:, surface],
-        coarse_paper=paper[1],
-        coarse_live=live.displacement,
-        residual=fine.residual,
-        seconds=fine.seconds + live.seconds,
-        material=body.material,
-        config_digest=digest,
-    )
+    force = loads[["force_x_n", "force_y_n", "force_z_n"]].to_numpy()
+    db = database_of(body, loads["contact"].to_numpy(), force, live.displacement, fine.displacement)
+    return replace(db, residual=fine.residual, seconds=fine.seconds + live.seconds, config_digest=digest)
 
 
 def digest(settings: dict) -> str:

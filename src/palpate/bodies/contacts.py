@@ -31,10 +31,7 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
     able = pressed_contacts(body, contacts_of(body))
     if not len(able):
         return able
-    points = body.coarse.nodes[able]
-    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
-    chosen = [first, *spread_out(points, points[[first]], min(count, len(able)) - 1)]
-    return np.sort(able[chosen])
+    return np.sort(able[spread_over(body.coarse.nodes[able], count)])
 
 
 def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
@@ -49,6 +46,12 @@ def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
     able = able[able >= len(body.coarse.nodes)]
     points = body.fine.nodes
     return able[spread_out(points[able], points[known], min(count, len(able)))]
+
+
+def spread_over(points: np.ndarray, count: int) -> list[int]:
+    """Choose ``count`` rows of ``points`` (n, 3), or all: the farthest from their middle, then by ``spread_out``."""
+    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    return [first, *spread_out(points, points[[first]], min(count, len(points)) - 1)]
 
 
 def spread_out(points: np.ndarray, known: np.ndarray, count: int) -> list[int]:

@@ -9,6 +9,7 @@ import pandas as pd
 
 from palpate.benchmark.judge import read_case
 from palpate.benchmark.model import Case, FitOptions, Model
+from palpate.benchmark.settings import radius_of
 from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.models.load_model import load_model
@@ -58,7 +59,7 @@ class FinishedRun:
         regime = self.settings.get("regimes", {}).get(folder.name)
         if not asked or not regime:
             raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
-        radius_m = float(regime["radius_of_body_m"].get(folder.parent.name, regime["radius_m"]))
+        radius_m = radius_of(regime, folder.parent.name)
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
         options = FitOptions(**asked["regression"], split="contacts", seed=self.settings["seed"])
         files: dict[str, Path] = {"body": folder.parent / "body.h5"}

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.advice import NONE, agreed, name, same_in
-from palpate.benchmark.advice_other_loads import AnyLoadAdvice, doubts
+from palpate.benchmark.advice_other_loads import doubts
 from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds
@@ -50,7 +50,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame, splits: str = "") -> str:
     return _lines(f"{head}: {name(advice)}", beware=exceeded(advice), **found, **rest)
 
 
-def any_load_lines(advice: AnyLoadAdvice) -> str:
+def any_load_lines(advice: pd.Series) -> str:
     """Return lines for the terminal about a kind of load."""
     head = f"{advice.scene}, {advice.kind}"
     if advice.model == NONE:
@@ -59,7 +59,7 @@ def any_load_lines(advice: AnyLoadAdvice) -> str:
     share = percent(advice.doubted / advice.samples)
     count = f"{advice.doubted} of {advice.samples} loads ({share})"
     return _lines(
-        f"{head}: {name(pd.Series(advice._asdict()))}",
+        f"{head}: {name(advice)}",
         error=f"{percent(advice.error_of_peak)} of the peak displacement, {percent(advice.most)} at most{force}; "
         "against the fine operator, whose own error comes on top",
         bound=f"{'of those that it answers, ' if advice.doubted else ''}{percent(advice.sure)} of such loads at "
@@ -126,7 +126,7 @@ def moved_cell(advice: pd.Series) -> str:
     return f"{label(advice['model'], advice['setting'])}: {error}{bound}, {pace(advice['times_life'])}"
 
 
-def any_load_cell(advice: AnyLoadAdvice) -> str:
+def any_load_cell(advice: pd.Series) -> str:
     """Return model, mean and largest error, and time for a kind of load, for a cell of a table."""
     if advice.model == NONE:
         return "none"

@@ -68,13 +68,12 @@ def simulate_fine(input, output, params, wildcards, say):
 def assemble_database(input, output, params, wildcards, say):
     from palpate.benchmark.database import read, write
     from palpate.benchmark.split import fold_table, sample_table
-    from palpate.benchmark.static_responses import assemble, digest, load_responses, press, subsample
+    from palpate.benchmark.static_responses import assemble, digest, load_responses, press
 
     body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
     progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")
     live = press(body, 0, loads, params.tolerance, progress)
-    paper = fine.sample, subsample(body, fine.displacement)
-    write(assemble(body, loads, fine, paper, live, digest(params.settings)), output.database)
+    write(assemble(body, loads, fine, live, digest(params.settings)), output.database)
     db = read(output.database)
     if not params.split:
         return {"samples": fold_table(db, params.seed)}

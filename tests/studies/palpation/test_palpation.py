@@ -9,11 +9,12 @@ import pytest
 from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Tissue
+from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.palpation.palpation import PALPATION, palpate
-from palpate.studies.palpation.palpation_limits import PALPATION_LIMITS, ball_in_slab, least_contrasts, palpation_limits
+from palpate.studies.palpation import palpation
+from palpate.studies.palpation.palpation import ball_in_slab, least_contrasts, palpate, palpation_limits
 from palpate.studies.palpation.settings import check
 
 SLAB = {"sizes_m": [0.08, 0.08, 0.05], "young_pa": 3000.0, "poisson": 0.3}
@@ -34,7 +35,7 @@ def felt(lump):
 
 
 def test_a_stone_is_felt_above_and_less_beside(felt):
-    assert list(felt.columns) == PALPATION.columns
+    assert list(felt.columns) == palpation.PALPATION.columns
     by_place = felt.groupby("cover_m")["stiffer"].max().sort_index().to_numpy()
     assert by_place[0] > 0.1 > by_place[-1] >= 0.0 and (np.diff(by_place) < 0).all()
     assert np.array_equal(felt["felt"].to_numpy(dtype=bool), felt["stiffer"] >= 0.1)
@@ -58,7 +59,7 @@ def test_the_cover_is_what_lies_above_the_region(lump):
 def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
     """The depth is conjugate to the force, so in the limit of small forces ½ F d is the elastic energy."""
     row = felt.iloc[0]
-    body = lump if len(lump.levels) > 1 else make_finer(lump)
+    body = finer(lump)
     problem = Equilibrium(body, 0, order=2)
     force = 1e-3 * row["force_n"]
     load = nodal_load(body, 0, int(row["contact"]), -force * body.fine.normals[int(row["contact"])], 0.015, order=2)
@@ -67,12 +68,6 @@ def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
     small = np.vdot(load, x - problem.mesh.nodes) / force
     assert 0.5 * force * small == pytest.approx(elastic, rel=1e-3)
     assert row["depth_m"] / row["force_n"] == pytest.approx(small / force, rel=0.15)
-
-
-def make_finer(body):
-    from palpate.bodies.refinement import finer
-
-    return finer(body)
 
 
 def test_a_region_of_the_same_stiffness_is_not_felt(lump):
@@ -87,7 +82,7 @@ def test_a_body_without_regions_is_refused(lump):
 
 def test_deeper_balls_are_felt_less_and_stiffer_ones_more():
     table = palpation_limits(SLAB, 0.01, [0.006, 0.014], [1.0, 10.0, 1e4], 0.012, 0.1, 0.15)
-    assert list(table.columns) == PALPATION_LIMITS.columns
+    assert list(table.columns) == palpation.PALPATION_LIMITS.columns
     stiffer = table.pivot_table(index="cover_m", columns="contrast", values="stiffer").to_numpy()
     assert np.abs(stiffer[:, 0]).max() < 1e-6
     assert (np.diff(stiffer, axis=1) > 0).all() and (np.diff(stiffer[:, 1:], axis=0) < 0).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.advice import AGREEMENT, BY_RADIUS, NONE, Advice, advise, agreed, agreement, by_radius
+from palpate.benchmark.advice import ADVICE, AGREEMENT, BY_RADIUS, NONE, advise, agreed, agreement, by_radius
 from palpate.benchmark.comparison import BOUNDS, TRUTH
 from palpate.errors import InputError
 from palpate.report.advice_words import agreement_words
@@ -19,7 +19,7 @@ def liver(trade_off):
 def one(liver, kind="rms", **limit):
     """The only row of advice."""
     found = advise(*liver, **{name: [value] for name, value in limit.items()}, kinds=[kind])
-    assert tuple(found.columns) == Advice._fields
+    assert found.columns.tolist() == ADVICE.columns
     [row] = found.itertuples()
     return row
 
@@ -46,11 +46,7 @@ def test_the_least_wrong_that_fits_a_budget(liver, budget_ms, model, setting):
     ("max_error", "model", "setting"),
     [
         (0.5, "linear_fem", "default"),
-        (
-            0.05,
-            "detail_correction",
-            "samples=60",
-        ),  # linear FEM's mean may be above; its own two are tied in time
+        (0.05, "detail_correction", "samples=60"),  # linear FEM's mean may be above; its own two are tied in time
         (0.003, "fem_coarse", "iterations=8"),
         (0.0016, "fem_fine", "tolerance=1e-08"),
     ],
@@ -86,7 +82,7 @@ def test_the_rival_and_how_far_it_is_behind(liver):
     fast = one(liver, max_errors=0.003)
     assert fast.rival == "fem_fine" and fast.factor == pytest.approx(400 / 12)
     alone = one(liver, budgets_ms=0.02)
-    assert alone.rival == "" and np.isnan(alone.factor) and "no other model meets the limit" in alone.why
+    assert np.isnan(alone.factor) and "no other model meets the limit" in alone.why
 
 
 def test_what_errs_elsewhere_makes_the_choice_less_sure(liver):
@@ -224,7 +220,7 @@ def test_what_is_faster_and_passed_over_is_named_with_its_band(liver):
     assert row.faster_factor == pytest.approx(medians[row.model, row.setting] / medians["linear_fem", "default"])
     said = f"linear_fem is {row.faster_factor:.2g} times as fast and was passed over: its error, 5 %, may be up to"
     assert said in row.why and "in 95 % of draws it is not more" in row.why
-    assert sure.faster == "" and np.isnan(sure.faster_factor) and "passed over" not in sure.why
+    assert np.isnan(sure.faster_factor) and "passed over" not in sure.why
 
 
 def test_without_a_truth_nothing_is_said_of_it(liver):

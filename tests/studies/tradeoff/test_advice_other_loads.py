@@ -35,7 +35,7 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
     row = found.loc[1]
     assert (row["model"], row["setting"]) == ("springs", "step_s=0.002")
     assert row["online_p95_s"] == pytest.approx(1.5e-4) and row["margin"] == pytest.approx(1 - 0.15)
-    assert not row["rival"] and "no other model meets the limit" in row["why"]
+    assert pd.isna(row["rival"]) and "no other model meets the limit" in row["why"]
     assert row["why"].endswith("the error of the reference's mesh (level 1) is not in these")
     row = found.loc[16.7]
     assert (row["model"], row["rival"]) == ("springs", "fem_coarse")

@@ -20,10 +20,7 @@ def order(regime):
 
 def radius(body, regime):
     """The radius of the disc that is pressed, 0 for a single node."""
-    if regime in POINTS:
-        return 0.0
-    entry = config["regimes"][regime]
-    return float(entry["radius_of_body_m"].get(body, entry["radius_m"]))
+    return 0.0 if regime in POINTS else radius_of(config["regimes"][regime], body)
 
 
 def loads_entry(body, regime):

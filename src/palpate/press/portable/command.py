@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from palpate.benchmark.model import Case
-from palpate.benchmark.settings import finger_regimes, pressed_bodies
+from palpate.benchmark.settings import finger_regimes, pressed_bodies, radius_of
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError, NotConverged, suggest
@@ -58,12 +58,10 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     if scene not in known:
         raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
     name, regime = known[scene]
-    entry = regimes[regime]
-    radius = float(entry["radius_of_body_m"].get(name, entry["radius_m"]))
     given = settings["bodies"][name]
     body = make_body(name, given | paths_of_body(given, config.parent))
     grid, tolerance = settings["tradeoff"]["settings"], settings["solver"]["tolerance"]
-    return Case.untrained(body, regime, radius, settings["seed"], tolerance, grid)
+    return Case.untrained(body, regime, radius_of(regimes[regime], name), settings["seed"], tolerance, grid)
 
 
 def told(what: str) -> Callable[[Sequence], Iterator]:

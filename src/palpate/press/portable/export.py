@@ -16,7 +16,7 @@ from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Load, Press
 from palpate.benchmark.model import Case, Setting
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out
+from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out, spread_over
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
@@ -276,9 +276,7 @@ def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[
             raise InputError(
                 f"bodies.{body.name}: {contacts} contacts are asked for; give at least 1 of {len(able) - 1}."
             )
-        first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
-        rows = [first, *spread_out(points, points[[first]], count - 1)]
-        nodes = [int(able[row]) for row in rows]
+        nodes = [int(able[row]) for row in spread_over(points, count)]
     else:
         nodes = [int(node) for node in contacts]
     checked = min(max(len(nodes) // 4, CHECKED[0]), CHECKED[1], len(able) - len(nodes))

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.studies.palpation.palpation_limits import least_contrasts
+from palpate.studies.palpation.palpation import least_contrasts
 
 
 @style.figure("palpation", tables=("palpation",))

@@ -12,6 +12,6 @@ def measure_palpation(input, params, say):
 
 
 def measure_palpation_limits(params, say):
-    from palpate.studies.palpation.palpation_limits import palpation_limits
+    from palpate.studies.palpation.palpation import palpation_limits
 
     return palpation_limits(**params.settings, progress=steps(say, "a finger above a ball at depth"))

@@ -7,7 +7,7 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.material import Report
 from palpate.report.words import spaced
-from palpate.studies.palpation.palpation_limits import least_contrasts
+from palpate.studies.palpation.palpation import least_contrasts
 
 TITLE = "Palpation"
 

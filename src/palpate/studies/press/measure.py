@@ -13,7 +13,7 @@ from palpate.benchmark.model import Case
 from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, load_truth
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import kept_contacts, spread_out
+from palpate.bodies.contacts import kept_contacts, spread_over
 from palpate.press.page.page import Known
 from palpate.press.portable.export import Progress, export_model
 from palpate.table import Table
@@ -72,17 +72,8 @@ def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path
                 continue
             own = float(truth.own[i, OWN.index("rmse_of_peak")])
             found[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own)
-    return [found[contact] for contact in _spread(body, list(found), count)]
-
-
-def _spread(body: Body, contacts: list[int], count: int) -> list[int]:
-    """Choose ``count`` of ``contacts``, each far from those before it."""
-    if not contacts:
-        return []
-    points = body.fine.nodes[contacts]
-    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
-    rows = [first, *spread_out(points, points[[first]], min(count, len(contacts)) - 1)]
-    return [contacts[row] for row in rows]
+    rows = spread_over(body.fine.nodes[list(found)], count) if found else []
+    return [list(found.values())[row] for row in rows]
 
 
 def trial_presses(body: Body, count: int, depth_m: float) -> list[dict]:

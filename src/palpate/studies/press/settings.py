@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
+from palpate.benchmark.settings import check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Count, Index, Positive, Some, key
 
@@ -21,25 +22,11 @@ class Settings(Block):
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
-def pressed_here(config: dict) -> list[str]:
-    """Return the names of the bodies to press: those that are given, or all that are refined."""
-    named = config["press"]["bodies"]
-    return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
-
-
-def radius_of(config: dict, body: str) -> float:
-    """Return the radius [m] of the finger on a body."""
-    return float(config["press"]["radius_of_body_m"].get(body, config["press"]["radius_m"]))
-
-
 def check(config: dict, file: Path) -> None:
     """Raise InputError for bodies that there are not, or that are not refined, and radii of bodies there are not."""
-    place, names = f"{file}: press", pressed_here(config)
-    for part, given in (("bodies", names), ("radius_of_body_m", list(config["press"]["radius_of_body_m"]))):
-        if wrong := describe_unknown(given, list(config["bodies"])):
-            raise InputError(f"{place}.{part} names {wrong}")
-    for name in names:
-        if not config["bodies"][name].get("refinements"):
-            raise InputError(f"{place}.bodies names {name}, which is not refined; give it refinements of at least 1.")
+    place, names = f"{file}: press", pressed_bodies(config, "press")
+    check_refined(f"{place}.bodies", names, config)
+    if wrong := describe_unknown(list(config["press"]["radius_of_body_m"]), list(config["bodies"])):
+        raise InputError(f"{place}.radius_of_body_m names {wrong}")
     if not names:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")

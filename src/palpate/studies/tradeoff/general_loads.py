@@ -148,10 +148,7 @@ def measure_any(
     """Measure those settings of ``model`` whose text ``pattern`` is found in: a row each kind of question.
 
     repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
-    Errors are means over what was answered, at so many ``contacts``, against the fine operator; ``refused`` of the
-    ``samples`` are loads of a sort that the model does not answer, ``doubted`` those whose answer it does not believe,
-    ``failures`` the others that it should have answered. ``preparation_s`` is the median time of what a solver prepares
-    for a press beforehand, as ``Solver.prepare_nodes`` says. On one BLAS thread.
+    Errors are against the fine operator. On one BLAS thread.
     """
     from threadpoolctl import threadpool_limits
 
@@ -273,11 +270,7 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
 
 
 def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Sequence[Pressed]) -> pd.DataFrame:
-    """Ask those settings of ``model`` whose text ``pattern`` is found in: a row each kind of press.
-
-    Of the ``samples`` presses ``right`` are answered so, ``doubted`` are not answered, ``needless`` of them would have
-    been right, and ``wrong`` are answered wrongly without a word; ``unsound`` ones have no answer that would be right.
-    """
+    """Ask those settings of ``model`` whose text ``pattern`` is found in: a row each kind of press."""
     rows = []
     for one in prepared_settings(case, model, pattern):
         if isinstance(one.solver, NotConverged):

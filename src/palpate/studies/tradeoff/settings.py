@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.benchmark.settings import FINGER, pressed_bodies
+from palpate.benchmark.settings import FINGER, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
@@ -497,11 +497,8 @@ def _check_bodies(file: Path, config: dict) -> None:
     if not config.get("regimes"):
         raise InputError(f"{file}: tradeoff is there and there are no regimes; add one that says how hard to press.")
     pressed = config["tradeoff"]["limit_points"] or {}
-    for name in [*(config["tradeoff"]["bodies"] or []), *filter(None, [pressed.get("body")])]:
-        if name not in config["bodies"]:
-            raise InputError(f"{file}: tradeoff names {describe_unknown([name], list(config['bodies']))}")
-        if not config["bodies"][name].get("refinements"):
-            raise InputError(f"{file}: tradeoff names {name}, which is not refined; give it refinements of at least 1.")
+    named = [*(config["tradeoff"]["bodies"] or []), *filter(None, [pressed.get("body")])]
+    check_refined(f"{file}: tradeoff", named, config)
     if not pressed_bodies(config):
         raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
     if wrong := describe_unknown(config["tradeoff"]["in_depth"] or [], pressed_bodies(config)):

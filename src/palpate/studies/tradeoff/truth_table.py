@@ -45,18 +45,8 @@ def truth_row(
     """Return the row of one scene; errors are the truth's own, means and largest of the samples that are believed.
 
     Only samples that were answered on the finest level count there; those that only choose settings may do without it,
-    and then have a larger error, in columns of their own: validation_samples, and two means that are empty without any.
-
-    other : rows of ``other_element.other_element``, whose mean RMSE / peak is the column other_element, and that of
-        their patches other_element_patch; other_element_own, other_element_own_patch : the truth's own, of these alone
-    geometry : rows of ``geometry.geometry_share``, whose means are geometry_of_peak (RMSE) and geometry_patch_of_peak
-    samples, rejected : numbers of samples believed on the finest level, and of all that are not believed
-    inverted, squeezed : of all samples, those with an inverted element, or one with a determinant below SQUEEZED
-    order : of the mean ratio; ratio_min, ratio_max, least_det : of all samples, rejected ones too
-    volume_change : mean of the body's, over its volume at rest, of the samples that count
-    iterations, cycles : means of those of L-BFGS and Newton's method, and of multigrid cycles, of a sample's levels
-        together
-    seconds : median time of the solutions of a sample that counts
+    and have columns of their own. Extreme ratios and determinants are of all samples, rejected ones too.
+    other : rows of ``other_element``; geometry : rows of ``geometry_share``; or None where these were not tried
     """
     refused = ~truth.believed
     kept = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))

@@ -9,20 +9,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.benchmark.advice import NONE
-from palpate.benchmark.comparison import EXACT, KINDS, front
+from palpate.benchmark.comparison import EXACT, KINDS, ZERO, front, own_errors
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds
 from palpate.studies.tradeoff.figures.scene_rows import (
     KNOWN,
-    ZERO,
     answers,
     averaged,
     curves,
     first_split,
     front_rows,
     own_error,
-    own_errors,
 )
 
 LEAST = 100 * EXACT

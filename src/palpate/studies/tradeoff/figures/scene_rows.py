@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.comparison import EXACT, KINDS, TRUTH, ZERO, alone, lasting
+from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, alone, lasting, own_errors
 from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003
@@ -20,16 +20,9 @@ def own_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
     return float(np.fmax(*own_errors(settings, column)))
 
 
-def own_errors(settings: pd.DataFrame, column: str = "rmse_of_peak") -> tuple[float, float]:
-    """Return the own error of a scene's truth on its test and on its validation samples; NaN where it is not known."""
-    truth = settings[settings["model"] == TRUTH]
-    chosen_by = f"validation_{column}"
-    return truth[column].mean(), truth[chosen_by].mean() if chosen_by in truth else np.nan
-
-
 def answers(settings: pd.DataFrame) -> pd.DataFrame:
     """Select the rows of models that answer something: neither the truth's nor the zero answer's."""
-    return settings[~settings["model"].isin([TRUTH, ZERO])]
+    return settings[~settings["model"].isin(BOUNDS)]
 
 
 def first_split(advice: pd.DataFrame) -> pd.DataFrame:

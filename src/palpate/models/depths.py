@@ -32,8 +32,12 @@ def forces_for(
     gives = slope[np.ix_(unknown, unknown)]
     if not np.linalg.cond(gives) < WORST:
         raise Refused("two discs are pushed to a depth at the same place; push one of them")
+
+    def missing(force: np.ndarray) -> np.ndarray:
+        return (wanted - moved(force))[unknown]
+
     force, inverse = force.copy(), np.linalg.inv(gives)
-    left = _left(moved, force, wanted, unknown)
+    left = missing(force)
     # a disc that is held where other presses would move it has a way to go, too
     scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
     step = inverse @ left
@@ -43,7 +47,7 @@ def forces_for(
         tried = force.copy()
         tried[unknown] += step
         try:
-            found = _left(moved, tried, wanted, unknown)
+            found = missing(tried)
         except NotConverged:
             step = 0.5 * step
             continue
@@ -55,12 +59,6 @@ def forces_for(
         force, left = tried, found
         step = inverse @ left
     raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
-
-
-def _left(
-    moved: Callable[[np.ndarray], np.ndarray], force: np.ndarray, wanted: np.ndarray, unknown: np.ndarray
-) -> np.ndarray:
-    return (wanted - moved(force))[unknown]
 
 
 Presses = list[tuple[int, np.ndarray]]

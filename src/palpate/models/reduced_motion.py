@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -109,8 +109,7 @@ def make(system: System, settings: dict) -> "ReducedMotion":
     return ReducedMotion(system, ReducedBody.of(system, settings["reduced"]), settings["tolerance"])
 
 
-@dataclass(frozen=True, eq=False)
-class _State:
+class _State(NamedTuple):
     """Coordinates q (r,), their rates w (r,) [1/s] and the elastic energy's gradient g (r,) at the end of a step."""
 
     q: np.ndarray
@@ -156,7 +155,7 @@ class ReducedMotion:
         second = self._length == h
         now, before = self._now, self._before if second else self._now
         share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
-        base, rate, pull = (a + share * (a - b) for a, b in zip(_parts(now), _parts(before), strict=True))
+        base, rate, pull = (a + share * (a - b) for a, b in zip(now, before, strict=True))
         problem = _Step(self, base, rate, reach, pull, push)
         if not second or self._search is None:
             self._search = CarriedBfgs(1.0 / problem.at_rest)
@@ -188,10 +187,6 @@ class ReducedMotion:
                 [residual],
             )
         return q
-
-
-def _parts(state: _State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return state.q, state.w, state.g
 
 
 class _Step:

@@ -197,7 +197,7 @@ def _slopes(
 
 
 REDUCES, LAW = "p2", "the body's"
-FAR = 1.5
+LARGEST_NORM = 1.5
 """Largest norm of an answer over that of the farthest sample; beyond it the model says that it does not know."""
 
 
@@ -223,13 +223,13 @@ class Learnt(Solver):
     def respond(self, load: Load) -> np.ndarray:
         """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``.
 
-        NotConverged beyond the guard FAR.
+        NotConverged beyond the guard LARGEST_NORM.
         """
         contact, force = load.single()
         row_of(self._contacts, contact)
         moved = self._pod.respond(contact, force)
         far = float(np.linalg.norm(moved)) / self._reach
-        if not far <= FAR:
+        if not far <= LARGEST_NORM:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
         return moved
 

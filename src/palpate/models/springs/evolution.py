@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.models.springs.fitness import LANES, Fit, Range, Track
 
@@ -42,15 +41,11 @@ EXTENSION = 0.5
 
 @dataclass(frozen=True)
 class Rules:
-    """Number of individuals, range of their moduli, and seed of the random numbers."""
+    """Number of individuals, at least 4, range of their moduli, and seed of the random numbers."""
 
     population: int
     range: Range
     seed: int
-
-    def __post_init__(self):
-        if self.population < 4:
-            raise InputError(f"springs.searches.population is {self.population}; give 4 or more.")
 
 
 class Genetic:

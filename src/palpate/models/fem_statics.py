@@ -61,11 +61,21 @@ class Simulation:
         start : displacements (n_nodes, 3) [m] that Newton's method begins at, in place of rest
         Raises NotConverged, or InputError for a node that cannot be pressed.
         """
-        return self._solve(load, self._tolerance, self._iterations, start)
+        given, pushed = load.parted()
+        nodal, x = self.shares.spread(given, len(self._rest)), None if start is None else self._rest + start
+        tolerance, iterations = self._tolerance, self._iterations
+        if pushed:
+            ways = np.array([way for _, way in pushed])
+            weights = self._weights([node for node, _ in pushed])
+            solution, found = push(self._equilibrium, nodal, weights, ways, tolerance, iterations, x)
+            return solution.x - self._rest, load.with_found(found)
+        if iterations is None:
+            return self._equilibrium.solve(nodal, tolerance, x).x - self._rest, None
+        return self._equilibrium.approach(nodal, tolerance, iterations, x).x - self._rest, None
 
     def settled(self, load: Load) -> np.ndarray:
         """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever those of queries are."""
-        return self._solve(load, self._converged)[0]
+        return self.stopped(self._converged, None).displacement(load)
 
     def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
         """Return the mean displacement (presses, 3) [m] of each disc under displacements (n_nodes, 3) [m]."""
@@ -75,21 +85,6 @@ class Simulation:
     def least_det(self, displacement: np.ndarray) -> float:
         """Return the smallest det F of the elements under displacements (n_nodes, 3) [m]."""
         return self._equilibrium.least_det(self._rest + displacement)
-
-    def _solve(
-        self, load: Load, tolerance: float, iterations: int | None = None, start: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Choose the search that the load and the cap on iterations ask for."""
-        given, pushed = load.parted()
-        nodal, x = self.shares.spread(given, len(self._rest)), None if start is None else self._rest + start
-        if pushed:
-            ways = np.array([way for _, way in pushed])
-            weights = self._weights([node for node, _ in pushed])
-            solution, found = push(self._equilibrium, nodal, weights, ways, tolerance, iterations, x)
-            return solution.x - self._rest, load.with_found(found)
-        if iterations is None:
-            return self._equilibrium.solve(nodal, tolerance, x).x - self._rest, None
-        return self._equilibrium.approach(nodal, tolerance, iterations, x).x - self._rest, None
 
     def nodal(self, load: Load) -> np.ndarray:
         """Return nodal forces (n_nodes, 3) [N]; InputError for a node that cannot be pressed, Refused for a depth."""

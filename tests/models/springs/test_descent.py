@@ -86,9 +86,6 @@ def test_the_volume_forces_stiffness_is_found_with_the_moduli(cube):
     assert stiffness == pytest.approx(0.3, rel=0.2)
 
 
-WIDE = Range(500.0, 3000.0)
-
-
 def test_the_gradient_of_squares_agrees_with_differences(cube):
     young = 1200.0 * np.exp(0.3 * np.random.default_rng(0).normal(size=120))
     square, gradient = square_and_gradient(cube.fitness, young)
@@ -105,8 +102,8 @@ def test_it_is_no_better_than_enough_and_moduli_are_more_alike(cube):
     true = np.where(cube.model.nodes[:, 2] > 0.005, 2000.0, 1000.0)
     motion = simulate(cube.model, true, cube.press, cube.settings)
     fitness = Fitness(cube.model, cube.press, cube.settings, *motion)
-    smooth = descend_smoothly(fitness, np.full(120, 900.0), WIDE, 200)
-    best, _ = descend([fitness], np.full(120, 900.0), WIDE, 200)
+    smooth = descend_smoothly(fitness, np.full(120, 900.0), LIMITS, 200)
+    best, _ = descend([fitness], np.full(120, 900.0), LIMITS, 200)
     error = np.sqrt(square_and_gradient(fitness, smooth.young)[0])
     assert 0.5 * TARGET_ERROR < error <= TARGET_ERROR
     assert np.log(smooth.young).std() < 0.5 * np.log(best.young).std()
@@ -114,4 +111,4 @@ def test_it_is_no_better_than_enough_and_moduli_are_more_alike(cube):
 
 
 def test_it_stops_when_evaluations_run_out(cube):
-    assert len(descend_smoothly(cube.fitness, np.full(120, 2900.0), WIDE, 5).history) <= 25
+    assert len(descend_smoothly(cube.fitness, np.full(120, 2900.0), LIMITS, 5).history) <= 25

@@ -116,9 +116,7 @@ class Workshop:
 
     def elements(self, level: int) -> ElementsAtRest:
         """Return the quadratic elements of a level."""
-        return self.make(
-            ("elements", level), lambda: ElementsAtRest(with_unknowns(self._body, level, ORDER), level, ORDER)
-        )
+        return self.make(("elements", level), lambda: ElementsAtRest(with_unknowns(self._body, level, ORDER), level))
 
     def up(self, level: int) -> Any:
         """Return the interpolation (n_surface, n) from the nodes of the quadratic elements of a level."""
@@ -165,7 +163,7 @@ class Workshop:
         The level may be finer than the body's; elements are not kept.
         """
         whole = finer(self._body, max(0, level + ORDER - len(self._body.levels)))
-        elements, patch = ElementsAtRest(whole, level, ORDER), self._patch(node)
+        elements, patch = ElementsAtRest(whole, level), self._patch(node)
         load = elements.nodal(*patch_shares(whole.levels[level], patch, ORDER), -patch.normal)
         moved = elements.solve(load[:, :, None], RATIO_RESIDUAL)[:, :, 0]
         for each in range(level, len(self._body.levels) - 1):

@@ -20,10 +20,10 @@ def main(picture=None):
     body = nest("cube", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(1000.0, 0.3, 1000.0))
     cube, (node, inward) = particles_of(body, level=0, surface=False), middle(mesh, "top")
     press, top = Press("top", node, 0.001 * inward, rise_s=0.02), mesh.nodes[mesh.nodes[:, 2] == 0.01]
-    settings = Settings(0.0005, 80, damping_ratio=0.1, keys=key_points(mesh.nodes, mesh.tetrahedra, top, "top"))
+    settings = Settings(0.0005, 80, damping_ratio=0.1, keys=key_points(mesh.nodes, mesh.tetrahedra, top))
     springs, given = spring_model(cube), np.full(120, 1000.0)  # a modulus a node [Pa]
     wanted, speeds = reference_motion(cube, springs, press, settings, substeps=1)  # (steps, points, 3) [m], [m/s]
-    fitted = descend([Fitness(springs, press, settings, wanted, speeds)], given, Range(300.0, 3000.0), 40).young
+    fitted = descend([Fitness(springs, press, settings, wanted, speeds)], given, Range(300.0, 3000.0), 40)[0].young
 
     found = [simulate(springs, young, press, settings)[0] for young in (given, fitted)]
     way = [np.linalg.norm(motion - top, axis=2) for motion in (wanted, *found)]

@@ -76,7 +76,7 @@ def test_a_disc_that_reaches_over_held_nodes_is_pushed_by_those_that_are_free(ca
     body, simulation = case.body, Simulation(case, 1, 1e-9, order=order)
     nodes = surface_contacts(body)
     near = int(nodes[np.argmin(body.fine.nodes[nodes, 0])])
-    carrying, shares = simulation._shares.of(near)
+    carrying, shares = simulation.shares.of(near)
     assert shares[np.isin(carrying, simulation._held)].sum() > 0.1
     force = -0.2 * body.fine.normals[near]
     expected = simulation.displacement(Load.at(near, force))

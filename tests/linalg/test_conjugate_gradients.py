@@ -100,16 +100,12 @@ def multiply(x):
     return (DIAGONAL if x.ndim == 2 else DIAGONAL[:, :, None]) * x
 
 
-def unpreconditioned(x):
-    return x
-
-
 def test_a_load_of_zero_among_others_moves_nothing():
     loads = np.random.default_rng(0).normal(size=(10, 3, 4))
     loads[:, :, 2] = 0.0
-    found = linear_response(multiply, unpreconditioned, loads, 1e-10)
+    found = linear_response(multiply, nothing, loads, 1e-10)
     assert found == pytest.approx(loads / DIAGONAL[:, :, None], abs=1e-8)
-    assert not found[:, :, 2].any() and not linear_response(multiply, unpreconditioned, loads[:, :, 2], 1e-10).any()
+    assert not found[:, :, 2].any() and not linear_response(multiply, nothing, loads[:, :, 2], 1e-10).any()
 
 
 def test_what_does_not_converge_is_an_error():
@@ -117,6 +113,6 @@ def test_what_does_not_converge_is_an_error():
     loads[0, 0, 1] = np.nan
     for right in (loads, loads[:, :, 1]):
         with pytest.raises(NotConverged, match="relative residual of nan, above the tolerance"):
-            linear_response(multiply, unpreconditioned, right, 1e-10)
+            linear_response(multiply, nothing, right, 1e-10)
     with pytest.raises(NotConverged, match="stopped after 1 products"):
-        linear_response(lambda x: -multiply(x), unpreconditioned, loads[:, :, :1], 1e-10)
+        linear_response(lambda x: -multiply(x), nothing, loads[:, :, :1], 1e-10)

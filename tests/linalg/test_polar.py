@@ -9,8 +9,8 @@ from palpate.effects.shape_matching import rotations
 from palpate.errors import InputError
 from palpate.linalg.polar import nearest, signed_svd
 
-COUNT = 20_000
 FAMILIES = ["normal", "inverted", "conditioned", "flat", "straight", "zero", "denormal", "huge", "half turn", "equal"]
+SVD_FAMILIES = [name for name in FAMILIES if name not in ("denormal", "huge")] + ["diagonal", "scaled"]
 
 
 def with_values(random, values):
@@ -18,22 +18,26 @@ def with_values(random, values):
     return np.einsum("nij,nj,nkj->nik", left, values, right)
 
 
-def family(name):
-    random = np.random.default_rng(FAMILIES.index(name))
-    normal = random.normal(size=(COUNT, 3, 3))
+def family(name, count=20_000):
+    random = np.random.default_rng([*FAMILIES, *SVD_FAMILIES].index(name))
+    normal = random.normal(size=(count, 3, 3))
     if name == "inverted":
         return normal * -np.sign(np.linalg.det(normal))[:, None, None]
     if name == "conditioned":  # up to 1e12, half of them inverted
-        return with_values(random, 10.0 ** random.uniform(-12, 0, (COUNT, 3)) * random.choice([-1, 1], (COUNT, 1)))
+        return with_values(random, 10.0 ** random.uniform(-12, 0, (count, 3)) * random.choice([-1, 1], (count, 1)))
     if name in ("flat", "straight"):
-        return with_values(random, random.uniform(0.1, 3, (COUNT, 3)) * ([1, 1, 0] if name == "flat" else [1, 0, 0]))
+        return with_values(random, random.uniform(0.1, 3, (count, 3)) * ([1, 1, 0] if name == "flat" else [1, 0, 0]))
     if name == "half turn":  # by π or almost, hardly stretched
-        axis = random.normal(size=(COUNT, 3))
+        axis = random.normal(size=(count, 3))
         axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-        stretch = (10.0 ** random.uniform(-17, -1, COUNT))[:, None, None] * normal
+        stretch = (10.0 ** random.uniform(-17, -1, count))[:, None, None] * normal
         return 2 * axis[:, :, None] * axis[:, None, :] - np.eye(3) + stretch
     if name == "equal":  # rotations, scaled, and turned inside out
-        return with_values(random, random.uniform(0.5, 2, (COUNT, 1)) * random.choice([-1, 1], (COUNT, 3)))
+        return with_values(random, random.uniform(0.5, 2, (count, 1)) * random.choice([-1, 1], (count, 3)))
+    if name == "diagonal":
+        return random.choice([-2, -1, -0.5, 0, 0.5, 1, 2], (count, 3))[:, None, :] * np.eye(3)
+    if name == "scaled":
+        return (10.0 ** random.uniform(-70, 70, count))[:, None, None] * normal
     return normal * {"normal": 1.0, "zero": 0.0, "denormal": 1e-310, "huge": 1e300}[name]
 
 
@@ -85,50 +89,6 @@ def test_what_is_no_matrix_is_refused():
     assert rotations(np.empty((0, 3, 3))).shape == (0, 3, 3)
 
 
-def signed_svd_rotations(random, count):
-    q = np.linalg.qr(random.normal(size=(count, 3, 3)))[0]
-    q[:, :, 0] *= np.linalg.det(q)[:, None]
-    return q
-
-
-def signed_svd_with_values(random, values):
-    left, right = signed_svd_rotations(random, len(values)), signed_svd_rotations(random, len(values))
-    return np.einsum("nij,nj,nkj->nik", left, values, right)
-
-
-def signed_svd_family(name, count=3000):
-    random = np.random.default_rng(1)
-    zero = np.zeros(count)
-    if name == "random":
-        return random.normal(size=(count, 3, 3))
-    if name == "inverted":
-        matrices = random.normal(size=(count, 3, 3))
-        matrices[np.linalg.det(matrices) > 0] *= -1
-        return matrices
-    if name == "rank two":
-        return signed_svd_with_values(random, np.stack([*random.uniform(0.1, 3, (2, count)), zero], axis=1))
-    if name == "rank one":
-        return signed_svd_with_values(random, np.stack([random.uniform(0.1, 3, count), zero, zero], axis=1))
-    if name == "ill-conditioned":
-        return signed_svd_with_values(random, 10.0 ** random.uniform(-12, 0, (count, 3)))
-    if name == "equal values":  # rotations, also scaled, and turned inside out
-        values = random.uniform(0.5, 2, (count, 1)) * [1, 1, 1] * random.choice([-1, 1], (count, 3))
-        return signed_svd_with_values(random, values)
-    if name == "half turn":  # rotated by almost or exactly π, hardly stretched
-        axis = random.normal(size=(count, 3))
-        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-        half = 2 * axis[:, :, None] * axis[:, None, :] - np.eye(3)
-        return half + (10.0 ** random.uniform(-16, -2, count))[:, None, None] * random.normal(size=(count, 3, 3))
-    if name == "diagonal":
-        return np.einsum("ni,ij->nij", random.choice([-2, -1, -0.5, 0, 0.5, 1, 2], (count, 3)), np.eye(3))
-    scales = 10.0 ** random.uniform(-70, 70, count)  # "scaled"
-    return scales[:, None, None] * random.normal(size=(count, 3, 3))
-
-
-SIGNED_SVD_FAMILIES = ["random", "inverted", "rank two", "rank one", "ill-conditioned", "equal values", "half turn"]
-SIGNED_SVD_FAMILIES += ["diagonal", "scaled"]
-
-
 def decompose(matrices):
     u, v, s = np.empty_like(matrices), np.empty_like(matrices), np.empty(matrices.shape[:2])
     for i in range(len(matrices)):
@@ -136,13 +96,16 @@ def decompose(matrices):
     return u, s, v
 
 
-@pytest.mark.parametrize("name", SIGNED_SVD_FAMILIES)
+@pytest.mark.parametrize("name", SVD_FAMILIES)
 def test_decomposes_like_lapack(name):
-    matrices = signed_svd_family(name)
+    matrices = family(name, 3000)
     u, s, v = decompose(matrices)
     largest = np.maximum(np.linalg.norm(matrices, 2, axis=(1, 2)), 1e-300)
     rebuilt = np.einsum("nij,nj,nkj->nik", u, s, v)
     assert (np.abs(rebuilt - matrices).max(axis=(1, 2)) / largest).max() < 1e-12
+    upright = np.linalg.det(matrices) > 1e-3 * largest**3
+    expected = np.array([polar(matrix)[0] for matrix in matrices[upright][:300]]).reshape(-1, 3, 3)
+    assert np.abs(u[upright][:300] @ np.swapaxes(v[upright][:300], 1, 2) - expected).max(initial=0.0) < 1e-10
     for q in (u, v):
         assert np.abs(np.swapaxes(q, 1, 2) @ q - np.eye(3)).max() < 1e-12
         assert np.abs(np.linalg.det(q) - 1.0).max() < 1e-12
@@ -152,18 +115,10 @@ def test_decomposes_like_lapack(name):
 
 
 def test_only_the_last_value_takes_the_sign_of_the_determinant():
-    matrices = np.concatenate([signed_svd_family("random"), signed_svd_family("inverted")])
+    matrices = np.concatenate([family("normal", 3000), family("inverted", 3000)])
     _, s, _ = decompose(matrices)
     assert (s[:, :2] >= 0).all()
     assert np.array_equal(np.sign(s[:, 2]), np.sign(np.linalg.det(matrices)))
-
-
-def test_the_rotation_is_the_polar_one():
-    for matrix in signed_svd_family("random", 300):
-        if np.linalg.det(matrix) < 0:
-            continue
-        u, _, v = decompose(matrix[None])
-        assert np.abs(u[0] @ v[0].T - polar(matrix)[0]).max() < 1e-10
 
 
 def test_nothing_comes_from_nothing():
@@ -176,6 +131,6 @@ def test_small_values_are_relatively_accurate():
     """Where columns differ in scale, one-sided Jacobi finds even the smallest value to many digits."""
     random = np.random.default_rng(2)
     scales = np.array([1.0, 1e-5, 1e-10])
-    for left in signed_svd_rotations(random, 200):
+    for left in Rotation.random(200, rng=random).as_matrix():
         _, s, _ = decompose((left * scales)[None])
         assert np.abs(s[0] / scales - 1.0).max() < 1e-12

@@ -9,13 +9,16 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.benchmark.model import setting_text
 from palpate.bodies.contacts import contacts_of
+from palpate.bodies.supports import Bed
 from palpate.effects.patch_load import nodal_load
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 from palpate.models.coarse_answers import Enriched, coarse_solver
 from palpate.models.enrichment.features import FEATURES
 from palpate.models.enrichment.paper_enrichment import WEIGHTS
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
 from palpate.models.model_registry import model
+from palpate.models.shape_matching import Shapes
+from palpate.models.springs.mass_spring import Network
 from palpate.solvers.compliance import Compliance, compute_compliance
 
 BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
@@ -86,18 +89,6 @@ def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_coarse_answer_is_tried_with_all_samples(slab_case, name):
-    case = slab_case[0]
-    if name in ("fem_p1", "fem_p2", *STORED):
-        return
-    settings = [setting for setting in model(name, {}).settings(case) if setting.get("samples", 12) == 12]
-    wanted = ["linear", "1 iteration", "2 iterations", "3 iterations", "loose", "converged"]
-    assert list(dict.fromkeys(setting["coarse"] for setting in settings)) == wanted
-    without = model(name, {}).settings(replace(case, response=None))
-    assert "linear" not in [setting["coarse"] for setting in without]
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_patches_are_answered(patched, name):
     """Under a small force on a disc, whoever knows the load is as near the linear response as its mesh is good."""
     made, contact = model(name, {}), int(patched.database.contact[0])
@@ -108,6 +99,20 @@ def test_patches_are_answered(patched, name):
     if made.sees == "load":
         linear = np.tensordot(force, patched.response.fine[patched.response.row(contact)], 1)
         assert errors(found, linear).rmse_of_peak < {"fem_p1": 0.25, "detail_correction": 0.1}.get(name, 1e-3)
+
+
+@pytest.mark.parametrize("kind", ["shapes", "springs"])
+def test_without_anchors_or_on_a_bed_there_is_no_equilibrium(slab_case, kind):
+    case = slab_case[0]
+    loose = replace(case.body, anchors=[np.empty(0, dtype=np.int64)] * 2)
+    bedded = replace(case.body, bed=Bed(np.zeros(3), 0.05, 1e5))
+    for body, error, said in (
+        (loose, InputError, "nothing is held"),
+        (bedded, NotConverged, f"{kind} have no elastic bed, which holds slab"),
+    ):
+        with pytest.raises(error, match=said):
+            other = replace(case, body=body)
+            Network(other, 0) if kind == "springs" else Shapes(other, "linear", {"kind": "one"})
 
 
 def test_converged_fine_elements_are_the_samples(answer):
@@ -145,17 +150,6 @@ def test_a_disc_presses_all_levels_and_elements_alike(patched):
             load = nodal_load(body, level, contact, force, RADIUS_M, order)
             assert np.allclose(np.outer(shares, force), load[nodes], rtol=1e-12, atol=0.0)
             assert load.sum(axis=0) == pytest.approx(force, rel=1e-12) and len(nodes) > 1
-
-
-def test_a_patch_is_integrated_once_for_all_models(patched, monkeypatch):
-    body = replace(patched.body)
-    case = replace(patched, body=body, response=None)
-    contact = int(contacts_of(body)[0])
-    first = ContactShares(case, 0).of(contact)
-    monkeypatch.setattr("palpate.models.fem_statics.patch_shares", None)
-    assert ContactShares(case, 0).of(contact) is first
-    with pytest.raises(TypeError):
-        ContactShares(case, 0, order=2).of(contact)
 
 
 def test_what_interpolation_carries_up_is_coarse_at_coarse_nodes(slab_case):

@@ -10,7 +10,7 @@ from scipy import sparse
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load, Press, Refused, loads_of
-from palpate.benchmark.model import Solver, setting_text
+from palpate.benchmark.model import Solver
 from palpate.errors import InputError, NotConverged
 from palpate.models import cascade
 from palpate.models.cascade import Limits, Turning, prepared_stage
@@ -35,6 +35,11 @@ def case(slab_case):
     return replace(given, database=many, grid={"cascade": {"asked_errors": [0.1, 0.5], "stages": STAGES}})
 
 
+@pytest.fixture
+def load(case):
+    return Load.at(case.database.contact[0], case.database.force[0])
+
+
 class Known(Solver):
     """Answers with a share of the linear response, with its own estimate, or not at all."""
 
@@ -51,11 +56,7 @@ class Known(Solver):
         return moved if self.own is None else Answer(moved, error=self.own)
 
 
-def test_settings_are_the_errors_that_are_asked_for_the_largest_first(case):
-    assert [setting_text(s) for s in cascade.settings(case)] == ["asked=0.5", "asked=0.1"]
-
-
-def test_the_bound_is_found_on_the_training_contacts(case):
+def test_the_bound_is_found_on_the_training_contacts(case, load):
     """The linear response is short of the made-up answers by 2 to 19 %, and of their limits by more."""
     limits, scores = Limits(case), []
     turning = Turning(case, limits.beyond)
@@ -63,7 +64,6 @@ def test_the_bound_is_found_on_the_training_contacts(case):
         missed = Linear(case, {}).respond(each) - fine
         rms = np.sqrt(np.mean(np.sum(missed**2, axis=1))) / np.linalg.norm(fine, axis=1).max()
         scores.append(rms / turning.of(each))
-    load = Load.at(case.database.contact[0], case.database.force[0])
     bound = bound_factor(np.array(scores), limits.contact) * turning.of(load) + limits.unknown
     answer = cascade.offline(case).online({"asked": 1.01 * bound}).respond(load)
     np.testing.assert_allclose(answer.displacement, Linear(case, {}).respond(load))
@@ -131,8 +131,8 @@ def of(case, asked, *stages, mesh=0.0):
     return cascade.Cascade(case, prepared, asked)
 
 
-def test_a_bound_that_is_too_large_is_passed_over_without_asking(case):
-    load = Load.at(case.database.contact[0], case.database.force[0])
+def test_a_bound_that_is_too_large_is_passed_over_without_asking(case, load):
+    """What is not known of the limit is part of every bound."""
     turned = Turning(case).of(load)
     cheap, dear = Known(case), Known(case, 0.1)
     stages = (cheap, 0.2 / turned, False), (dear, 0.01 / turned, False)
@@ -141,28 +141,19 @@ def test_a_bound_that_is_too_large_is_passed_over_without_asking(case):
     second = of(case, 0.1, *stages).respond(load)
     assert (cheap.asked, dear.asked) == (1, 1) and second.error == pytest.approx(0.01)
     np.testing.assert_allclose(second.displacement, 1.1 * first.displacement)
+    third = of(case, 0.3, *stages, mesh=0.15).respond(load)
+    assert (cheap.asked, dear.asked) == (1, 2) and third.error == pytest.approx(0.16)
 
 
-def test_what_the_fine_elements_lack_is_part_of_every_bound(case):
-    load = Load.at(case.database.contact[0], case.database.force[0])
-    turned = Turning(case).of(load)
-    cheap, dear = Known(case), Known(case, 0.1)
-    stages = (cheap, 0.2 / turned, False), (dear, 0.01 / turned, False)
-    found = of(case, 0.3, *stages, mesh=0.15).respond(load)
-    assert (cheap.asked, dear.asked) == (0, 1) and found.error == pytest.approx(0.16)
-
-
-def test_what_the_model_says_itself_counts_after_it_has_answered(case):
-    load = Load.at(case.database.contact[0], case.database.force[0])
+def test_what_the_model_says_itself_counts_after_it_has_answered(case, load):
     sure, unsure, last = Known(case, own=0.01), Known(case, own=0.2), Known(case)
     assert of(case, 0.05, (sure, 2.0, True), (last, 0.0, False)).respond(load).error == pytest.approx(0.02)
     of(case, 0.05, (unsure, 2.0, True), (last, 0.0, False)).respond(load)
     assert (sure.asked, unsure.asked, last.asked) == (1, 1, 1)
 
 
-def test_where_no_bound_is_small_enough_the_least_one_answers(case):
+def test_where_no_bound_is_small_enough_the_least_one_answers(case, load):
     """Also if that is not the last: one that has answered, or one that would have been passed over."""
-    load = Load.at(case.database.contact[0], case.database.force[0])
     turned = Turning(case).of(load)
     linear, sure, last = Known(case), Known(case, 0.1, own=0.05), Known(case, 0.2)
     stages = [(linear, 0.2 / turned, False), (sure, 1.0, True), (last, 0.1 / turned, False)]
@@ -175,7 +166,7 @@ def test_where_no_bound_is_small_enough_the_least_one_answers(case):
     assert of(case, 0.01, *stages).respond(load).error == pytest.approx(0.05)
 
 
-def test_contacts_that_a_stage_prepares_are_charged_to_the_setting_that_is_asked(case):
+def test_contacts_that_a_stage_prepares_are_charged_to_the_setting_that_is_asked(case, load):
     class Prepares(Known):
         def precede(self, load):
             case.charge("contacts", 3.0)
@@ -183,12 +174,11 @@ def test_contacts_that_a_stage_prepares_are_charged_to_the_setting_that_is_asked
     fresh = replace(case, used={})
     solver = of(case, 0.5, (Prepares(case), 0.0, False))
     solver._case = fresh
-    solver.precede(Load.at(case.database.contact[0], case.database.force[0]))
+    solver.precede(load)
     assert fresh.used["contacts"] == 3.0 and solver.memory_mb > 0.0
 
 
-def test_a_stage_without_an_answer_is_passed_over_while_another_has_one(case):
-    load = Load.at(case.database.contact[0], case.database.force[0])
+def test_a_stage_without_an_answer_is_passed_over_while_another_has_one(case, load):
     fails, works = Known(case, fails=True), Known(case)
     found = of(case, 0.5, (fails, 0.0, False), (works, np.inf, False)).respond(load)
     assert works.asked == 1 and found.error is None  # too few contacts for a bound

@@ -81,13 +81,6 @@ def test_settings_share_meshes_and_each_is_charged_for_them(pressed):
         first.respond(Load.at(case.body.anchors[0][0], force))
 
 
-def test_bodies_with_fewer_levels_leave_meshes_out(pressed):
-    case = pressed[0]
-    meshes = [{"depth": depth, "reach": 1.5, "order": 1} for depth in (1, 2)]
-    grid = {"fem_local": {"meshes": meshes, "warm_iterations": [1], "tolerances": [1e-3]}}
-    assert [s["depth"] for s in fem_local.settings(replace(case, grid=grid))] == [1, 1]
-
-
 @pytest.fixture(scope="module", params=["straight", "moved"])
 def whole(request):
     """A bar with three levels, once with new nodes moved away from the middles of edges."""

@@ -8,9 +8,6 @@ import pytest
 from palpate.errors import InputError
 from palpate.models import model_registry
 from palpate.models.coarse_answers import COARSE_ANSWERS
-from palpate.models.enrichment.features import FEATURES
-from palpate.models.enrichment.methods import METHODS
-from palpate.models.enrichment.paper_enrichment import WEIGHTS
 
 
 @pytest.mark.parametrize("name", model_registry.MODELS)
@@ -44,13 +41,6 @@ def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
     }
 
 
-def test_methods_of_enrichment_are_registered_once():
-    """All that need no more than a coarse answer are models too, by the same names and keywords."""
-    alone = {"linear_fem", "detail_correction", "detail_correction_unturned", "detail_correction_untaught"}
-    for name in set(METHODS) - alone:
-        assert model_registry.MODELS[name][1] == METHODS[name][1]
-
-
 def test_every_family_that_has_settings_stands_in_the_config(grid):
     families = model_registry.families(list(model_registry.MODELS), {})
     assert set(grid) - {"coarse_answers"} == (set(families) - {"linear_fem", "interpolation"}) | set(
@@ -69,14 +59,6 @@ def test_a_model_is_measured_beside_the_one_whose_contacts_serve_it():
         "cascade",
     ]
     assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
-
-
-def test_a_diagram_shows_one_of_many_variants():
-    assert {f"{f}_{w}" for f in FEATURES for w in WEIGHTS} == {
-        name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
-    }
-    assert set(model_registry.FAMILY_OF.values()) == {"paper_enrichment", "mass_spring"}
-    assert len(model_registry.FAMILY_OF) == 16
 
 
 def test_what_a_model_is_told_stands_with_it():

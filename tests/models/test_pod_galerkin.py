@@ -98,11 +98,6 @@ def test_what_it_cannot_do_it_refuses(case, solver):
         solver.respond(Load.at(node, 100.0 * force))
 
 
-def test_answers_are_the_same_bits_again(case, solver):
-    again = pod_galerkin.offline(replace(case, database=case.database.take(np.arange(12)))).online(SETTING)
-    assert np.array_equal(again.respond(load_of(case)), solver.respond(load_of(case)))
-
-
 def test_settings_have_at_most_as_many_modes_as_samples_and_charge_them(case):
     assert pod_galerkin.settings(case) == [
         {"modes": 4, "thinned": 0.01}, {"modes": 12, "thinned": 0.1}, {"modes": 12, "thinned": 0.01}
@@ -114,7 +109,7 @@ def test_settings_have_at_most_as_many_modes_as_samples_and_charge_them(case):
 
 @pytest.fixture(scope="module")
 def answers(slab):
-    elements = ElementsAtRest(slab, 0, 1)
+    elements = ElementsAtRest(slab, 0)
     loads = np.random.default_rng(0).normal(size=(len(elements.rest), 3, 6)) * [3.0, 1.0, 1.0, 1.0, 0.1, 0.1]
     return elements, list(np.moveaxis(elements.solve(loads, 1e-10), 2, 0))
 

@@ -142,11 +142,6 @@ def test_two_presses_are_more_than_one(pressed, method):
     assert np.abs(one + two - both).max() < 0.05 * np.abs(both).max()
 
 
-def test_settings_are_those_of_levels_that_there_are(pressed):
-    case = replace(pressed[0], grid={"relaxed": {"xpbd": [LONG["xpbd"], LONG["xpbd"] | {"level": 7}]}})
-    assert relaxed.settings(case, "xpbd") == [LONG["xpbd"]]
-
-
 def test_a_soft_material_needs_as_many_sweeps_as_a_stiff_one(pressed, equilibrium):
     """The moduli scale out, if the load does."""
     case, load = pressed

@@ -7,8 +7,7 @@ import pytest
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
-from palpate.bodies.supports import Bed
-from palpate.errors import InputError, NotConverged
+from palpate.errors import InputError
 from palpate.models import shape_matching
 from palpate.models.shape_matching import LEFT, Shapes, Softness, cubes, fit
 
@@ -80,15 +79,3 @@ def test_shapes_refuse_what_they_cannot_answer(slab_case):
     assert not np.abs(solver.respond(Load.at(contact, np.zeros(3)))).max() > 1e-12
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
-
-
-def test_without_anchors_shapes_do_not_come_to_rest(loose):
-    with pytest.raises(InputError, match="nothing is held"):
-        Shapes(loose, "linear", {"kind": "one"})
-
-
-def test_shapes_refuse_a_bed_that_they_do_not_have(slab_case):
-    case = slab_case[0]
-    bedded = replace(case, body=replace(case.body, bed=Bed(np.zeros(3), 0.05, 1e5)))
-    with pytest.raises(NotConverged, match="shapes have no elastic bed, which holds slab"):
-        Shapes(bedded, "linear", {"kind": "one"})

@@ -55,16 +55,18 @@ def test_linear_solver_says_when_it_fails(slab, monkeypatch):
     assert 1e-9 < failure.value.history[0] < 1.0
 
 
-def test_what_is_returned_is_in_balance(beam):
+@pytest.mark.parametrize(("order", "newtons", "least"), [(1, [0.5, 0.3, -0.4], 0.2), (2, [0.3, 0.2, -0.3], 0.1)])
+def test_what_is_returned_is_in_balance(beam, order, newtons, least):
     """Checked with the elasticity alone; the anchors bear the whole load and its moment."""
-    load = push(beam, 1, 265, [0.5, 0.3, -0.4])
-    solution = Equilibrium(beam, 1).solve(load, 1e-9)
-    force = LinearElements(beam.fine, beam.material).force(solution.x) + load
+    load, level = push(beam, 1, 265, newtons), 2 - order
+    solution = Equilibrium(beam, level, order).solve(load, 1e-9)
+    elements = (LinearElements if order == 1 else QuadraticElements)(beam.levels[level], beam.material)
+    force = elements.force(solution.x) + load
     free = np.setdiff1d(np.arange(len(load)), beam.anchors[1])
     assert np.linalg.norm(force[free]) < 1e-9 * np.linalg.norm(load)
     assert solution.history[-1] == pytest.approx(np.linalg.norm(force[free]) / np.linalg.norm(load), rel=1e-3)
     assert np.array_equal(solution.x[beam.anchors[1]], beam.fine.nodes[beam.anchors[1]])
-    assert np.abs(solution.x - beam.fine.nodes).max() > 0.2 * beam.fine.size
+    assert np.abs(solution.x - beam.fine.nodes).max() > least * beam.fine.size
     assert force[beam.anchors[1]].sum(axis=0) == pytest.approx(load.sum(axis=0), rel=1e-7)
     moments = [np.cross(solution.x, f).sum(axis=0) for f in (force, load)]
     assert moments[0] == pytest.approx(moments[1], rel=1e-6)

@@ -1,18 +1,16 @@
-"""Affine deformations and uniaxial traction, which linear elements reproduce exactly."""
+"""Patch tests, uniaxial traction, manufactured solutions, scikit-fem's answers and the elastica."""
 
 import numpy as np
 import pytest
-from fixtures.manufactured import body_force, wave
+from fixtures.manufactured import body_force, boundary_forces, manufactured_errors, refined, vector_basis, wave
 from scipy.integrate import solve_bvp
 from scipy.linalg import polar
 from scipy.sparse.linalg import spsolve
-from skfem import Basis, ElementTetP1, ElementVector, Functional, LinearForm, MeshTet, condense
-from skfem.helpers import ddot, dot, grad
+from skfem import condense
 from skfem.models.elasticity import linear_elasticity
 
-from palpate.bodies.body import Body, nest
+from palpate.bodies.body import nest
 from palpate.bodies.material import Material
-from palpate.bodies.refinement import refine
 from palpate.effects.linear_elements import LinearElements
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import minimise
@@ -22,16 +20,6 @@ def stress(f, material):
     """First Piola–Kirchhoff stress 2μ (F − R) + λ tr(S − I) R [Pa], by scipy's polar decomposition."""
     r, s = polar(f)
     return 2 * material.shear_pa * (f - r) + material.lame_pa * np.trace(s - np.eye(3)) * r
-
-
-def boundary_forces(mesh, first_piola):
-    """∫ P N over the boundary, as nodal forces (n_nodes, 3) [N]."""
-    a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
-    thirds = np.cross(b - a, c - a) / 6.0 @ first_piola.T
-    forces = np.zeros_like(mesh.nodes)
-    for corner in range(3):
-        np.add.at(forces, mesh.triangles[:, corner], thirds)
-    return forces
 
 
 class Supported:
@@ -82,15 +70,16 @@ def test_patch_a_moved_boundary_moves_inner_nodes_affinely(box, rotation, poisso
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
-@pytest.mark.parametrize("level", [0, 1])
-def test_patch_tractions_make_a_large_affine_deformation(box, poisson, level):
+@pytest.mark.parametrize(("level", "order"), [(0, 1), (1, 1), (0, 2)])
+def test_patch_tractions_make_a_large_affine_deformation(box, poisson, level, order):
     """x ↦ x + x₁ a keeps the held face in place, so P N on the other faces must give it exactly."""
     mesh = box([2, 2, 2], [0.1, 0.1, 0.1], jitter=0.2)
     held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
-    body = nest("patch", mesh, level, held, Material(3000.0, poisson, 1000.0))
+    body = nest("patch", mesh, level + order - 1, held, Material(3000.0, poisson, 1000.0))
     f = np.eye(3)
     f[:, 0] += [0.25, 0.3, -0.2]
-    solution = Equilibrium(body, level).solve(boundary_forces(body.fine, stress(f, body.material)), 1e-12)
+    load = boundary_forces(body.levels[level], stress(f, body.material), order)
+    solution = Equilibrium(body, level, order).solve(load, 1e-12)
     assert np.abs(solution.x - body.fine.nodes @ f.T).max() < 1e-10 * mesh.size
 
 
@@ -117,47 +106,25 @@ def test_a_pulled_bar_without_poissons_effect(box):
     assert np.abs(x - body.fine.nodes * [1.05, 1.0, 1.0]).max() < 1e-8 * mesh.size
 
 
-def vector_basis(mesh, order):
-    """scikit-fem's linear vector elements on the mesh, unknowns put node by node."""
-    reference = MeshTet(mesh.nodes.T.copy(), mesh.tetrahedra.T.copy(), sort_t=False)
-    basis = Basis(reference, ElementVector(ElementTetP1()), intorder=order)
-    assert np.array_equal(basis.nodal_dofs.T.ravel(), np.arange(basis.N))
-    return basis
-
-
-def test_manufactured_solution_converges_as_theory_says(box, soft):
-    """Error in L2 like h², in H1 like h, on the levels of a cube held all around."""
-    levels, prolongations = [box([3, 3, 3], [1, 1, 1])], []
-    for _ in range(3):
-        finer, prolongation = refine(levels[-1])
-        levels.append(finer)
-        prolongations.append(prolongation)
-    body = Body("cube", levels, prolongations, [m.surface for m in levels], soft)
-    errors = []
-    for level in (1, 2, 3):
-        basis = vector_basis(levels[level], 3)
-        load = LinearForm(lambda v, w: dot(body_force(w.x, soft), v)).assemble(basis)
-        found = basis.interpolate(Equilibrium(body, level).linear_solver()(load.reshape(-1, 3)).ravel())
-
-        @Functional
-        def value(w):
-            return dot(w["u"] - wave(w.x)[0], w["u"] - wave(w.x)[0])
-
-        @Functional
-        def slope(w):
-            return ddot(grad(w["u"]) - wave(w.x)[1], grad(w["u"]) - wave(w.x)[1])
-
-        errors.append([np.sqrt(f.assemble(basis, u=found)) for f in (value, slope)])
-    rates = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert (np.abs(rates[1] - [2, 1]) < np.abs(rates[0] - [2, 1])).all()
-    assert rates[-1] == pytest.approx([2.0, 1.0], abs=0.1)
+@pytest.mark.parametrize(("order", "cells", "chosen"), [(1, 3, (1, 2, 3)), (2, 2, (0, 1, 2))])
+def test_manufactured_solution_converges_as_theory_says(box, soft, order, cells, chosen):
+    """Error in L2 like h² and in H1 like h with linear elements, like h³ and h² with quadratic ones."""
+    cubes = refined(box([cells] * 3, [1, 1, 1]))
+    errors = manufactured_errors(cubes, soft, wave, body_force, order, chosen)
+    rates = np.log2(errors[:-1] / errors[1:])
+    if order == 1:
+        assert (np.abs(rates[1] - [2, 1]) < np.abs(rates[0] - [2, 1])).all()
+        assert rates[-1] == pytest.approx([2.0, 1.0], abs=0.1)
+    else:
+        assert (rates[-1] >= [2.8, 1.8]).all() and (rates[-1] < [3.3, 2.3]).all()
 
 
 def test_small_loads_give_scikit_fems_linear_answer(beam):
     """What differs is of first order in the load, and cancels to second order between a load and its opposite."""
     load = np.zeros_like(beam.fine.nodes)
     load[200] = [2.0, 1.0, -1.0]
-    basis = vector_basis(beam.fine, 2)
+    basis, unknowns = vector_basis(beam.fine, beam.fine.nodes, 1)
+    assert np.array_equal(unknowns, np.arange(basis.N))
     matrix = linear_elasticity(beam.material.lame_pa, beam.material.shear_pa).assemble(basis)
     held = basis.nodal_dofs[:, beam.anchors[1]].ravel()
     system, right, x, free = condense(matrix, load.ravel(), D=held)

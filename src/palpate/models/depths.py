@@ -12,7 +12,7 @@ from palpate.models.fem_statics import ContactShares
 
 FORCE_TOLERANCE, FORCE_EVALUATIONS = 1e-4, 40
 """What may be left, over the largest displacement that is asked for or undone, and the most evaluations."""
-WORST = 1e12
+WORST_CONDITION = 1e12
 """Condition of the responses of discs above which they are the same one."""
 
 
@@ -29,11 +29,13 @@ def forces_for(
     Broyden's method (1965), from the linear response, with steps cut where they lead no nearer.
     Refused for two discs that are pushed at the same place.
     """
-    gives = slope[np.ix_(unknown, unknown)]
-    if not np.linalg.cond(gives) < WORST:
-        raise Refused("two discs are pushed to a depth at the same place; push one of them")
+    gives = _apart(slope[np.ix_(unknown, unknown)])
+
+    def missing(force: np.ndarray) -> np.ndarray:
+        return (wanted - moved(force))[unknown]
+
     force, inverse = force.copy(), np.linalg.inv(gives)
-    left = _left(moved, force, wanted, unknown)
+    left = missing(force)
     # a disc that is held where other presses would move it has a way to go, too
     scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
     step = inverse @ left
@@ -43,7 +45,7 @@ def forces_for(
         tried = force.copy()
         tried[unknown] += step
         try:
-            found = _left(moved, tried, wanted, unknown)
+            found = missing(tried)
         except NotConverged:
             step = 0.5 * step
             continue
@@ -57,10 +59,11 @@ def forces_for(
     raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
 
 
-def _left(
-    moved: Callable[[np.ndarray], np.ndarray], force: np.ndarray, wanted: np.ndarray, unknown: np.ndarray
-) -> np.ndarray:
-    return (wanted - moved(force))[unknown]
+def _apart(gives: np.ndarray) -> np.ndarray:
+    """Return the responses of discs, ``gives`` (f, f) [m/N]; Refused if two of the discs are the same one."""
+    if not np.linalg.cond(gives) < WORST_CONDITION:
+        raise Refused("two discs are pushed to a depth at the same place; push one of them")
+    return gives
 
 
 Presses = list[tuple[int, np.ndarray]]
@@ -121,10 +124,7 @@ class Discs:
     def _gives(self, load: Load) -> np.ndarray:
         """Return the matrix (3k, 3k) [m/N] from the forces of k pushed discs to their means."""
         discs = [disc for disc, _ in load.parted()[1]]
-        gives = np.block([[self.means(disc, contact).T for contact in discs] for disc in discs])
-        if not np.linalg.cond(gives) < WORST:
-            raise Refused("two discs are pushed to a depth at the same place; push one of them")
-        return gives
+        return _apart(np.block([[self.means(disc, contact).T for contact in discs] for disc in discs]))
 
     def _between(self, disc: int, contact: int) -> np.ndarray:
         columns = self._compliance.fine[self._compliance.row(contact)]
@@ -141,7 +141,7 @@ def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, giv
 
     means : from forces (k, 3) [N] to the mean displacements (k, 3) [m] of the discs, by one answer of the model
     gives : (3k, 3k) [m/N], what these do in the first order; Broyden's method (1965, Math. Comp. 19, 577) begins there
-    Raises NotConverged after MOST iterations.
+    Raises NotConverged after DEPTH_ITERATIONS.
     """
     inverse, wanted = np.linalg.inv(gives), ways.ravel()
     # a disc that is held where other presses would move it has a way to go, too

@@ -19,16 +19,6 @@ BEFORE = 0.97
 second adds so much a frame."""
 
 
-class Start(Protocol):
-    """The displacements that Newton's method begins at."""
-
-    def at(self, load: Load) -> np.ndarray | None:
-        """Return displacements (n_nodes, 3) [m] of all nodes, None for rest; InputError for a bad contact."""
-
-    def precede(self, load: Load) -> None:
-        """Do what happened before this query was asked; not timed."""
-
-
 class Settles(Protocol):
     """A simulation that can find the frame before."""
 
@@ -37,19 +27,20 @@ class Settles(Protocol):
 
 
 class Rest:
-    """Begin at rest."""
+    """Begin Newton's method at rest; other starts are kinds of this one."""
 
     def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
         """Take what all starts take: the case, the simulation, and the numbers that name its mesh and elements."""
 
-    def at(self, load: Load) -> None:
-        """Return None."""
+    def at(self, load: Load) -> np.ndarray | None:
+        """Return displacements (n_nodes, 3) [m] of all nodes, None for rest; InputError for a bad contact."""
+        return None
 
     def precede(self, load: Load) -> None:
-        """Do nothing."""
+        """Do what happened before this query was asked; not timed."""
 
 
-class LinearStart:
+class LinearStart(Rest):
     """Begin at the linear response of the same elements, whose columns were stored for each prepared contact."""
 
     def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
@@ -69,11 +60,8 @@ class LinearStart:
         parts = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, given, strict=True)]
         return np.sum(parts, axis=0)
 
-    def precede(self, load: Load) -> None:
-        """Do nothing."""
 
-
-class FrameBefore:
+class FrameBefore(Rest):
     """Begin at the converged answer to BEFORE times the same force; where there is none, at rest.
 
     Frames that a setting has found serve the later ones. A solver holds the last one only.
@@ -101,7 +89,7 @@ class FrameBefore:
         return self._frame if self._asked == load.key else None
 
 
-STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Start]] = {
+STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Rest]] = {
     "rest": Rest,
     "linear": LinearStart,
     "frame": FrameBefore,
@@ -156,7 +144,7 @@ class Fem(Solver):
 
     def place(self, number: int, patch: Patch) -> int:
         """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
-        return self._simulation.place(number, patch)
+        return self._simulation.shares.place(number, patch)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.

@@ -25,6 +25,7 @@ class Simulation:
 
     tolerance : relative residual to stop at
     solver : of its equilibrium, with Newton's method or L-BFGS
+    shares : how discs are spread over its nodes
     iterations : cap on their iterations, or None for as many as it takes, with smaller loads in between. With a
         cap, the answer is what the last iteration reached: its error is measured, and its residual is not checked.
     """
@@ -42,7 +43,7 @@ class Simulation:
         self._equilibrium = solver(whole, level, order)
         self._rest, self._held = self._equilibrium.mesh.nodes, whole.anchors[level % len(case.body.levels) + order - 1]
         self._tolerance, self._iterations, self._converged = tolerance, iterations, case.tolerance
-        self._shares = ContactShares(case, level, order)
+        self.shares = ContactShares(case, level, order)
 
     def stopped(self, tolerance: float, iterations: int | None) -> Self:
         """Return the same simulation with another stop; the two share their matrices."""
@@ -60,31 +61,9 @@ class Simulation:
         start : displacements (n_nodes, 3) [m] that Newton's method begins at, in place of rest
         Raises NotConverged, or InputError for a node that cannot be pressed.
         """
-        return self._solve(load, self._tolerance, self._iterations, start)
-
-    def settled(self, load: Load) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever those of queries are."""
-        return self._solve(load, self._converged)[0]
-
-    def place(self, number: int, patch: Patch) -> int:
-        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
-        return self._shares.place(number, patch)
-
-    def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
-        """Return the mean displacement (presses, 3) [m] of each disc under displacements (n_nodes, 3) [m]."""
-        found = [self._shares.of(press.node) for press in load.presses]
-        return np.array([shares @ displacement[nodes] for nodes, shares in found])
-
-    def least_det(self, displacement: np.ndarray) -> float:
-        """Return the smallest det F of the elements under displacements (n_nodes, 3) [m]."""
-        return self._equilibrium.least_det(self._rest + displacement)
-
-    def _solve(
-        self, load: Load, tolerance: float, iterations: int | None = None, start: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Choose the search that the load and the cap on iterations ask for."""
         given, pushed = load.parted()
-        nodal, x = self._spread(given), None if start is None else self._rest + start
+        nodal, x = self.shares.spread(given, len(self._rest)), None if start is None else self._rest + start
+        tolerance, iterations = self._tolerance, self._iterations
         if pushed:
             ways = np.array([way for _, way in pushed])
             weights = self._weights([node for node, _ in pushed])
@@ -94,19 +73,28 @@ class Simulation:
             return self._equilibrium.solve(nodal, tolerance, x).x - self._rest, None
         return self._equilibrium.approach(nodal, tolerance, iterations, x).x - self._rest, None
 
+    def settled(self, load: Load) -> np.ndarray:
+        """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever those of queries are."""
+        return self.stopped(self._converged, None).displacement(load)
+
+    def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
+        """Return the mean displacement (presses, 3) [m] of each disc under displacements (n_nodes, 3) [m]."""
+        found = [self.shares.of(press.node) for press in load.presses]
+        return np.array([shares @ displacement[nodes] for nodes, shares in found])
+
+    def least_det(self, displacement: np.ndarray) -> float:
+        """Return the smallest det F of the elements under displacements (n_nodes, 3) [m]."""
+        return self._equilibrium.least_det(self._rest + displacement)
+
     def nodal(self, load: Load) -> np.ndarray:
         """Return nodal forces (n_nodes, 3) [N]; InputError for a node that cannot be pressed, Refused for a depth."""
-        return self._spread(load.forces())
-
-    def _spread(self, forces: list[tuple[int, np.ndarray]]) -> np.ndarray:
-        """Spread forces (3,) [N] on discs around nodes of the fine surface over nodes (n_nodes, 3) [N]."""
-        return self._shares.spread(forces, len(self._rest))
+        return self.shares.spread(load.forces(), len(self._rest))
 
     def _weights(self, contacts: list[int]) -> sparse.csr_array:
         """Return the weights (k, n_nodes) of the mean displacement of discs, without those of nodes that are held."""
         weights = sparse.lil_array((len(contacts), len(self._rest)))
         for row, contact in enumerate(contacts):
-            nodes, shares = self._shares.of(contact)
+            nodes, shares = self.shares.of(contact)
             free = ~np.isin(nodes, self._held)
             weights[row, nodes[free]] = shares[free]
         return weights.tocsr()

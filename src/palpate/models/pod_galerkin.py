@@ -43,10 +43,9 @@ def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: i
 REDUCES, LAW = "p2", "the body's"
 RESIDUAL = 1e-3
 """Residual of an answer over its load, and of the volume that is found to a sample."""
-TINY = 1e-300
-CHOOSING, PARTS = 8, (1.0, 0.5)
+CHOOSING_SAMPLES, PARTS = 8, (1.0, 0.5)
 """Samples, spread over all, that cells are chosen by, and the parts of their way at which cells pull as all do."""
-GUARD, FAR = 0.4, 2.0
+LEAST_DET, LARGEST_NORM = 0.4, 2.0
 """Smallest det F of an answer's cells, and its largest energy norm over that of the farthest sample; beyond either the
 model says that it does not know."""
 
@@ -116,10 +115,10 @@ class PodGalerkin(Solver):
         pull = np.sum([force @ self._pull(node) for node, force in load.forces()], axis=0)
         q, residual, least = self._reduced.at_rest(pull, RESIDUAL)
         moved, far = (self._surface @ q).reshape(-1, 3), float(np.linalg.norm(q)) / self._reach
-        if not least >= GUARD:
+        if not least >= LEAST_DET:
             why = f"cells are squeezed to det F = {least:.2f}, beyond what the modes are made of"
             raise Doubted(why, [residual], Answer(moved))
-        if not far <= FAR:
+        if not far <= LARGEST_NORM:
             why = f"this goes {far:.1f} times as far as any sample, beyond what is known"
             raise Doubted(why, [residual], Answer(moved))
         return moved
@@ -162,9 +161,9 @@ def _reduced(
     model = ReducedContact(cells, np.eye(modes.shape[2]), elements.law)
     if tolerance == 0.0:
         return model
-    chosen = np.unique(np.linspace(0, coordinates.shape[1] - 1, CHOOSING).round().astype(int))
+    chosen = np.unique(np.linspace(0, coordinates.shape[1] - 1, CHOOSING_SAMPLES).round().astype(int))
     beyond = np.linalg.norm(pulls - coordinates, axis=0)[chosen]
-    share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, TINY)))
+    share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, 1e-300)))
     ways = [part * q for q in coordinates.T[chosen] for part in PARTS]
     return model.thinned(ways, min(1.0, share) * tolerance)
 

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, FitOptions, Setting, Solver, held_mb, one_stage
+from palpate.benchmark.model import Case, FitOptions, Setting, Solver, one_stage
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
@@ -197,7 +197,7 @@ def _slopes(
 
 
 REDUCES, LAW = "p2", "the body's"
-FAR = 1.5
+LARGEST_NORM = 1.5
 """Largest norm of an answer over that of the farthest sample; beyond it the model says that it does not know."""
 
 
@@ -213,26 +213,23 @@ def settings(case: Case, learner: str) -> list[Setting]:
 class Learnt(Solver):
     """Modes, and what gives their coefficients."""
 
-    memory_mb = 0.0
-
     def __init__(self, case: Case, setting: Setting, learner: str):
         fitting = fitting_to(case)
         learn = network(setting["hidden"]) if learner == "network" else gaussian_process
         self._contacts = contacts_of(case.body)
         self._pod = PodOfLoads(fitting.db, fitting.training, setting["modes"], learn, fitting.options)
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
-        self.memory_mb = held_mb(self)
 
     def respond(self, load: Load) -> np.ndarray:
         """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``.
 
-        NotConverged beyond the guard FAR.
+        NotConverged beyond the guard LARGEST_NORM.
         """
         contact, force = load.single()
         row_of(self._contacts, contact)
         moved = self._pod.respond(contact, force)
         far = float(np.linalg.norm(moved)) / self._reach
-        if not far <= FAR:
+        if not far <= LARGEST_NORM:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
         return moved
 

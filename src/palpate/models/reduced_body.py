@@ -75,9 +75,9 @@ def _mean(moduli: np.ndarray, volumes: np.ndarray, together: int) -> np.ndarray:
     return sums / volumes.reshape(-1, together).sum(axis=1)
 
 
-STEP = 0.01
+BEND_STEP = 0.01
 """Largest displacement of a column at which its bend is measured, in sizes of the body."""
-SMALL = 1e-9
+DEPENDENT = 1e-9
 """Columns count as dependent below this eigenvalue of their Gram matrix, in parts of its largest."""
 
 Solve = Callable[[np.ndarray], np.ndarray]
@@ -88,10 +88,10 @@ def bends(elastic: Elements, rest: np.ndarray, solve: Solve, columns: np.ndarray
     """Compute the static derivatives −K⁻¹ ∂²f[a, b] of all pairs of ``columns`` (k, n, 3): (k (k + 1) / 2, n, 3).
 
     Columns are scaled to a peak of 1 before; ∂²f, f being the elastic restoring force, is by central differences at
-    STEP · ``size`` [m] (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
+    BEND_STEP · ``size`` [m] (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
     """
     scaled = columns / np.linalg.norm(columns, axis=2).max(axis=1)[:, None, None]
-    h = STEP * size
+    h = BEND_STEP * size
 
     def curvature(u: np.ndarray) -> np.ndarray:
         return -(elastic.force(rest + h * u) + elastic.force(rest - h * u)) / h**2
@@ -113,7 +113,7 @@ def orthonormal(columns: Sequence[np.ndarray], stiffness: sparse.sparray) -> np.
     v = v[:, np.abs(v).max(axis=0) > 0.0]
     v = v / np.sqrt(np.einsum("ij,ij->j", v, stiffness @ v))
     values, turns = np.linalg.eigh(v.T @ (stiffness @ v))
-    kept = values > SMALL * values[-1]
+    kept = values > DEPENDENT * values[-1]
     return v @ (turns[:, kept] / np.sqrt(values[kept]))
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from palpate.solvers.system import System
 
 Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """A function of coordinates (r,) and its gradient (r,)."""
-SHORTEST = 1e-6
+SHORTEST_STEP = 1e-6
 """A step that is cut below this part of its length is none."""
-NOISE = 1e-14
+VALUE_ROUNDING = 1e-14
 """Relative rounding of the function, beside what the caller knows of it."""
 
 
@@ -45,7 +45,7 @@ class CarriedBfgs:
                 return q, norm
             found = self._search(evaluate, q, value, gradient, noise)
             if found is None:
-                if float(gradient @ self._first @ gradient) <= noise + NOISE * abs(value):
+                if float(gradient @ self._first @ gradient) <= noise + VALUE_ROUNDING * abs(value):
                     return q, 0.0
                 if np.array_equal(self._inverse, self._first):
                     break
@@ -64,9 +64,9 @@ class CarriedBfgs:
         slope, length = float(gradient @ ahead), 1.0
         if not slope < 0.0:
             return None
-        while length > SHORTEST:
+        while length > SHORTEST_STEP:
             reached, there = evaluate(q + length * ahead)
-            if reached <= value + 1e-4 * length * slope + noise + NOISE * abs(value):
+            if reached <= value + 1e-4 * length * slope + noise + VALUE_ROUNDING * abs(value):
                 return length * ahead, reached, there
             length *= 0.5
         return None
@@ -84,11 +84,11 @@ class CarriedBfgs:
 
 ITERATIONS = 60
 """Of BFGS in a step, after which it counts as not found."""
-LEAST = 1e-6
+LEAST_SCALE = 1e-6
 """Lower bound of the scale of residuals, in forces that would flatten the body."""
-ROUNDING = 1e-15
+STRAIN_ROUNDING = 1e-15
 """Of a deformation gradient."""
-GUARD = 0.6
+LEAST_DET = 0.6
 """Smallest det F of a cell that is believed: below, elements of it may be flat or inverted."""
 
 
@@ -109,8 +109,7 @@ def make(system: System, settings: dict) -> "ReducedMotion":
     return ReducedMotion(system, ReducedBody.of(system, settings["reduced"]), settings["tolerance"])
 
 
-@dataclass(frozen=True, eq=False)
-class _State:
+class _State(NamedTuple):
     """Coordinates q (r,), their rates w (r,) [1/s] and the elastic energy's gradient g (r,) at the end of a step."""
 
     q: np.ndarray
@@ -124,7 +123,7 @@ class ReducedMotion:
     α, β : of damping in proportion to mass and stiffness; the latter is taken as the rate of change of the elastic
     force g, whose derivative is K(q) q̇, so that it turns with the body and needs no matrix.
     Each step is a minimisation by BFGS, which keeps its Hessian from step to step; the first step is that of backward
-    Euler. NotConverged where one is not found, or where a cell is squeezed to det F < GUARD.
+    Euler. NotConverged where one is not found, or where a cell is squeezed to det F < LEAST_DET.
 
     Trap: nothing is known of motions that the modes do not have; a push elsewhere than at their places is answered by
     vibration modes only. And as BDF2 it may make energy (see ``solvers/bdf2.py``).
@@ -156,7 +155,7 @@ class ReducedMotion:
         second = self._length == h
         now, before = self._now, self._before if second else self._now
         share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
-        base, rate, pull = (a + share * (a - b) for a, b in zip(_parts(now), _parts(before), strict=True))
+        base, rate, pull = (a + share * (a - b) for a, b in zip(now, before, strict=True))
         problem = _Step(self, base, rate, reach, pull, push)
         if not second or self._search is None:
             self._search = CarriedBfgs(1.0 / problem.at_rest)
@@ -181,17 +180,13 @@ class ReducedMotion:
                 [residual],
             )
         least = self.body.cells.least_det(q)
-        if least < GUARD:
+        if least < LEAST_DET:
             raise NotConverged(
                 f"a cell of the reduced body keeps {least:.2g} of its volume, and modes are not to be believed below "
-                f"{GUARD:g}; lower the load, or choose bdf2",
+                f"{LEAST_DET:g}; lower the load, or choose bdf2",
                 [residual],
             )
         return q
-
-
-def _parts(state: _State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return state.q, state.w, state.g
 
 
 class _Step:
@@ -221,8 +216,8 @@ class _Step:
         self._force = push + lag * pull
         self.at_rest = self._curvature + self._share
         parts = (push, pull, inertia * reach * rate)
-        self.scale = sum(float(np.linalg.norm(part)) for part in parts) + LEAST * motion.flattening
-        self.noise = ROUNDING * motion.flattening * self.scale
+        self.scale = sum(float(np.linalg.norm(part)) for part in parts) + LEAST_SCALE * motion.flattening
+        self.noise = STRAIN_ROUNDING * motion.flattening * self.scale
 
     def evaluate(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the function to minimise [J] at ``q`` (r,) and its gradient (r,)."""

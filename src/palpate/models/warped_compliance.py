@@ -6,7 +6,6 @@ a kernel ridge on what the warp leaves is added.
 """
 
 from functools import reduce
-from typing import Protocol
 
 import numba
 import numpy as np
@@ -22,6 +21,7 @@ from palpate.models.depths import Discs
 from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.fitting import Training, convinces, gather
 from palpate.models.enrichment.ridge import KernelRidge
+from palpate.models.linear_fem import LinearFem
 from palpate.solvers.compliance import Compliance
 
 
@@ -119,14 +119,8 @@ KINDS = ("response", "force")
 force along the axes of its contact, as which all contacts are alike."""
 
 
-class Base(Protocol):
-    """The answer that is known without samples."""
-
-    def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the fine surface displacement (n, 3) [m], and rotation vectors (n, 3) of its nodes or None."""
-
-    def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] under several forces (3,) [N], each at its contact."""
+Base = LinearFem | WarpedResponse
+"""The answer that is known without samples."""
 
 
 class LoadResidual:

@@ -17,7 +17,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import linear_response
 from palpate.linalg.multigrid import Factor, Multigrid
-from palpate.solvers.lbfgs import Descent, always, descend
+from palpate.solvers.lbfgs import Descent, descend
 from palpate.solvers.newton import Product, Solution, minimise
 
 EASY_POISSON = 0.4
@@ -294,7 +294,7 @@ class FastEquilibrium(Equilibrium):
         tolerance_n: float,
         start: np.ndarray | None,
         iterations: int,
-        callback: Callable[[Descent], bool] = always,
+        callback: Callable[[Descent], bool] = lambda way: True,
     ) -> Descent:
         self._load = load
         begin = self.mesh.nodes if start is None else start

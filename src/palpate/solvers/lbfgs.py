@@ -41,18 +41,13 @@ class Descent:
     convex: bool = True
 
 
-def always(way: Descent) -> bool:
-    """Return True: continue."""
-    return True
-
-
 def descend(
     problem: Smooth,
     solve: Callable[[np.ndarray], np.ndarray],
     x: np.ndarray,
     tolerance_n: float,
     iterations: int,
-    callback: Callable[[Descent], bool] = always,
+    callback: Callable[[Descent], bool] = lambda way: True,
     kept: int = MEMORY,
 ) -> Descent:
     """Do so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``tolerance_n`` [N].

@@ -9,6 +9,7 @@ import numpy as np
 
 from palpate.errors import NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.solvers.lbfgs import Smooth
 
 Product = Callable[[np.ndarray], np.ndarray]
 """A linear map of (n_nodes, 3) arrays."""
@@ -20,24 +21,15 @@ Candidate = tuple[np.ndarray, float, float]
 """Positions (n_nodes, 3) [m], their energy [J], and a step length."""
 
 
-class Problem(Protocol):
-    """A function to minimise; all arrays are (n_nodes, 3)."""
+class Problem(Smooth, Protocol):
+    """An energy to minimise, with its Hessian.
 
-    def energy(self, x: np.ndarray) -> float:
-        """Return the potential energy of inner and outer forces [J]."""
-
-    def force(self, x: np.ndarray) -> np.ndarray:
-        """Return minus the energy's gradient [N], zero at held nodes."""
+    One whose steps are limited, so that no body passes through another, has ``limit(x, direction)``, too: the fraction
+    of ``direction`` that a step from ``x`` may have, infinite if nothing is in the way.
+    """
 
     def linearise(self, x: np.ndarray, definite: bool) -> tuple[Product, Product]:
         """Return the products with the Hessian, clamped if ``definite``, and with a preconditioner for it."""
-
-
-class Bounded(Problem, Protocol):
-    """A problem whose steps are limited, so that no body passes through another."""
-
-    def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
-        """Return the fraction of ``direction`` that a step from ``x`` may have; infinite if nothing is in the way."""
 
 
 @dataclass
@@ -72,7 +64,7 @@ def minimise(
 
     The exact Hessian is tried first; if conjugate gradients find negative curvature, its clamped form gives a descent
     direction instead. Steps are halved until the energy decreases enough (Armijo). The tolerance of the linear solves
-    follows the progress (Eisenstat and Walker 1996, choice 2). If the problem is Bounded, no step exceeds its limit.
+    follows the progress (Eisenstat and Walker 1996, choice 2). If the problem has a ``limit``, no step exceeds it.
 
     solution : the result of an earlier attempt to continue; the cost of this one is added to it, even if it fails
 

@@ -10,7 +10,7 @@ from palpate.bodies.material import LAWS
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
-from palpate.models.contact_modes import contact_modes, workshop
+from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
 from palpate.solvers.compliance import compute_compliance
 
@@ -51,14 +51,6 @@ def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, modes_of,
         expected = exact_at.respond(load)
         assert distance_to(modes_of.respond(load).displacement, expected) < 0.002
         assert distance_to(columns.respond(load).displacement, expected) < 0.01
-
-
-def test_columns_alone_take_no_press_of_the_elements(pressed):
-    case = replace(pressed[0], body=replace(pressed[0].body, name="other"))
-    modes_of = contact_modes.offline(case).online(SNAPSHOTS | {"modes": "columns"})
-    modes_of.prepare_contact(pressed[1])
-    made = {name for name, *_ in modes_of.shop.seconds}
-    assert "columns" in made and not made & {"snapshots", "to finer"}
 
 
 def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, exact_at):
@@ -139,7 +131,7 @@ def test_the_limit_is_extrapolated_over_levels(pressed, modes_of):
     assert distance_to(found, expected) < min(0.004, 0.5 * distance_to(middle, expected))
 
 
-def test_what_it_does_not_know_is_refused_or_told(pressed, modes_of, refuses):
+def test_what_it_does_not_know_is_refused_or_told(pressed, modes_of):
     _, contact, force = pressed
     with pytest.raises(NotConverged, match=r"as far as|squeezed|residual"):
         modes_of.respond(Load.at(contact, 30.0 * force))
@@ -217,18 +209,6 @@ def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_no
     moved = finer.settle(load, np.zeros_like(finer.rest), 400, TRIAL_RESIDUAL)
     assert np.linalg.norm(finer.force(moved) + load) <= TRIAL_RESIDUAL * np.linalg.norm(load)
     assert finer.least_det(moved) > 0.9 * SOUND
-
-
-def test_a_press_that_squeezes_nothing_is_believed_without_a_trial_on_the_finer_level(slab_case, monkeypatch):
-    body, contact = slab_case[0].body, int(slab_case[1].contact[0])
-    shown = Workshop(body, RADIUS, 1).shown(contact, "columns")
-    light = replace(shown, forces=0.1 * shown.forces, answers=0.1 * shown.answers)
-    for sure, tried in ((workshop.SURE, False), (1.1, True)):
-        monkeypatch.setattr(workshop, "SURE", sure)
-        shop = Workshop(body, RADIUS, 1)
-        shop.make(("columns", contact), lambda: light)
-        assert bearing(shop, [contact], "columns")[0] @ light.forces[0] == pytest.approx(1.0)
-        assert (("elements", 1) in shop.seconds) == tried
 
 
 def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept(slab_case):

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize, nnls
 
 from palpate.bodies.material import LAWS
+from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
 from palpate.models.contact_modes import snapshots
@@ -30,13 +31,12 @@ ROUNDING = 1e-5
 
 @pytest.fixture(scope="module")
 def pressed(slab):
-    """Return what makes the elements of an order and law, and the snapshots of one contact."""
+    """Return what makes the elements of a law, and the snapshots of one contact."""
 
-    def make(order, law=LAWS[0]):
+    def make(law=LAWS[0]):
         body = replace(slab, material=replace(slab.material, law=law))
-        level = 2 - order
-        elements = ElementsAtRest(body, level, order)
-        disc = patch_shares(body.levels[level], patch_at(body, contact(body), RADIUS), order)
+        elements = ElementsAtRest(body, 0)
+        disc = patch_shares(body.coarse, patch_at(body, contact(body), RADIUS), 2)
         return press_contact(columns_of_contact(elements, *disc, body.fine.normals[contact(body)], NEWTONS))
 
     return make
@@ -47,10 +47,9 @@ def contact(body):
     return int(body.coarse.surface[np.argmax(body.coarse.nodes[body.coarse.surface, 0])])
 
 
-@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("law", LAWS)
-def test_all_points_as_cells_are_full_galerkin(pressed, order, law):
-    shown = pressed(order, law)
+def test_all_points_as_cells_are_full_galerkin(pressed, law):
+    shown = pressed(law)
     elements, modes = shown.elements, basis_of([shown])
     everything = np.ones(len(elements.couples), dtype=bool)
     cells = cells_of(elements, modes, everything)
@@ -63,9 +62,8 @@ def test_all_points_as_cells_are_full_galerkin(pressed, order, law):
     assert np.linalg.norm(left) < ROUNDING * np.linalg.norm(model.loads @ shown.forces[0])
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed, order):
-    shown = pressed(order)
+def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed):
+    shown = pressed()
     modes = basis_of([shown])
     model, thin = whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-3, 0)
     assert len(thin.cells.volumes) < 0.5 * len(model.cells.volumes) and (thin.cells.volumes > 0.0).all()
@@ -79,7 +77,7 @@ def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(presse
 
 def test_one_mean_of_elements_that_come_from_one_is_that_of_the_whole(slab):
     """Displacements that are linear in space have the same gradient everywhere, whichever elements are averaged."""
-    elements = ElementsAtRest(slab, 1, 1)
+    elements = ElementsAtRest(finer(slab), 1)
     modes = (elements.rest @ np.array([[0.1, 0.2, 0.0], [0.0, -0.3, 0.1], [0.2, 0.0, 0.4]]))[:, :, None]
     exact = rings_around(elements, np.array([0]), 0)
     cells = cells_of(elements, modes, exact, 8)
@@ -91,7 +89,7 @@ def test_one_mean_of_elements_that_come_from_one_is_that_of_the_whole(slab):
 
 def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, monkeypatch):
     """With all elements exact, cells come from what is near the disc and a quarter of the rest."""
-    shown = pressed(2)
+    shown = pressed()
     modes, elements = basis_of([shown]), shown.elements
     far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, snapshots.NEAR_RINGS))
     monkeypatch.setattr(snapshots, "FEW", far // 4)
@@ -105,7 +103,7 @@ def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, mon
 def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
     """At the free edge of a thin plate four steps leave more than the load itself."""
     thin = replace(slab, levels=[replace(mesh, nodes=mesh.nodes * [1.0, 1.0, 0.3]) for mesh in slab.levels])
-    elements, disc = ElementsAtRest(thin, 0, 2), patch_shares(thin.coarse, patch_at(thin, contact(thin), RADIUS), 2)
+    elements, disc = ElementsAtRest(thin, 0), patch_shares(thin.coarse, patch_at(thin, contact(thin), RADIUS), 2)
     shown = press_contact(columns_of_contact(elements, *disc, np.array([0.0, 0.0, 1.0]), NEWTONS))
     for k, force in enumerate(shown.forces):
         load = elements.nodal(shown.nodes, shown.shares, force)
@@ -114,7 +112,7 @@ def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
 
 
 def test_the_modes_are_orthonormal_in_the_stiffness(pressed):
-    shown = pressed(2)
+    shown = pressed()
     modes = basis_of([shown])
     stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(m)) for m in np.moveaxis(modes, 2, 0)], axis=2)
     assert np.tensordot(modes, stiff, ((0, 1), (0, 1))) == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
@@ -124,7 +122,7 @@ def test_the_modes_are_orthonormal_in_the_stiffness(pressed):
 
 def test_second_columns_are_what_a_small_press_adds(pressed):
     """What a press moves beyond its linear response, at the rate of its square, lies in them."""
-    shown = pressed(2)
+    shown = pressed()
     elements, force = shown.elements, 1e-2 * shown.forces[0]
     load = elements.nodal(shown.nodes, shown.shares, force)
     linear = shown.linear @ force
@@ -136,7 +134,7 @@ def test_second_columns_are_what_a_small_press_adds(pressed):
 
 
 def test_the_minimum_is_that_of_another_search(pressed):
-    shown = pressed(2)
+    shown = pressed()
     modes = basis_of([replace(shown, found=False)])
     model, force = whole_model([shown], modes, 1), shown.forces[0]
     load = model.loads @ force
@@ -165,15 +163,9 @@ def test_few_columns_replace_all_with_positive_weights():
     assert len(fewer) < len(chosen)
 
 
-def test_rings_grow_by_neighbours(pressed):
-    elements, node = pressed(1).elements, np.array([0])
-    counts = [int(rings_around(elements, node, rings).sum()) for rings in (0, 1, 50)]
-    assert counts[0] == (elements.couples == 0).any(axis=1).sum() < counts[1] < counts[2] == len(elements.couples)
-
-
 def test_a_body_that_keeps_its_volume_is_refused(slab):
     with pytest.raises(NotConverged, match="mean dilatation"):
-        ElementsAtRest(replace(slab, material=replace(slab.material, poisson=0.49)), 0, 2)
+        ElementsAtRest(replace(slab, material=replace(slab.material, poisson=0.49)), 0)
 
 
 def test_a_column_that_does_not_pull_is_not_taken():

@@ -10,10 +10,7 @@ from palpate.errors import InputError
 from palpate.models.enrichment.features import (
     body_axis,
     contact_frame,
-    describe,
-    in_slots,
     kinds,
-    levels,
     nearest_first,
     nearest_first_framed,
 )
@@ -84,31 +81,9 @@ def test_ties_are_the_same_in_a_jittered_mesh(db):
             assert np.array_equal(here.slots, there.slots)
 
 
-def test_many_samples_at_once(db):
-    features = kinds(db, 10)["framed"]
-    described, slots = (
-        describe(features, db.contact, db.coarse_paper),
-        in_slots(features, db.contact, db.fine),
-    )
-    assert described.shape == (24, 30) and slots.shape == (24, 3 * 722)
-    assert np.array_equal(described[7], features.view(int(db.contact[7])).feature(db.coarse_paper[7]))
-
-
 def test_a_contact_off_the_surface_is_refused(db):
     with pytest.raises(InputError, match="contact 100000 is not a coarse surface node"):
         kinds(db, 10)["ordered"].view(100000)
-
-
-def test_levels_join_only_what_is_close():
-    values = np.array([3.0, 1.0, 1.0 + 1e-12, 2.0, 3.0 - 1e-12])
-    assert levels(values, 1e-9).tolist() == [2, 0, 0, 1, 2]
-
-
-def test_nearest_come_first():
-    points = np.random.default_rng(0).normal(size=(200, 3))
-    order = nearest_first(points, points[17], 1.0)
-    assert order[0] == 17
-    assert (np.diff(np.linalg.norm(points[order] - points[17], axis=1)) >= 0).all()
 
 
 def test_ties_go_by_number_whatever_the_rounding():

@@ -16,17 +16,6 @@ from palpate.models.interpolation import Interpolation
 from palpate.solvers.compliance import Compliance
 
 TRAIN, TEST = np.arange(0, 18), np.arange(18, 24)
-BLENDS = [f"{features}_{kind}" for features in ("unordered", "ordered", "framed") for kind in WEIGHTS]
-OTHERS = [
-    "interpolation",
-    "ridge_upsampling",
-    "kernel_ridge_detail",
-    "pod_rbf",
-    "linear_fem",
-    "detail_correction_unturned",
-    "detail_correction_untaught",
-    "detail_correction",
-]
 
 
 @pytest.fixture(scope="module")
@@ -49,10 +38,6 @@ def predict(method, db, i, protocol="paper"):
 
 def of_peak(predicted, db, i):
     return np.sqrt(np.mean(np.sum((predicted - db.fine[i]) ** 2, axis=1))) / db.peaks[i]
-
-
-def test_names_are_those_of_the_tables(methods):
-    assert list(methods) == BLENDS + OTHERS
 
 
 def test_predictions_are_finite_even_far_from_every_sample(db, methods):
@@ -129,10 +114,6 @@ def test_ordered_does_not_depend_on_numbering_without_ties(db, settings):
     )
     for i in TEST:
         assert predict(there, other, i) == pytest.approx(predict(here, irregular, i)[fine], abs=1e-9)
-
-
-def test_interpolation_is_the_prolongation(db):
-    assert np.array_equal(predict(Interpolation(db), db, 3), db.prolongation @ db.coarse_paper[3])
 
 
 @pytest.mark.parametrize("protocol", ["paper", "live"])

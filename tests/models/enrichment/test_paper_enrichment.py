@@ -80,13 +80,6 @@ def test_the_inverse_is_one_where_there_is_one():
     assert inverse(phi) @ phi == pytest.approx(np.eye(15), abs=1e-10)
 
 
-def test_clipping_changes_negative_entries_only():
-    phi = np.exp(-SQUARED / 8)
-    assert (inverse(phi) < 0).any()
-    unit_queries = BlendWeights("clipped", SQUARED, 2.0)(SQUARED)
-    assert unit_queries == pytest.approx(normalise(np.maximum(inverse(phi), 0) @ phi, phi), abs=1e-9)
-
-
 def test_the_nonnegative_matrix_is_the_nearest():
     """No column of A can be moved, within a ≥ 0, to bring Φ a closer to its unit vector."""
     phi = np.exp(-SQUARED / 8)

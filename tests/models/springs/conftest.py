@@ -22,7 +22,7 @@ def cube():
     model = spring_model(particles)
     node, inward = middle(mesh, "top")
     press = Press("top", node, 0.001 * inward, 0.01)
-    keys = key_points(mesh.nodes, mesh.tetrahedra, KEYS, "key_points_m")
+    keys = key_points(mesh.nodes, mesh.tetrahedra, KEYS)
     settings = Settings(0.0004, 60, 0.2, keys)
     motion = simulate(model, np.full(120, 1500.0), press, settings)
     fitness = Fitness(model, press, settings, *motion)

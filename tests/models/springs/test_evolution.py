@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from palpate.errors import InputError
 from palpate.models.springs.evolution import Genetic, Rules, evolve
 from palpate.models.springs.fitness import Range
 
@@ -96,36 +95,3 @@ def test_a_checkpoint_of_something_else_is_not_used(tmp_path):
     assert np.array_equal(evolve(hill, 20, Rules(10, LIMITS, 6), 50, path).young, other.young)
     path.write_bytes(path.read_bytes()[:200])
     assert np.array_equal(evolve(hill, 20, Rules(10, LIMITS, 6), 50, path).young, other.young)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"individuals": np.ones((3, 3))},
-        {"individuals": np.full((10, 20), np.nan)},
-        {"fitness": np.full(10, "a")},
-        {"generation": np.array(-5)},
-        {"generation": np.array(20)},
-        {"history": np.ones((51, 2))},
-        {"random": "null"},
-        {"random": '{"a": 1}'},
-        {"more": np.ones(3)},
-    ]
-    + [{name: None} for name in ("individuals", "fitness", "generation", "history", "random", "key")],
-    ids=lambda change: f"{next(iter(change))}",
-)
-def test_a_checkpoint_without_a_whole_state_is_not_used(tmp_path, change):
-    rules, path = Rules(10, LIMITS, 5), tmp_path / "genetic.npz"
-    fresh = evolve(hill, 20, rules, 50, path)
-    with np.load(path) as file:
-        found = dict(file) | change
-    np.savez(path, **{name: value for name, value in found.items() if value is not None})
-    reported = []
-    again = evolve(hill, 20, rules, 50, path, lambda *what: reported.append(what))
-    assert len(reported) == 50
-    assert np.array_equal(again.young, fresh.young)
-
-
-def test_too_few_get_one_sentence():
-    with pytest.raises(InputError, match="population is 2; give 4 or more"):
-        Rules(2, LIMITS, 1)

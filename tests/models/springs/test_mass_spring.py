@@ -8,7 +8,6 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import model
 from palpate.models.springs import mass_spring
@@ -88,22 +87,15 @@ def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
     assert case.used["moduli"] > 0.0
 
 
-def test_nothing_is_answered_unchecked(slab_case, network, refuses):
+def test_nothing_is_answered_unchecked(slab_case):
     case = slab_case[0]
     made = model("springs", {})
     solver = made.offline(case).online(made.settings(case)[0])
     contact = int(case.database.contact[0])
     assert not solver.respond(Load.at(contact, np.zeros(3))).any()
-    refuses(solver, contact, "find no way")
-
-
-def test_without_anchors_there_is_no_equilibrium(loose):
-    with pytest.raises(InputError, match="nothing is held"):
-        Network(loose, 0)
-
-
-def test_springs_refuse_a_bed_that_they_do_not_have(slab_case):
-    case = slab_case[0]
-    bedded = replace(case, body=replace(case.body, bed=Bed(np.zeros(3), 0.05, 1e5)))
-    with pytest.raises(NotConverged, match="springs have no elastic bed, which holds slab"):
-        Network(bedded, 0)
+    load = Load.at(contact, np.zeros(3))
+    load.presses[0].force[0] = np.nan  # loads are checked when they are made
+    with pytest.raises(NotConverged, match="find no way"):
+        solver.respond(load)
+    with pytest.raises(InputError, match="not a free surface node"):
+        solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))

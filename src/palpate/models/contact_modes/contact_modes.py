@@ -153,15 +153,15 @@ def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
 WORDS = {"modes": ("columns", "snapshots", "finer"), "target": ("operator", "limit")}
-GUARD, FAR, HARD = 0.68, 2.0, 1.05
+LEAST_DET, LARGEST_NORM, LARGEST_PRESS = 0.68, 2.0, 1.05
 """Smallest det F of the cells of an answer, its largest energy norm over that of the farthest snapshot, and its
 hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
 know."""
 
-TINY = 1e-9
+LINEAR_BELOW = 1e-9
 """Linear answers that are this much smaller than the farthest snapshot are the answer; rounding hides the rest."""
 
-OWN = 1e-3
+OWN_ERROR = 1e-3
 """RMSE over peak that an answer as far as the farthest snapshot says of itself; bounds find the factor to it."""
 
 
@@ -248,7 +248,7 @@ class ContactModes(Solver):
         q, why, residual = _at_rest(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
-        answer = Answer(moved.reshape(-1, 3), found, OWN * float(np.linalg.norm(q)) / model.reach)
+        answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * float(np.linalg.norm(q)) / model.reach)
         if why:
             raise Doubted(why, [residual], answer)
         return answer
@@ -280,18 +280,18 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
     NotConverged where there are none.
     """
     linear = model.reduced.loads @ force
-    if float(np.linalg.norm(linear)) <= TINY * model.reach:
+    if float(np.linalg.norm(linear)) <= LINEAR_BELOW * model.reach:
         return linear, "", 0.0
     q, residual, least = model.reduced.at_rest(force, RESIDUAL)
     far = float(np.linalg.norm(q)) / model.reach
     inward = np.maximum((model.bearing * force.reshape(-1, 3)).sum(axis=1), 0.0)
     hard = float((model.together @ inward).max())
     why = ""
-    if not least >= GUARD:
+    if not least >= LEAST_DET:
         why = f"cells are squeezed to det F = {least:.2f}, beyond what the contact's model was made for"
-    elif not far <= FAR:
+    elif not far <= LARGEST_NORM:
         why = f"this goes {far:.1f} times as far as what the contact's model is made of"
-    elif not hard <= HARD:
+    elif not hard <= LARGEST_PRESS:
         why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
     return q, why, residual
 

@@ -15,24 +15,24 @@ from palpate.solvers.lbfgs import Descent, descend
 
 
 class ElementsAtRest:
-    """Linear elements, or of ``order`` 2 quadratic ones, on a level of ``body``: m elements between n nodes.
+    """Quadratic elements on a level of ``body``, which has the next one: m elements between n nodes.
 
-    size : of the body [m]; rest : (n, 3) [m]; couples : (m, a) the nodes of each element, 4 or 10; volumes : (m,) [m³]
+    size : of the body [m]; rest : (n, 3) [m]; couples : (m, 10) the nodes of each element; volumes : (m,) [m³]
     moduli : μ and λ of each element, two (m,) [Pa]; law : functions of the law, as kernels take them
     multiply, precondition : the stiffness at rest and a multigrid cycle, functions of (n, 3) or (n, 3, k)
     Raises NotConverged for a body whose elements resist volume on average, so that a point has no energy of its own.
     """
 
-    def __init__(self, body: Body, level: int, order: int):
+    def __init__(self, body: Body, level: int):
         mesh, tissue = body.levels[level], body.tissue(level)
-        if order == 2 and largest_poisson(tissue) > PLAIN_POISSON:
+        if largest_poisson(tissue) > PLAIN_POISSON:
             said = f"Poisson's ratio of {body.name} is above {PLAIN_POISSON}: contact modes have no mean dilatation"
             raise NotConverged(said, [float("nan")])
-        self.size, self.level, self.order = body.fine.size, level, order
-        self._equilibrium = Equilibrium(body, level, order)
-        self._held = body.anchors[level + order - 1]
+        self.size, self.level = body.fine.size, level
+        self._equilibrium = Equilibrium(body, level, order=2)
+        self._held = body.anchors[level + 1]
         self.rest = self._equilibrium.mesh.nodes
-        self.couples = ten_nodes(mesh) if order == 2 else mesh.tetrahedra
+        self.couples = ten_nodes(mesh)
         self._gradients, self.volumes = shape_gradients(mesh)
         slopes = quadratic_gradients(QUADRATURE_POINTS)
         self._slopes = slopes[:, :, 1:] - slopes[:, :, :1]
@@ -43,7 +43,7 @@ class ElementsAtRest:
     @property
     def points(self) -> int:
         """The number of points of integration of an element."""
-        return len(self._slopes) if self.order == 2 else 1
+        return len(self._slopes)
 
     def point_gradients(self, elements: np.ndarray) -> np.ndarray:
         """Return gradients of the shape functions of k ``elements`` at their p points, (k, p, a, 3) [1/m]."""
@@ -53,14 +53,10 @@ class ElementsAtRest:
 
     def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return the same of one of its ``points`` (k,) for each of k ``elements``, (k, a, 3) [1/m]."""
-        if self.order == 1:
-            return self._gradients[elements]
         return np.matmul(self._slopes[points], self._gradients[elements, 1:])
 
     def mean_gradients(self, elements: np.ndarray) -> np.ndarray:
         """Return the means of the same over the points of each of k ``elements``, (k, a, 3) [1/m]."""
-        if self.order == 1:
-            return self._gradients[elements]
         return np.matmul(self._slopes.mean(axis=0), self._gradients[elements, 1:])
 
     def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:

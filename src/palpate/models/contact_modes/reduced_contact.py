@@ -123,7 +123,7 @@ def _least_det(q, slopes, count):
     return least
 
 
-STILL = 1e-6
+LEAST_COLUMN = 1e-6
 """Columns smaller than this part of the largest are not taken: rounding would choose them, with huge weights."""
 
 
@@ -136,7 +136,7 @@ def few_of(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.
     algorithm 1): columns are taken one by one, the one most like the remainder first, so that few are left.
     """
     size = np.linalg.norm(pulls, axis=0)
-    size = np.where(size > STILL * size.max(), size, np.inf)
+    size = np.where(size > LEAST_COLUMN * size.max(), size, np.inf)
     rough = pulls.astype(np.float32)  # enough to choose by, and half as long
     most = min(pulls.shape)
     fit = _Fit(target, most)

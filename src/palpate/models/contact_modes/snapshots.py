@@ -78,7 +78,7 @@ def linear_columns(elements: ElementsAtRest, nodes: np.ndarray, shares: np.ndarr
 
 
 def second_columns(elements: ElementsAtRest, linear: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
-    """Return static derivatives (n, 3, 6) of the columns ``linear`` (n, 3, 3) [m/N], each of which is taken to STEP.
+    """Return static derivatives (n, 3, 6) of the columns ``linear`` (n, 3, 3) [m/N], each taken to DIFFERENCE_STEP.
 
     −K⁻¹ ∂²f[φᵢ, φⱼ], f the elastic force, by central differences (Idelsohn and Cardona 1985; Barbič and James 2005).
     With ``other`` columns (n, 3, 3) of another contact the nine that join one of either.
@@ -123,7 +123,7 @@ SNAPSHOT_LEAST_STEPS = 3
 """Least steps of L-BFGS on the elements that take a snapshot from the reduced answer to the right one."""
 SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL = 30, 0.03
 """Most of these steps, and the residual over the load that ends them: where a thin lobe turns under its press 20 are
-needed, and STEPS at most contacts."""
+needed, and fewer at most contacts."""
 INVERTED = 0.0
 """Smallest det F of the elements in a snapshot; one below it, or not found, is of a weaker press."""
 NEAR_RINGS = 1

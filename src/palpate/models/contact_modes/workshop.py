@@ -54,83 +54,6 @@ class Change(NamedTuple):
     change: np.ndarray
 
 
-def change_from_coarser(
-    shown: ContactSnapshots,
-    coarse: ElementsAtRest,
-    carried: tuple[np.ndarray, np.ndarray],
-    linear: np.ndarray,
-    ups: tuple[sparse.csr_array, sparse.csr_array],
-) -> Change:
-    """Press as hard as ``shown`` does on the level before, and return the change to the answers there.
-
-    carried : nodes (k,) and shares (k,) of the disc on ``coarse``; linear : (n_coarse, 3, 3) [m/N], its columns
-    ups : from the nodes of the shown level, and of the coarse one, to the surface, (n_surface, ·)
-    """
-    if shown.found:
-        hardest = slice(None, len(shown.forces) // len(SHARES))
-        forces, answers = shown.forces[hardest], shown.answers[:, :, hardest]
-    else:  # a model of the columns is farther off than a level changes
-        forces = shown.forces[list(CORNERS)]
-        answers = np.stack([_settled(shown, k) for k in CORNERS], axis=2)
-    count = len(coarse.rest)
-    starts = answers[:count] + (linear - shown.linear[:count]) @ forces.T
-    moved = [
-        coarse.settle(
-            coarse.nodal(*carried, force), np.ascontiguousarray(starts[:, :, s]), LEVEL_STEPS, COARSER_RESIDUAL
-        )
-        for s, force in enumerate(forces)
-    ]
-    return Change(
-        forces, answers, bring_to_surface(ups[0], answers) - bring_to_surface(ups[1], np.stack(moved, axis=2))
-    )
-
-
-def _settled(shown: ContactSnapshots, k: int) -> np.ndarray:
-    """Return the elements' answer (n, 3) [m] to the k-th press of ``shown``, from that of the model."""
-    load = shown.elements.nodal(shown.nodes, shown.shares, shown.forces[k])
-    return shown.elements.settle(load, np.ascontiguousarray(shown.answers[:, :, k]), LEVEL_STEPS, SNAPSHOT_RESIDUAL)
-
-
-def change_to_finer(
-    shown: ContactSnapshots,
-    share: float,
-    finer: ElementsAtRest,
-    carried: tuple[np.ndarray, np.ndarray],
-    refine: sparse.csr_array,
-    ups: tuple[sparse.csr_array, sparse.csr_array],
-) -> Change:
-    """Press on the next level, by ``share`` of the hardest straight and most tilted presses of ``shown``.
-
-    carried : as above, of ``finer``; refine : (n_finer, n), from the nodes of one level to those of the next
-    ups : as above, of the shown level and of the finer one
-    What has changed at one press tells where the search of the next begins. A press that is not found, or that inverts
-    an element, is left out.
-    """
-    elements = shown.elements
-    forces: list[np.ndarray] = []
-    answers: list[np.ndarray] = []
-    changes: list[np.ndarray] = []
-    for k in CORNERS:
-        force, moved = share * shown.forces[k], shown.answers[:, :, k]
-        if share < 0.99:  # rounding aside
-            load = elements.nodal(shown.nodes, shown.shares, force)
-            moved = elements.settle(load, shown.modelled(force), LEVEL_STEPS, FINER_RESIDUAL)
-        start, load = refine @ moved, finer.nodal(*carried, force)
-        if forces:
-            start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
-        found = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
-        left = np.linalg.norm(finer.force(found) + load) / np.linalg.norm(load)
-        if left <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
-            forces.append(force)
-            answers.append(moved)
-            changes.append(found - refine @ moved)
-    if not forces:
-        return Change(np.empty((0, 3)), shown.answers[:, :, :0], np.empty((ups[0].shape[0], 3, 0)))
-    before = np.stack(answers, axis=2)
-    after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
-    return Change(np.array(forces), before, bring_to_surface(ups[1], after) - bring_to_surface(ups[0], before))
-
-
 def bring_to_surface(up: sparse.csr_array, moved: np.ndarray) -> np.ndarray:
     """Return (n_surface, 3, k) of displacements ``moved`` (n, 3, k) by the interpolation ``up`` (n_surface, n)."""
     return (up @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:])
@@ -193,9 +116,7 @@ class Workshop:
 
     def elements(self, level: int) -> ElementsAtRest:
         """Return the quadratic elements of a level."""
-        return self.make(
-            ("elements", level), lambda: ElementsAtRest(with_unknowns(self._body, level, ORDER), level, ORDER)
-        )
+        return self.make(("elements", level), lambda: ElementsAtRest(with_unknowns(self._body, level, ORDER), level))
 
     def up(self, level: int) -> Any:
         """Return the interpolation (n_surface, n) from the nodes of the quadratic elements of a level."""
@@ -217,15 +138,20 @@ class Workshop:
 
     def columns_before(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level before."""
-        return bring_to_surface(self.up(self.level - 1), self._linear_before(node))
+        return bring_to_surface(self.up(self.level - 1), self.linear_before(node))
+
+    def linear_before(self, node: int) -> np.ndarray:
+        """Return the same at all nodes of that level's elements, (n, 3, 3) [m/N]."""
+        coarse, disc = self.elements(self.level - 1), self.disc(node, self.level - 1)
+        return self.make(("columns before", node), lambda: linear_columns(coarse, *disc))
 
     def from_coarser(self, node: int, modes: str) -> Change:
         """Return what the hardest answers of ``shown`` have changed since the level before."""
-        return self.make(("from coarser " + modes, node), lambda: self._from_coarser(node, modes))
+        return self.make(("from coarser " + modes, node), lambda: _from_coarser(self, node, modes))
 
     def to_finer(self, node: int, share: float) -> Change:
         """Return what changes to the next level, under ``share`` of the hardest presses of a contact's snapshots."""
-        return self.make(("to finer", node), lambda: self._to_finer(node, share))
+        return self.make(("to finer", node), lambda: _to_finer(self, node, share))
 
     def reduced_columns(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
@@ -237,7 +163,7 @@ class Workshop:
         The level may be finer than the body's; elements are not kept.
         """
         whole = finer(self._body, max(0, level + ORDER - len(self._body.levels)))
-        elements, patch = ElementsAtRest(whole, level, ORDER), self._patch(node)
+        elements, patch = ElementsAtRest(whole, level), self._patch(node)
         load = elements.nodal(*patch_shares(whole.levels[level], patch, ORDER), -patch.normal)
         moved = elements.solve(load[:, :, None], RATIO_RESIDUAL)[:, :, 0]
         for each in range(level, len(self._body.levels) - 1):
@@ -258,20 +184,65 @@ class Workshop:
         newtons = PRESSURE * young * np.pi * radius**2 / 2.0
         return columns_of_contact(elements, *self.disc(node, self.level), self._patch(node).normal, newtons)
 
-    def _linear_before(self, node: int) -> np.ndarray:
-        coarse = self.elements(self.level - 1)
-        disc = self.disc(node, self.level - 1)
-        return self.make(("columns before", node), lambda: linear_columns(coarse, *disc))
 
-    def _from_coarser(self, node: int, modes: str) -> Change:
-        level, linear = self.level, self._linear_before(node)
-        coarse, ups = self.elements(level - 1), (self.up(level), self.up(level - 1))
-        return change_from_coarser(self.shown(node, modes), coarse, self.disc(node, level - 1), linear, ups)
+def _from_coarser(shop: Workshop, node: int, modes: str) -> Change:
+    """Press as hard as ``shop.shown`` does on the level before, and return the change to the answers there."""
+    shown, level, linear = shop.shown(node, modes), shop.level, shop.linear_before(node)
+    coarse, disc = shop.elements(level - 1), shop.disc(node, level - 1)
+    if shown.found:
+        hardest = slice(None, len(shown.forces) // len(SHARES))
+        forces, answers = shown.forces[hardest], shown.answers[:, :, hardest]
+    else:  # a model of the columns is farther off than a level changes
+        forces = shown.forces[list(CORNERS)]
+        answers = np.stack([_settled(shown, k) for k in CORNERS], axis=2)
+    count = len(coarse.rest)
+    starts = answers[:count] + (linear - shown.linear[:count]) @ forces.T
+    moved = [
+        coarse.settle(coarse.nodal(*disc, force), np.ascontiguousarray(starts[:, :, s]), LEVEL_STEPS, COARSER_RESIDUAL)
+        for s, force in enumerate(forces)
+    ]
+    before = bring_to_surface(shop.up(level - 1), np.stack(moved, axis=2))
+    return Change(forces, answers, bring_to_surface(shop.up(level), answers) - before)
 
-    def _to_finer(self, node: int, share: float) -> Change:
-        level, shown = self.level, self.shown(node, "snapshots")
-        finer, ups = self.elements(level + 1), (self.up(level), self.up(level + 1))
-        return change_to_finer(shown, share, finer, self.disc(node, level + 1), self.refine(level), ups)
+
+def _settled(shown: ContactSnapshots, k: int) -> np.ndarray:
+    """Return the elements' answer (n, 3) [m] to the k-th press of ``shown``, from that of the model."""
+    load = shown.elements.nodal(shown.nodes, shown.shares, shown.forces[k])
+    return shown.elements.settle(load, np.ascontiguousarray(shown.answers[:, :, k]), LEVEL_STEPS, SNAPSHOT_RESIDUAL)
+
+
+def _to_finer(shop: Workshop, node: int, share: float) -> Change:
+    """Press on the next level, by ``share`` of the hardest straight and most tilted presses of the snapshots.
+
+    What has changed at one press tells where the search of the next begins. A press that is not found, or that inverts
+    an element, is left out.
+    """
+    level, shown = shop.level, shop.shown(node, "snapshots")
+    elements, finer = shown.elements, shop.elements(level + 1)
+    disc, refine, up = shop.disc(node, level + 1), shop.refine(level), shop.up(level)
+    forces: list[np.ndarray] = []
+    answers: list[np.ndarray] = []
+    changes: list[np.ndarray] = []
+    for k in CORNERS:
+        force, moved = share * shown.forces[k], shown.answers[:, :, k]
+        if share < 0.99:  # rounding aside
+            load = elements.nodal(shown.nodes, shown.shares, force)
+            moved = elements.settle(load, shown.modelled(force), LEVEL_STEPS, FINER_RESIDUAL)
+        start, load = refine @ moved, finer.nodal(*disc, force)
+        if forces:
+            start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
+        found = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
+        left = np.linalg.norm(finer.force(found) + load) / np.linalg.norm(load)
+        if left <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
+            forces.append(force)
+            answers.append(moved)
+            changes.append(found - refine @ moved)
+    if not forces:
+        return Change(np.empty((0, 3)), shown.answers[:, :, :0], np.empty((up.shape[0], 3, 0)))
+    before = np.stack(answers, axis=2)
+    after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
+    change = bring_to_surface(shop.up(level + 1), after) - bring_to_surface(up, before)
+    return Change(np.array(forces), before, change)
 
 
 SOUND, TRIAL_RESIDUAL = 0.2, 0.05
@@ -324,7 +295,6 @@ def _tried(shop: Workshop, node: int, level: int, start: np.ndarray, force: np.n
     return moved, elements.least_det(moved) if left <= TRIAL_RESIDUAL else -np.inf
 
 
-TARGETS = ("operator", "limit")
 LEAST_RATIO = 1.5
 """Smallest ratio that is extrapolated by; below, levels hardly approach a limit."""
 
@@ -368,7 +338,7 @@ def _share(target: str, ratio: float, count: int, first: int) -> float:
 
 
 def target_ratio(shop: Workshop, case: Case, node: int) -> float:
-    """Return by how much each level divides the error, at least LEAST: at ``node`` if three levels are known there.
+    """Return by how much each level divides the error, LEAST_RATIO or more: at ``node`` if it knows three levels.
 
     Otherwise at one contact for the whole body, which may take a level more than it has.
     """

@@ -1,8 +1,13 @@
-"""Register every way of enriching a coarse deformation. Names only: a module is imported when its method is fitted."""
+"""Register every way of enriching a coarse deformation, by names, and the settings that those which learn share.
+
+No module is imported before its method is fitted.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+from palpate.setting_types import Block, Count, Positive, Whole, key
 
 if TYPE_CHECKING:
     import numpy as np
@@ -11,6 +16,19 @@ if TYPE_CHECKING:
     from palpate.benchmark.database import Database
     from palpate.benchmark.model import FitOptions
     from palpate.solvers.compliance import Compliance
+
+
+class Widths(Block):
+    min: Positive = key("Smallest width", 0.01)
+    max: Positive = key("Largest width", 100)
+    count: Whole = key("Number of widths", 25, ge=2)
+
+
+class Regression(Block):
+    neighbours: Count = key("Coarse nodes in a contact-ordered feature (the paper's l)", 10)
+    sigma_relative: Widths = key("Kernel widths tried, over the median distance of training features", {})
+    folds: Whole = key("Parts of the cross-validation that chooses widths and ridges", 5, ge=2)
+
 
 # module, and the keywords that its function ``fit`` gets beside a ``Fitting``
 METHODS: dict[str, tuple[str, dict]] = {

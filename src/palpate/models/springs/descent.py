@@ -174,26 +174,15 @@ def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -
     return value, pull_back(model, young, press, settings, motion, tuple(by_motion))
 
 
-def descend(presses: list[Fitness], start_pa: np.ndarray, limits: Range, evaluations: int) -> Fit:
-    """Find the best moduli by L-BFGS from ``start_pa`` (n,) [Pa], with ``evaluations`` motions and adjoints.
+def descend(
+    presses: list[Fitness], start_pa: np.ndarray, limits: Range, evaluations: int, most_n_m: float | None = None
+) -> tuple[Fit, float]:
+    """Find the best moduli by L-BFGS from ``start_pa`` (n,) [Pa], and the stiffness [N/m] of the volume force.
 
-    presses : fitnesses of the same springs, whose sum is maximised
+    presses : fitnesses of the same springs, whose sum is maximised by ``evaluations`` motions and adjoints of each
+    most_n_m : with it that stiffness is sought too, up to this; without, it stays
     One row of history per evaluation of all of them. Raises NotConverged if a motion diverges on the way.
     """
-    return _search(presses, start_pa, limits, evaluations, None)[0]
-
-
-def descend_with_volume(
-    presses: list[Fitness], start_pa: np.ndarray, limits: Range, evaluations: int, most_n_m: float
-) -> tuple[Fit, float]:
-    """Run ``descend`` for the moduli and the volume force's stiffness [N/m], at most ``most_n_m``."""
-    return _search(presses, start_pa, limits, evaluations, most_n_m)
-
-
-def _search(
-    presses: list[Fitness], start_pa: np.ndarray, limits: Range, evaluations: int, most_n_m: float | None
-) -> tuple[Fit, float]:
-    """Minimise over log E of each node and, with ``most_n_m``, the volume force's stiffness relative to it."""
     n, begin, given = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
     history: list[list[float]] = []
     best = (-np.inf, start_pa, given)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.models.springs.fitness import LANES, Fit, Range, Track
 
@@ -22,34 +21,17 @@ def save_checkpoint(path: Path, key: np.ndarray, state: dict) -> None:
         np.savez(file, key=key, random=json.dumps(state["random"]), **arrays)
 
 
-def load_checkpoint(path: Path, key: np.ndarray, like: dict) -> dict | None:
-    """Load what ``save`` wrote; return None if it cannot be used, so that the search starts anew.
+def load_checkpoint(path: Path, key: np.ndarray) -> dict | None:
+    """Load what ``save_checkpoint`` wrote; None if it is missing, damaged or of another ``key``: a search starts anew.
 
-    None if it is missing, damaged, has another ``key`` or does not have the contents of the state ``like``: arrays of
-    the same names, shapes and types (``history`` may be longer), without NaN, and the state of a generator.
+    The key holds the first generation and its fitness, so that a state of it is whole: it was written whole or not.
     """
     try:
         with np.load(path) as file:
             state = {name: file[name] for name in file.files}
-        if not np.array_equal(state.pop("key"), key) or state.keys() != like.keys():
-            return None
-        random = state["random"] = json.loads(str(state["random"]))
-        np.random.default_rng().bit_generator.state = random
-        arrays = [(name, like[name], state[name]) for name in like if name != "random"]
-        return state if all(_same_layout(name, *pair) for name, *pair in arrays) else None
-    except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile):
+        return state | {"random": json.loads(str(state["random"]))} if np.array_equal(state["key"], key) else None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
-
-
-def _same_layout(name: str, wanted: np.ndarray, found: np.ndarray) -> bool:
-    free = int(name == "history")  # grows by a row per generation
-    return (
-        found.dtype == wanted.dtype
-        and found.ndim == wanted.ndim
-        and found.shape[free:] == wanted.shape[free:]
-        and found.size > 0
-        and not np.isnan(found).any()
-    )
 
 
 RECOMBINATION_PROBABILITY = 0.9
@@ -59,15 +41,11 @@ EXTENSION = 0.5
 
 @dataclass(frozen=True)
 class Rules:
-    """Number of individuals, range of their moduli, and seed of the random numbers."""
+    """Number of individuals, at least 4, range of their moduli, and seed of the random numbers."""
 
     population: int
     range: Range
     seed: int
-
-    def __post_init__(self):
-        if self.population < 4:
-            raise InputError(f"springs.searches.population is {self.population}; give 4 or more.")
 
 
 class Genetic:
@@ -148,9 +126,8 @@ def evolve(
     """
     population = Genetic(fitness, nodes, rules)
     key = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
-    state = load_checkpoint(checkpoint, key, population.state()) if checkpoint else None
-    # a row of history for each generation and one for the start
-    if state and 0 <= int(state["generation"]) == len(state["history"]) - 1 <= generations:
+    state = load_checkpoint(checkpoint, key) if checkpoint else None
+    if state and int(state["generation"]) <= generations:
         population.resume(state)
     while population.generation < generations:
         population.advance()

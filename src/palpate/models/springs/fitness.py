@@ -40,17 +40,10 @@ class Fit:
 
 @dataclass(frozen=True)
 class Range:
-    """Moduli that a search may use, from ``low_pa`` to ``high_pa`` [Pa]; InputError if the range is empty."""
+    """Moduli that a search may use, from ``low_pa`` to ``high_pa`` [Pa]."""
 
     low_pa: float
     high_pa: float
-
-    def __post_init__(self):
-        if not 0.0 < self.low_pa < self.high_pa < np.inf:
-            raise InputError(
-                f"springs.young_pa is from {self.low_pa:g} to {self.high_pa:g} Pa; "
-                "give two positive numbers, the smaller one first."
-            )
 
 
 class Fitness:

@@ -22,7 +22,7 @@ from palpate.models.springs.spring_motion import spring_model, stiffnesses
 from palpate.solvers.lbfgs import descend
 from palpate.solvers.system import System
 
-TOLERANCE, REACHED, MOST = 1e-6, 1e-3, 300
+TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 """Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
 
 
@@ -82,10 +82,10 @@ class Network:
 
     def settle(self, start: np.ndarray) -> np.ndarray:
         """Return positions (n, 3) [m] at rest under the load; NotConverged if none are found."""
-        x = self.approach(MOST, start)
+        x = self.approach(MAX_ITERATIONS, start)
         left = float(np.linalg.norm(self.force(x)) / max(float(np.linalg.norm(self._load)), 1e-300))
-        if not left <= REACHED:
-            raise NotConverged(f"{self.particles.name}: springs still move after {MOST} iterations", [left])
+        if not left <= REQUIRED_RESIDUAL:
+            raise NotConverged(f"{self.particles.name}: springs still move after {MAX_ITERATIONS} iterations", [left])
         return x
 
     def adjoint(self, x: np.ndarray, by_x: np.ndarray) -> np.ndarray:

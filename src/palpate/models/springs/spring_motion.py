@@ -72,8 +72,8 @@ class KeyPoints:
         return np.einsum("pc,...pci->...pi", self.shares, values[..., self.corners, :])
 
 
-def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray, place: str) -> KeyPoints:
-    """Locate ``points_m`` (p, 3) [m] in a mesh; raise InputError, naming ``place``, for one outside it."""
+def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray) -> KeyPoints:
+    """Locate the ``points_m`` (p, 3) [m] that the config names in a mesh; raise InputError for one outside it."""
     origin = nodes[tetrahedra[:, 0]]
     edges = np.swapaxes(nodes[tetrahedra[:, 1:]] - origin[:, None], 1, 2)
     corners, shares = [], []
@@ -84,13 +84,11 @@ def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray, 
         if not inside[best].min() >= -INSIDE_TOLERANCE:  # a NaN is outside, too
             low, high = nodes.min(axis=0), nodes.max(axis=0)
             raise InputError(
-                f"{place}[{number}] is {point.tolist()}, which is outside the mesh; "
+                f"springs.key_points_m[{number}] is {point.tolist()}, which is outside the mesh; "
                 f"give a point in it, in metres, its nodes being from {low.tolist()} to {high.tolist()}."
             )
         corners.append(tetrahedra[best])
         shares.append(inside[best])
-    if not corners:
-        raise InputError(f"{place} is empty; give at least one point [x, y, z] in metres.")
     return KeyPoints(np.array(corners), np.array(shares))
 
 

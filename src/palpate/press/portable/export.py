@@ -21,7 +21,7 @@ from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
 from palpate.models.contact_modes import contact_modes
-from palpate.models.contact_modes.contact_modes import FAR, GUARD, HARD, ContactModes, Prepared
+from palpate.models.contact_modes.contact_modes import LARGEST_NORM, LARGEST_PRESS, LEAST_DET, ContactModes, Prepared
 from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel
 from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
@@ -345,7 +345,7 @@ def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:
     """Return the numbers of the file's head before its errors are known."""
     hardest = float(np.median([1.0 / np.linalg.norm(each.bearing[0]) for each in prepared]))
     found = dict.fromkeys(SCALARS, 0.0) | {"radius_m": float(case.radius_m), "hardest_n": hardest}
-    return found | {"guard": GUARD, "far": FAR, "hard": HARD}
+    return found | {"guard": LEAST_DET, "far": LARGEST_NORM, "hard": LARGEST_PRESS}
 
 
 def _info(

@@ -89,7 +89,7 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
         return found.model, evolution.evolve(fitness, nodes, rules, searches["generations"], report=report)
     if method == "cma_es":
         return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
-    return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])
+    return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])[0]
 
 
 def judge(

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.models.springs import evolution
-from palpate.models.springs.descent import descend_with_volume
+from palpate.models.springs.descent import descend, descend_smoothly
 from palpate.models.springs.experiment import Experiment, Motion
 from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
 from palpate.models.springs.spring_motion import SpringModel, simulate
@@ -75,13 +75,9 @@ def find(
         fit = uniform(fitness, nodes, limits)
         return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
     if method == "gradient_smooth":
-        from palpate.models.springs.descent import descend_smoothly
-
         return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
-    from palpate.models.springs.descent import descend
-
     chosen = fitnesses if method == "gradient_all" else [fitness]
-    return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations))
+    return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations)[0])
 
 
 SPRING_HISTORY = Table(
@@ -255,5 +251,5 @@ def _with_volume(
     for young, stiffness in starts:
         trial = found.with_volume(stiffness)
         fitnesses = [trial.fitness(press, references) for press in references]
-        ends.append(descend_with_volume(fitnesses, young, found.limits, evaluations, stiffest_n_m))
+        ends.append(descend(fitnesses, young, found.limits, evaluations, stiffest_n_m))
     return max(ends, key=lambda end: end[0].fitness)

@@ -10,7 +10,7 @@ from palpate.benchmark.settings import FINGER, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
-from palpate.models.settings import Regression
+from palpate.models.enrichment.methods import Regression
 from palpate.own_file import MODEL_FUNCTIONS, check_source
 from palpate.setting_types import (
     Block,

@@ -19,7 +19,7 @@ from markdown_it import MarkdownIt
 from palpate.errors import InputError
 from palpate.files import require_file
 from palpate.report import markup
-from palpate.report.names import plain
+from palpate.report.model_looks import plain
 from palpate.report.words import capital, listed, percent, seconds, spaced
 
 _KEPT, _KEPT_ALONE = re.compile("\ue000(\\d+)\ue001"), re.compile("<p>\ue000(\\d+)\ue001</p>")

@@ -41,13 +41,6 @@ def test_a_scene_with_contact_takes_part_if_a_motion_to_fit_to_is_described(plan
     assert plan(tmp_path, write_config(settings), "dynamic")["measure_dynamic"] == 1
 
 
-def test_where_nothing_can_be_compared_the_reasons_are_given(run, write_config, tmp_path, settings):
-    settings["scenes"]["mine"] |= FLOOR
-    done = run(tmp_path, write_config(settings), "--dry-run")
-    assert done.returncode == 1
-    assert "dynamic is there and models can be compared in no scene (mine has contact); add a scene" in done.stdout
-
-
 def test_the_reasons_are_warnings(run, write_config, tmp_path, settings):
     settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
     done = run(tmp_path, write_config(settings), "results/data/dynamic/left_out.txt")
@@ -63,10 +56,3 @@ def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
-
-
-def test_other_places_are_refused_where_no_push_can_be_moved(run, write_config, tmp_path, settings):
-    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
-    done = run(tmp_path, write_config(settings), "--dry-run")
-    assert done.returncode == 1
-    assert "elsewhere moves the one push of a held body to other places, and the scene has 0 pushes" in done.stdout

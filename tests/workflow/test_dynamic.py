@@ -22,27 +22,19 @@ def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_pa
     }  # fmt: skip
 
 
-def test_what_cannot_be_compared_is_left_out_and_named_in_the_report(plan, write_config, tmp_path, settings):
+def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp_path, settings):
+    settings["scenes"]["other"] = settings["scenes"]["mine"]
+    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR  # with contact, if its training is described
+    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1}}
+    settings["dynamic"]["scenes"]["falls"] = {"duration_s": 0.1, "training": {"duration_s": 0.05}}
+    jobs = plan(tmp_path, write_config(settings))
+    assert jobs["measure_dynamic"] == 2 and "leave_out_scenes" not in jobs
+
+
+def test_what_cannot_be_compared_is_left_out_with_a_warning(plan, run, write_config, tmp_path, settings):
     settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
     jobs = plan(tmp_path, write_config(settings))
     assert jobs["measure_dynamic"] == jobs["leave_out_scenes"] == 1 and jobs["simulate_scene"] == 2
-
-
-def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp_path, settings):
-    settings["scenes"]["other"] = settings["scenes"]["mine"]
-    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1}}
-    jobs = plan(tmp_path, write_config(settings))
-    assert jobs["measure_dynamic"] == 1 and "leave_out_scenes" not in jobs
-
-
-def test_a_scene_with_contact_takes_part_if_a_motion_to_fit_to_is_described(plan, write_config, tmp_path, settings):
-    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
-    settings["dynamic"]["scenes"] = {"falls": {"duration_s": 0.1, "training": {"duration_s": 0.05}}}
-    assert plan(tmp_path, write_config(settings), "dynamic")["measure_dynamic"] == 1
-
-
-def test_the_reasons_are_warnings(run, write_config, tmp_path, settings):
-    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
     done = run(tmp_path, write_config(settings), "results/data/dynamic/left_out.txt")
     said = "scenes.falls: models are not compared in it, as it has contact."
     assert (tmp_path / "results/data/dynamic/left_out.txt").read_text() == f"{said}\n"

@@ -1,10 +1,11 @@
-"""The page in a real browser: nothing to complain of, nothing asked of the network, tables sort, views turn."""
+"""The page in a real browser: no complaints, nothing of the network, tables sort, views turn, all screens show it."""
 
 import shutil
 import sys
 from pathlib import Path
 
 import pytest
+from fixtures.trade_off import OWN
 from playwright.sync_api import expect
 
 from palpate.report import page as report
@@ -16,7 +17,7 @@ import browser as chromium
 
 pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
 
-STUDIES = ["scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
+STUDIES = ["tradeoff", "scenes", "ct", "enrichment", "springs", "shape_matching", "collision"]
 VIEW, ERRORS = "#turn_motion_sag", "#turn_error_over_body_liver_small"
 SWEEP, CLAIMS = "#enrichment_kernel_width details.data", "#verdicts details:has-text('with the verdicts')"
 PATIENCE_MS = 60_000
@@ -36,24 +37,30 @@ COMPLAINING = """<!doctype html><meta charset="utf-8">
 setTimeout(() => { document.title = "done"; throw new Error("thrown"); });</script>"""
 
 
+PLAIN = '<svg xmlns="http://www.w3.org/2000/svg" height="{0}pt" width="{1}pt" viewBox="0 0 10 10"></svg>'
+
+
 @pytest.fixture(scope="module")
-def file(whole_folder, sagging, database, predictions_file, tmp_path_factory):
-    """A page with real views."""
+def file(whole_folder, trade_off_tables, sagging, database, predictions_file, tmp_path_factory):
+    """A page about everything, with empty figures of true sizes and real views."""
     folder = tmp_path_factory.mktemp("page")
     shutil.copytree(whole_folder.path, folder, dirs_exist_ok=True)
+    for name, table in trade_off_tables.items():
+        table.to_csv(folder / "tables" / f"{name}.csv", index=False)
+    names = ["advice", "advice_flips", "break_even", "truth", "error_bounds", "limit_points", "any_load"]
+    for scene in OWN:
+        names += [f"work_precision_{scene}", f"best_models_{scene}"]
+    for name in [*names, *(path.stem for path in folder.glob("figures/*.svg"))]:
+        width, height = (260, 290) if name.startswith("best_models") else (900, 500)
+        (folder / f"figures/{name}.svg").write_text(PLAIN.format(height, width))
+        (folder / f"figures/{name}.png").write_bytes(b"png")
     errors = bodies.read(predictions_file, "paper", "samples", bodies.JUDGED)
     for view in folder.glob("figures/motion_*.json"):
         motion.write(sagging, view)
     for view in folder.glob("figures/error_over_body_*.json"):
         bodies.write(database, errors, view)
-    report.write(
-        folder,
-        folder / "report.html",
-        STUDIES,
-        whole_folder.scenes,
-        whole_folder.cts,
-        more=["claims", "node_mass", "maxwell_creep"],
-    )
+    more = [*trade_off_tables, "claims", "node_mass", "maxwell_creep"]
+    report.write(folder, folder / "report.html", STUDIES, whole_folder.scenes, whole_folder.cts, more=more)
     return folder / "report.html"
 
 
@@ -186,6 +193,56 @@ def test_a_long_table_unfolds_and_sorts(page, results):
     assert values == sorted(values) and len(set(values)) == 5
 
 
+def test_the_first_screen_shows_the_diagram_beside_the_answer(page):
+    picture, answer = (page.locator(f"header {name}").bounding_box() for name in (".first img", ".answer"))
+    assert picture["y"] + picture["height"] < 900 and answer["y"] + answer["height"] < 900
+    assert answer["x"] + answer["width"] < picture["x"] and picture["width"] > 400
+
+
+def test_the_navigation_marks_what_is_read_and_fits_the_screen(page):
+    for name in ("enrichment", "scenes", "enrichment_times"):
+        page.evaluate(f"document.getElementById('{name}').scrollIntoView({{behavior: 'instant'}})")
+        chromium.until(page, f"document.querySelector('nav [aria-current]')?.hash === '#{name}'")
+        nav = page.locator("nav").bounding_box()
+        assert nav["y"] >= 0 and nav["height"] <= 900
+        assert page.evaluate("(n => n.scrollHeight <= n.clientHeight)(document.querySelector('nav'))")
+    open_parts = page.locator("nav > ul > li.current ul a")
+    assert open_parts.count() == page.locator("#enrichment > section").count()  # those of other parts are hidden
+    assert page.locator("nav a:visible").count() == page.locator("main > section").count() + 1 + open_parts.count()
+
+
+def test_a_link_into_a_fold_opens_it(page):
+    inside = page.locator("#figure_motion_sag")
+    assert not inside.is_visible()
+    page.evaluate("location.hash = '#figure_motion_sag'")
+    inside.wait_for(state="visible")
+
+
+def test_no_column_of_the_advice_is_cut(page):
+    box, table = (
+        page.locator(f"#tradeoff_what_to_take {name}").first.bounding_box() for name in (".scroll", ".scroll table")
+    )
+    assert table["x"] + table["width"] <= box["x"] + box["width"] + 1
+
+
+def test_a_large_figure_grows_at_a_click_and_shrinks_again(page):
+    pane, image = (page.locator(f"#figure_work_precision_liver_small {name}") for name in (".pane", "img"))
+    page.evaluate(
+        "document.getElementById('tradeoff_error_against_time_scene_by_scene').scrollIntoView({behavior: 'instant'})"
+    )
+    assert image.bounding_box()["width"] < 1200
+    pane.click()
+    assert image.bounding_box()["width"] == 1200
+    pane.focus()
+    page.keyboard.press("Enter")
+    assert image.bounding_box()["width"] < 1200
+
+
 @pytest.mark.parametrize("device", [chromium.TELEPHONE], ids=["telephone"])
-def test_nothing_overflows_on_a_telephone(page):
+def test_a_telephone_shows_small_diagrams_and_moves_large_ones_sideways(page):
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    small = page.locator("#figure_work_precision_liver_small img").bounding_box()
+    assert 340 < small["width"] < 360
+    box, image = (page.locator(f"#figure_collision {name}").bounding_box() for name in (".pane", "img"))
+    assert box["width"] < 390 and image["width"] == 1200
+    page.locator("#figure_collision .pane.wide").wait_for()  # the page marks it once the picture is laid out

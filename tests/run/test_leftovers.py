@@ -64,11 +64,6 @@ def test_a_folder_that_was_made_is_one_result(made):
     assert not Path("results/motion").exists() and Path("results").is_dir()
 
 
-def test_where_nothing_was_made_nothing_is_stale(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert stale_results(set()) == []
-
-
 def test_tidy_works_in_the_folder_of_the_run(made, tmp_path, monkeypatch, capsys):
     made("results/data/bar/body.h5", "results/logs/bar/make_body.log")
     elsewhere = tmp_path / "elsewhere"

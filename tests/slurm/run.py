@@ -8,7 +8,9 @@ import time
 from pathlib import Path
 
 from cluster import NODES, Cluster, missing, running
-from same_tables import differences
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
+from compare_results import differences
 
 ROOT = Path(__file__).parents[2]
 HERE, THERE = ROOT / ".smoke", ROOT / ".slurm"

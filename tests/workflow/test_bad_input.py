@@ -57,10 +57,6 @@ def test_unknown_key(refused):
     assert "error: config.yaml: bodies.liver has an unknown key poison; did you mean poisson?\n" in refused(poison=0.3)
 
 
-def test_missing_mesh(refused):
-    assert "error: config.yaml: bodies.liver.path is none.msh, where there is no file;" in refused(path="none.msh")
-
-
 def test_surface_with_a_hole(refused, tmp_path):
     (tmp_path / "hole.stl").write_text(OPEN)
     printed = refused(path="hole.stl")

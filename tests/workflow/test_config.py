@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from fixtures import small_scene
 from jsonschema import Draft202012Validator
 
 from palpate.errors import InputError
@@ -50,18 +51,9 @@ def test_defaults_are_those_of_the_shipped_settings():
     }
     default |= {"measured": {"models": defaults("measured", experiments=given["measured"]["experiments"])["models"]}}
     found = list(both({name: block for name, block in given.items() if name not in ("bodies", "seed")}, default))
-    # bodies and scenes that are shipped
-    naming = (
-        "tradeoff.bodies",
-        "tradeoff.limit_points",
-        "tradeoff.any_load",
-        "tradeoff.beyond_design",
-        "press.bodies",
-        "law.bodies",
-        "law.regions_of",
-        "organ_springs.bodies",
-        "shape_matching.creep",
-    )
+    # of which bodies and scenes are shipped
+    naming = {f"tradeoff.{name}" for name in ("bodies", "limit_points", "any_load", "beyond_design")}
+    naming |= {"press.bodies", "law.bodies", "law.regions_of", "organ_springs.bodies", "shape_matching.creep"}
     assert [(key, value, default) for key, value, default in found if value != default and key not in naming] == []
     assert len(found) > 50
 
@@ -71,10 +63,8 @@ def test_the_shipped_settings_name_their_schema_for_editors(tmp_path):
     place = first.removeprefix("# yaml-language-server: $schema=")
     assert place != first and f"SCHEMA := {place}".replace(".venv", "$(VENV)") in (ROOT / "Makefile").read_text()
     done = subprocess.run([sys.executable, "-m", "palpate.run.settings", tmp_path / "schema.json"], check=False)
-    assert (
-        done.returncode == 0
-        and json.loads((tmp_path / "schema.json").read_text())["properties"].keys() == SCHEMA["properties"].keys()
-    )
+    assert done.returncode == 0
+    assert json.loads((tmp_path / "schema.json").read_text())["properties"].keys() == SCHEMA["properties"].keys()
 
 
 def test_every_study_has_settings_and_a_block_in_the_shipped_settings():
@@ -98,108 +88,79 @@ def test_defaults_fill_what_is_left_out(smoke):
     assert set(full["enrichment"]["sigma_relative"]) == {"min", "max", "count"}
 
 
+def refusal(settings: dict, file: Path = Path("my.yaml")) -> str:
+    """Return the one sentence with which settings are refused, without the name of their file."""
+    with pytest.raises(InputError) as caught:
+        complete(settings, file)
+    assert str(caught.value).startswith(f"{file}: ") and "\n" not in str(caught.value)
+    return str(caught.value).removeprefix(f"{file}: ")
+
+
+def put(settings: dict, place: str, value: object) -> None:
+    """Put a value at a place, such as bodies.liver.kind; for None, remove what is there."""
+    *parents, key = place.split(".")
+    for name in parents:
+        settings = settings[name]
+    settings[key] = value
+    if value is None:
+        del settings[key]
+
+
 @pytest.mark.parametrize(
     ("place", "value", "said"),
     [
         ("sed", 1, "the file has an unknown key sed; did you mean seed?"),
-        ("bodies.liver.poison", 0.3, "bodies.liver has an unknown key poison; did you mean poisson?"),
-        (
-            "bodies.liver.poisson",
-            0.5,
-            "bodies.liver.poisson is 0.5, but must be below 0.5 (Poisson's ratio).",
-        ),
-        (
-            "bodies.liver.young_pa",
-            -1,
-            "bodies.liver.young_pa is -1, but must be above 0 (Young's modulus [Pa]).",
-        ),
+        ("enrichmnt", {}, "the file has an unknown key enrichmnt; did you mean enrichment?"),
+        ("bodies.liver.poison", 0.3, " has an unknown key poison; did you mean poisson?"),
+        ("bodies.liver.poisson", 0.5, "bodies.liver.poisson is 0.5, but must be below 0.5 (Poisson's ratio)."),
+        ("bodies.liver.young_pa", -1, ".young_pa is -1, but must be above 0 (Young's modulus [Pa])."),
         ("bodies.liver.young_pa", float("nan"), "bodies.liver.young_pa is nan; give a finite number."),
         ("bodies.liver.length_m", None, "bodies.liver lacks length_m; add it (Longest side [m])."),
         ("bodies.liver.train", 7, "bodies.liver.train is 7; make it a multiple of the 2 magnitudes,"),
-        (
-            "bodies.liver.kind",
-            "livr",
-            "bodies.liver.kind is 'livr', but must be one of cylinder, liver, file",
-        ),
+        ("bodies.liver.kind", "livr", ".kind is 'livr', but must be one of cylinder, liver, file"),
         ("bodies.My Liver", {}, "bodies has an entry 'My Liver'; name it in lower-case letters"),
         ("bodies.liver.anchors.nodes", [1], "bodies.liver.anchors is {"),
         (
             "tradeoff",
             {"settings": {"coarse_answers": ["linear", "4 iteration"]}},
-            "tradeoff.settings.coarse_answers[1] is '4 iteration'; give linear, 1 iteration, 4 iterations, loose, or",
+            "coarse_answers[1] is '4 iteration'; give linear, 1 iteration, 4 iterations, loose, or",
         ),
-        ("bodies.liver.law", "rubber", "bodies.liver.law is 'rubber'; give corotational, stable_neo_hookean, neo"),
+        ("bodies.liver.law", "rubber", ".law is 'rubber'; give corotational, stable_neo_hookean, neo"),
         ("tradeoff", {"advice": {"max_errors": [5]}}, "tradeoff.advice.max_errors[0] is 5, but must be below 1"),
-        ("regimes.small.pressure_of_young", 5, "regimes.small.pressure_of_young is 5, but must be at most 1 (High"),
-        (
-            "solver.tolerance",
-            "1e-8",
-            "solver.tolerance is the text '1e-8'; write the number without quotes",
-        ),
-        (
-            "bodies.liver.refinements",
-            2,
-            "bodies.liver.paper_surface has 2 entries; give one for each",
-        ),
-        (
-            "enrichment.sigma_relative.min",
-            10,
-            "enrichment.sigma_relative.min is 10; make it less than",
-        ),
-        ("enrichmnt", {}, "the file has an unknown key enrichmnt; did you mean enrichment?"),
+        ("regimes.small.pressure_of_young", 5, ".pressure_of_young is 5, but must be at most 1 (High"),
+        ("solver.tolerance", "1e-8", ".tolerance is the text '1e-8'; write the number without quotes"),
+        ("bodies.liver.refinements", 2, "bodies.liver.paper_surface has 2 entries; give one for each"),
+        ("enrichment.sigma_relative.min", 10, "enrichment.sigma_relative.min is 10; make it less than"),
         ("scenes", {}, "scenes is empty; give it an entry, or remove the key"),
         ("bodies.liver", {"young_pa": None}, "bodies.liver lacks kind; add it"),
-        ("bodies.liver.young_pa", "3 kPa", "bodies.liver.young_pa is the text '3 kPa'; write the number alone, in the"),
-        ("bodies.liver.young_pa", "3,5", "bodies.liver.young_pa is the text '3,5'; write the number with a point, 3.5"),
-        ("bodies.liver.train", 8.5, "bodies.liver.train is 8.5, but must be a whole number (Paper 1's samples"),
+        ("bodies.liver.young_pa", "3 kPa", " is the text '3 kPa'; write the number alone, in the"),
+        ("bodies.liver.young_pa", "3,5", " is the text '3,5'; write the number with a point, 3.5"),
+        ("bodies.liver.train", 8.5, ".train is 8.5, but must be a whole number (Paper 1's samples"),
         ("solver", [1e-8], "solver is [1e-08], but must be a block of keys (Newton's method for static"),
         ("bodies.abdomen.snap", "yes", "bodies.abdomen.snap is the text 'yes'; write true"),
         ("seed", 2**40, "seed is 1099511627776, but must be at most 2147483647"),
         ("springs.young_pa", [3000, 300], "springs.young_pa is [3000, 300]; give the lower number first."),
         ("springs.duration_s", 1e-5, "springs.duration_s is 1e-05, and step_s 0.0004; give the time of one"),
-        (
-            "springs.key_points_m",
-            [[0, 0, 0.01], [0, 0, 0.02]],
-            "springs.key_points_m[1] is [0, 0, 0.02], which is outside the cube; give coordinates from 0 to",
-        ),
-        (
-            "enrichment.regimes",
-            {"small": {"peak_of_size": 0.02}},
-            "enrichment.regimes.small is under regimes, too; give it another name.",
-        ),
+        ("springs.key_points_m", [[0, 0, 0.01], [0, 0, 1]], "[1] is [0, 0, 1], which is outside the cube; give"),
+        ("enrichment.regimes", {"small": {"peak_of_size": 0.02}}, "enrichment.regimes.small is under regimes, too;"),
+        ("springs.side_m", 0.001, "springs.key_points_m[0] is"),
     ],
 )
 def test_what_is_wrong_is_said(smoke, place, value, said):
-    *parents, key = place.split(".")
-    inner = smoke
-    for name in parents:
-        inner = inner[name]
-    inner[key] = value
-    if value is None:
-        del inner[key]
-    with pytest.raises(InputError) as caught:
-        complete(smoke, Path("my.yaml"))
-    assert str(caught.value).startswith(f"my.yaml: {said}")
-    assert "\n" not in str(caught.value)
+    put(smoke, place, value)
+    assert said in refusal(smoke)
 
 
 def test_a_study_is_checked_for_who_asks_for_it(smoke):
     smoke["springs"]["side_m"] = 0.001
-    with pytest.raises(InputError, match=r"springs\.key_points_m\[0\] is"):
-        complete(smoke, Path("my.yaml"))
     del smoke["springs"]
     complete(smoke, Path("my.yaml"))
 
 
-def test_masses_from_ct_need_a_body_from_ct(smoke):
+def test_what_a_study_needs_is_said(smoke):
+    assert refusal({"bodies": smoke["bodies"]}).startswith("nothing is asked for")
     del smoke["bodies"]["abdomen"], smoke["palpation"]
-    with pytest.raises(InputError, match=r"my\.yaml: ct is there and no body is of kind ct; add such a body"):
-        complete(smoke, Path("my.yaml"))
-
-
-def test_nothing_asked_for_is_reported(smoke):
-    with pytest.raises(InputError, match="nothing is asked for"):
-        complete({"bodies": smoke["bodies"]}, Path("my.yaml"))
+    assert refusal(smoke).startswith("ct is there and no body is of kind ct; add such a body")
 
 
 def test_scenes_are_completed_down_to_their_loads():
@@ -219,45 +180,183 @@ BALL = {"kind": "sphere", "center_m": [0, 0, 1], "radius_m": 0.1}
 @pytest.mark.parametrize(
     ("tools", "said"),
     [
-        (
-            [BALL | {"times_s": [0, 1], "shifts_m": [[0, 0, 0]]}],
-            r"\[0\]\.times_s has 2 entries, and shifts_m has 1; give",
-        ),
-        ([BALL | {"times_s": [0]}], r"\[0\]\.times_s has 1 entries, and shifts_m has 0; give"),
-        (
-            [BALL, BALL | {"times_s": [0, 2, 1], "shifts_m": [[0, 0, 0]] * 3}],
-            r"\[1\]\.times_s has 1 after 2; give times in increasing order",
-        ),
-        ([BALL | {"name": "a"}, BALL, BALL | {"name": "a"}], r"\[2\] is called a, as instruments\[0\] is; give"),
-        ([BALL | {"name": "sphere_1"}, BALL], r"\[1\] is called sphere_1, as instruments\[0\] is; give"),
-        ([BALL | {"name": "bar"}], r"\[0\] is called bar, as a body is; give"),
-        ([BALL | {"name": "bar_1"}], r"\[0\] is called bar_1, as a body is; give"),
+        ([BALL | {"times_s": [0, 1], "shifts_m": [[0, 0, 0]]}], "[0].times_s has 2 entries, and shifts_m has 1; give"),
+        ([BALL | {"times_s": [0]}], "[0].times_s has 1 entries, and shifts_m has 0; give"),
+        ([BALL, BALL | {"times_s": [0, 2, 1], "shifts_m": [[0, 0, 0]] * 3}], "[1].times_s has 1 after 2; give times"),
+        ([BALL | {"name": "a"}, BALL, BALL | {"name": "a"}], "[2] is called a, as instruments[0] is; give"),
+        ([BALL | {"name": "sphere_1"}, BALL], "[1] is called sphere_1, as instruments[0] is; give"),
+        ([BALL | {"name": "bar"}], "[0] is called bar, as a body is; give"),
+        ([BALL | {"name": "bar_1"}], "[0] is called bar_1, as a body is; give"),
     ],
 )
 def test_what_is_wrong_with_instruments_is_said(tools, said):
     given = read_yaml(ROOT / "config.yaml")
     given["scenes"]["bar_sag"]["contact"] = {"instruments": tools}
-    with pytest.raises(InputError, match=r"^my\.yaml: scenes\.bar_sag\.contact\.instruments" + said) as caught:
-        complete(given, Path("my.yaml"))
-    assert str(caught.value).endswith(".") and ". " not in str(caught.value)
+    assert refusal(given).startswith(f"scenes.bar_sag.contact.instruments{said}")
 
 
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("body", "livr", "scenes.bar_sag names the body livr, which is not under bodies; did you mean liver?"),
-        ("effects", "all", "scenes.bar_sag.effects is 'all'; write auto, or a list"),
-        ("gravity", {"g": 1}, "scenes.bar_sag.gravity has an unknown key g"),
-        ("own", {"wind": "wind.py"}, "scenes.bar_sag.own.wind is wind.py, where there is no file"),
-        ("effects", ["corotationl"], "scenes.bar_sag.effects names corotationl, which is unknown; did you mean coro"),
-        ("level", 1, "scenes.bar_sag.level is 1, and bar has levels 0 to 0"),
-        ("own_settings", {"wind": {}}, "scenes.bar_sag.own_settings names wind, and own does not"),
-        ("step_s", 0, "scenes.bar_sag.step_s is 0, but must be above 0"),
+        ("body", "livr", " names the body livr, which is not under bodies; did you mean liver?"),
+        ("effects", "all", ".effects is 'all'; write auto, or a list"),
+        ("gravity", {"g": 1}, ".gravity has an unknown key g"),
+        ("own", {"wind": "wind.py"}, ".own.wind is wind.py, where there is no file"),
+        ("effects", ["corotationl"], ".effects names corotationl, which is unknown; did you mean coro"),
+        ("effects", ["corotational", "push"], ".effects names push, and the scene does not describe it"),
+        ("level", 1, ".level is 1, and bar has levels 0 to 0"),
+        ("own_settings", {"wind": {}}, ".own_settings names wind, and own does not"),
+        ("step_s", 0, ".step_s is 0, but must be above 0"),
     ],
 )
 def test_what_is_wrong_with_a_scene_is_said(key, value, said):
     given = read_yaml(ROOT / "config.yaml")
     given["scenes"]["bar_sag"][key] = value
-    with pytest.raises(InputError) as caught:
-        complete(given, ROOT / "config.yaml")
-    assert f": {said}" in str(caught.value)
+    assert refusal(given, ROOT / "config.yaml").startswith(f"scenes.bar_sag{said}")
+
+
+COMMON = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
+BAR = {"kind": "box", "sizes_m": [0.3, 0.1, 0.1], "divisions": [6, 2, 2], "refinements": 0} | COMMON
+CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.3], "divisions": [6, 6], "thickness_m": 0.001} | COMMON
+CT = {"kind": "ct", "refinements": 1} | COMMON
+SAMPLES = {"magnitudes": [0.7, 1.3], "train": 8, "test": 6}
+SPHERE = {"center_m": [0, 0, 0], "radius_m": 1}
+
+
+@pytest.mark.parametrize("body", [BAR, CLOTH, BAR | {"refinements": 1} | SAMPLES], ids=["box", "sheet", "trained box"])
+def test_new_kinds_of_bodies_stand_as_given(smoke, body):
+    smoke["bodies"]["new"] = body
+    assert complete(smoke, Path("my.yaml"))["bodies"]["new"] == body
+
+
+def test_a_ct_is_the_synthetic_abdomen_by_default(smoke):
+    smoke["bodies"]["new"] = CT | SAMPLES
+    body = complete(smoke, Path("my.yaml"))["bodies"]["new"]
+    assert body["image"] is body["mask"] is None and body["snap"] is False
+    assert body["threshold_hu"] == [30, 120] and body["surface_nodes"] == 140
+
+
+def test_an_image_may_be_a_folder_and_a_mask_not(smoke, tmp_path):
+    (tmp_path / "slices").mkdir()
+    smoke["bodies"]["new"] = CT | {"image": "slices"}
+    assert complete(smoke, tmp_path / "my.yaml")["bodies"]["new"]["image"] == "slices"
+    smoke["bodies"]["new"] |= {"mask": "slices"}
+    assert refusal(smoke, tmp_path / "my.yaml").startswith("bodies.new.mask is slices, where there is no file; give")
+
+
+def test_a_body_without_samples_needs_no_refinement(smoke):
+    for key in ("magnitudes", "train", "test", "paper_surface"):
+        del smoke["bodies"]["liver"][key]
+    del smoke["enrichment"]
+    smoke["bodies"]["liver"]["refinements"] = 0
+    complete({key: smoke[key] for key in ("bodies", "scenes")}, Path("my.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        (BAR | {"train": 8, "test": 6}, " lacks magnitudes; give magnitudes, train and test together"),
+        (BAR | {"magnitudes": [1.0]}, " lacks train; give magnitudes"),
+        (BAR | SAMPLES, ".refinements is 0; give at least 1"),
+        (BAR | {"refinements": 1} | SAMPLES | {"test": 5}, ".test is 5; make it a multiple"),
+        (BAR | {"regions": {"a": {"young_pa": 1e5}}}, ".regions.a needs exactly one of tag, sphere and label"),
+        (BAR | {"regions": {"a": {"young_pa": 1e5, "tag": 1, "sphere": SPHERE}}}, ".regions.a needs exactly one of"),
+        (CLOTH | SAMPLES, " has an unknown key magnitudes"),
+        (CLOTH | {"refinements": 1}, " has an unknown key refinements"),
+        (CLOTH | {"thickness_m": 0.0}, ".thickness_m is 0.0, but must be above 0"),
+        (BAR | {"sizes_m": [0.3, 0.1]}, ".sizes_m is [0.3, 0.1], but must have at least 3 entries"),
+        (CT | {"image": "none.nii.gz"}, ".image is none.nii.gz, where there is no file; give a path"),
+        (CT | {"mask": __file__}, ".mask is given and image is not; give the image that the mask"),
+        (CT | {"threshold_hu": [120, 30]}, ".threshold_hu is [120, 30]; give the lower number first."),
+        (CT | {"image": ""}, ".image is '', but must not be empty"),
+        (CT | {"image": __file__, "mask": ""}, ".mask is '', but must not be empty"),
+        (CT | {"surface_nodes": 8}, ".surface_nodes is 8, but must be at least 12"),
+        (CT | {"crop_m": [[0, 0, 0]]}, ".crop_m is [[0, 0, 0]], but must have at least 2 entries"),
+        (BAR | {"divisions": [6, 0, 2]}, ".divisions[1] is 0, but must be at least 1 (Coarse cells along x"),
+    ],
+)
+def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
+    smoke["bodies"]["new"] = body
+    assert refusal(smoke).startswith(f"bodies.new{said}")
+
+
+@pytest.fixture
+def trading(smoke) -> dict:
+    """Return the settings of the liver pressed, some models asked, and nothing else."""
+    keys = ("seed", "bodies", "regimes", "solver", "timing")
+    asked = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
+    return {key: smoke[key] for key in keys} | {"tradeoff": asked}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"models": ["fem_p2", "fem_p3"]}, " names fem_p3, which is unknown; did you mean fem_p"),
+        ({"models": ["detail_correction"]}, ".models lacks fem_p2"),
+        (
+            {"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}},
+            ".settings.cascade.stages names linear_fm, which is unknown; did you mean linear_fem?",
+        ),
+        ({"bodies": ["livr"]}, " names livr, which is unknown; did you mean liver?"),
+        ({"bodies": ["bar"]}, " names bar, which is not refined; give it refinements of at least 1."),
+        ({"in_depth": ["bar"]}, ".in_depth names bar, which is unknown; "),
+        ({"any_load": {"bodies": ["livr"]}}, ".any_load.bodies names livr, which is unknown"),
+        ({"any_load": {"regimes": ["smal"]}}, ".any_load.regimes names smal, which is unknown"),
+        ({"any_load": {"models": {"fem_p3": ""}}}, ".any_load.models names fem_p3, which is unknown"),
+        ({"any_load": {"models": {"fem_p2": "["}}}, ".any_load.models.fem_p2: [ is no regular expression"),
+        ({"training_contacts_of": {"linear_fem": "["}}, ".training_contacts_of.linear_fem: [ is no regular"),
+        ({"training_contacts_of": {"linear": ""}}, ".training_contacts_of names linear"),
+        ({"beyond_design": {"bodies": ["livr"]}}, ".beyond_design.bodies names livr, which is unknown"),
+        ({"splits": [6]}, ".splits[0] is 6, but must be at most 5"),
+        ({"contacts": 4}, ".contacts is 4, but must be at least 5"),
+        ({"presses": [{"magnitude": 1, "tilt_degrees": 60}]}, ".presses[0].tilt_degrees is 60, but must be at most 45"),
+        ({"own_models": {"detail_correction": "mine.py"}}, " names detail_correction, which palpate uses itself"),
+        ({"own_models": {"mine": "nowhere.py"}}, ".own_models.mine is nowhere.py, where there is no file"),
+        ({"budget": 2}, " has an unknown key budget; did you mean budget_s?"),
+        ({"advice": {"budgets_ms": []}}, ".advice.budgets_ms"),
+        ({"budget_s": 0}, ".budget_s is 0, but must be above 0"),
+    ],
+)
+def test_what_is_wrong_with_the_trade_off_is_said(trading, changes, said):
+    trading["tradeoff"] |= changes
+    assert refusal(trading).startswith(f"tradeoff{said}")
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "said"),
+    [
+        ("regimes.finger_4000_um", {"radius_m": 0.01}, "regimes.finger_4000_um has the name of a regime of finger_ra"),
+        ("regimes.small.radius_of_body_m", {"livr": 0.01}, "regimes.small.radius_of_body_m names livr, which is unkn"),
+        ("regimes", None, "tradeoff is there and there are no regimes"),
+        ("bodies.liver", None, "tradeoff is there and no body is refined"),
+    ],
+)
+def test_what_the_trade_off_needs_is_said(trading, place, value, said):
+    trading["bodies"] = {name: trading["bodies"][name] for name in ("liver", "bar")}
+    trading["tradeoff"] |= {"bodies": None, "finger_radii_m": [0.004]}
+    put(trading, place, value)
+    assert refusal(trading).startswith(said)
+
+
+FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "asked", "said"),
+    [
+        ({}, {"nix": {"duration_s": 0.1}}, ".scenes names nix, which is not a scene"),
+        (FLOOR, {"mine": {"duration_s": 0.1}}, ".scenes names mine, which has contact; describe"),
+        (FLOOR, None, " is there and models can be compared in no scene (mine has contact); add a scene"),
+        (
+            {},
+            {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}},
+            ".scenes.mine.elsewhere moves the one push of a held body to other places, and the scene has 0 pushes",
+        ),
+    ],
+)
+def test_scenes_that_models_cannot_be_compared_in_are_said(scene, asked, said):
+    settings = {"bodies": {"bar": small_scene.BAR | {"poisson": 0.3}}}
+    settings |= {"scenes": {"mine": small_scene.SCENE | {"body": "bar"} | scene}, "dynamic": {"scenes": asked}}
+    if asked is None:
+        settings["dynamic"] = {}
+    assert refusal(settings).startswith(f"dynamic{said}")

@@ -22,34 +22,19 @@ def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_pa
     }  # fmt: skip
 
 
-def test_what_cannot_be_compared_is_left_out_and_named_in_the_report(plan, write_config, tmp_path, settings):
+def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp_path, settings):
+    settings["scenes"]["other"] = settings["scenes"]["mine"]
+    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR  # with contact, if its training is described
+    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1}}
+    settings["dynamic"]["scenes"]["falls"] = {"duration_s": 0.1, "training": {"duration_s": 0.05}}
+    jobs = plan(tmp_path, write_config(settings))
+    assert jobs["measure_dynamic"] == 2 and "leave_out_scenes" not in jobs
+
+
+def test_what_cannot_be_compared_is_left_out_with_a_warning(plan, run, write_config, tmp_path, settings):
     settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
     jobs = plan(tmp_path, write_config(settings))
     assert jobs["measure_dynamic"] == jobs["leave_out_scenes"] == 1 and jobs["simulate_scene"] == 2
-
-
-def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp_path, settings):
-    settings["scenes"]["other"] = settings["scenes"]["mine"]
-    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1}}
-    jobs = plan(tmp_path, write_config(settings))
-    assert jobs["measure_dynamic"] == 1 and "leave_out_scenes" not in jobs
-
-
-def test_a_scene_with_contact_takes_part_if_a_motion_to_fit_to_is_described(plan, write_config, tmp_path, settings):
-    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
-    settings["dynamic"]["scenes"] = {"falls": {"duration_s": 0.1, "training": {"duration_s": 0.05}}}
-    assert plan(tmp_path, write_config(settings), "dynamic")["measure_dynamic"] == 1
-
-
-def test_where_nothing_can_be_compared_the_reasons_are_given(run, write_config, tmp_path, settings):
-    settings["scenes"]["mine"] |= FLOOR
-    done = run(tmp_path, write_config(settings), "--dry-run")
-    assert done.returncode == 1
-    assert "dynamic is there and models can be compared in no scene (mine has contact); add a scene" in done.stdout
-
-
-def test_the_reasons_are_warnings(run, write_config, tmp_path, settings):
-    settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
     done = run(tmp_path, write_config(settings), "results/data/dynamic/left_out.txt")
     said = "scenes.falls: models are not compared in it, as it has contact."
     assert (tmp_path / "results/data/dynamic/left_out.txt").read_text() == f"{said}\n"
@@ -63,10 +48,3 @@ def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
-
-
-def test_other_places_are_refused_where_no_push_can_be_moved(run, write_config, tmp_path, settings):
-    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
-    done = run(tmp_path, write_config(settings), "--dry-run")
-    assert done.returncode == 1
-    assert "elsewhere moves the one push of a held body to other places, and the scene has 0 pushes" in done.stdout

@@ -42,38 +42,20 @@ def test_a_run_names_its_jobs_and_counts_them(run, tmp_path, sagging):
     assert done.stdout.splitlines()[1:] == ["everything is up to date"]
 
 
-def test_a_fault_of_yaml_has_its_line(last, sagging):
-    sagging.write_text(sagging.read_text() + "\tseed: 2\n")
-    line = len(sagging.read_text().splitlines())
-    assert last("-n") == f"error: {sagging}: line {line}, column 1 has a tab; indent with spaces."
+@pytest.mark.parametrize(
+    ("more", "said"), [("\tseed: 2\n", ", column 1 has a tab; indent"), ("seed: 2\n", " has the key seed again, which")]
+)
+def test_a_fault_of_yaml_has_its_line_also_where_snakemake_sees_none(last, sagging, more, said):
+    sagging.write_text(sagging.read_text() + more)
+    assert f"config.yaml: line {len(sagging.read_text().splitlines())}{said}" in last("-n")
 
 
-def test_a_key_given_twice_is_refused_although_snakemake_reads_it(last, sagging):
-    sagging.write_text(sagging.read_text() + "seed: 2\n")
-    line = len(sagging.read_text().splitlines())
-    assert (
-        last("-n")
-        == f"error: config.yaml: line {line} has the key seed again, which line 1 has; remove or rename one of them."
-    )
-
-
-def test_missing_and_empty_settings_are_named(run, tmp_path, sagging):
+def test_missing_settings_are_named(run, tmp_path):
     done = run(tmp_path, tmp_path / "none.yaml", "-n")
     assert done.stdout.splitlines()[-1].startswith(f"error: {tmp_path}/none.yaml is missing; check its path")
-    sagging.write_text("")
-    done = run(tmp_path, sagging, "-n")
-    assert done.stdout.splitlines()[-1].endswith("config.yaml is empty; give it bodies, and the block of a study.")
 
 
 def test_a_target_that_nothing_makes_gets_the_nearest_name(last):
-    assert (
-        last("-n", "--", "results/figures/enregy.png")
-        == "error: nothing makes figures/enregy; did you mean figures/energy?"
-    )
-    assert (
-        last("-n", "--", "dynamic")
-        == "error: dynamic is not asked for in the settings; add its block, dynamic:, to them."
-    )
     wrong, near = (f"results/data/{name}/body.h5" for name in ("baar", "bar"))
     assert last("-n", "--", wrong) == f"error: nothing makes {wrong}; did you mean {near}?"
 

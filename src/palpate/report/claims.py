@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from palpate.report.words import two_digits
+
 CONFIRMED = "confirmed"
 REFUTED = "refuted"
 OUTSIDE = "refuted outside its premise"
@@ -54,11 +56,6 @@ def not_testable(why: str) -> str:
 def percent(share: float) -> str:
     """Write a share with two digits: "12 %"."""
     return f"{two_digits(100 * share)} %"
-
-
-def two_digits(value: float) -> str:
-    """Write a number with two digits that count, and without a power of ten where it is large: "130"."""
-    return f"{float(f'{value:.2g}'):g}"
 
 
 def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

@@ -8,8 +8,7 @@ import pandas as pd
 from palpate.models.model_registry import ENGINES
 from palpate.report import declared, markup
 from palpate.report.material import Part, Report, Section
-from palpate.report.model_looks import look
-from palpate.report.names import plain
+from palpate.report.model_looks import look, plain
 from palpate.report.template import Html, render
 
 HERE = Path(__file__).parent

@@ -37,11 +37,6 @@ def text(value) -> str:
     return f"{value:.3g}"
 
 
-def escaped(words: str) -> str:
-    """Return text as HTML."""
-    return escape(words)
-
-
 def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Sequence[str] = ()) -> str:
     """Return a data frame as a table, which the page's script makes sortable.
 

@@ -1,5 +1,6 @@
 """Give every model of the trade-off its name, colour and marker, the user's own included."""
 
+import re
 from pathlib import PurePath
 
 from palpate.report.style import METHODS, WEIGHTS, Look
@@ -41,6 +42,7 @@ _LAWS = {
     "neo_hookean": ("neo-Hookean", "#0072b2"),
     "st_venant_kirchhoff": ("St. Venant–Kirchhoff", "#d55e00"),
 }
+_RAW = re.compile(r"\b[a-z0-9]+(?:_[a-z0-9]+)+\b(?!=)")
 _OWN = ("#005f73", "#bb3e03", "#5a189a", "#6a994e", "#9d0208")
 _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
 
@@ -69,3 +71,13 @@ def minor(model: str) -> bool:
 def law_look(law: str) -> tuple[str, str]:
     """Return label and colour of a law between strain and energy; one of the user's own is named by its file."""
     return _LAWS.get(law) or (PurePath(law).stem.replace("_", " "), "#8b0000")
+
+
+def plain(text: str) -> str:
+    """Replace raw names in ``text``, such as fem_fine, by their words; names of settings (``step_s=``) stay."""
+    return _RAW.sub(lambda found: named(found[0]), text)
+
+
+def named(name: str) -> str:
+    """Return the words for a model, a method or weights; for anything else its name without underscores."""
+    return WEIGHTS[name][0] if name in WEIGHTS else look(name).label

@@ -70,15 +70,12 @@ def _markdown(report: Report) -> str:
 
 def _page(parts: Mapping[str, Part], warned: Sequence[str]) -> str:
     """Return the whole page."""
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{page_assets.POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>palpate: what accuracy costs</title>\n<style>{page_assets.style()}</style>\n</head>\n<body>\n"
+    body = (
         f'{_opening(parts)}{_warnings(warned)}\n<div class="page">\n{_navigation(parts)}\n<main>\n'
         f"{''.join(_part(name, part) for name, part in parts.items())}</main>\n</div>\n"
-        f"<script>{page_assets.script()}</script>\n</body>\n</html>\n"
+        f"<script>{page_assets.script()}</script>\n"
     )
+    return page_assets.document("what accuracy costs", page_assets.style(), body)
 
 
 def _opening(parts: Mapping[str, Part]) -> str:

@@ -1,10 +1,22 @@
 """Give what every page carries with it: its style sheet and its script."""
 
+from html import escape
 from importlib.resources import files
 
 _SCRIPTS = ("unpack", "sort", "place", "pane", "program", "surface", "turn", "play")
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 """What a browser lets the page do: nothing over the network."""
+
+
+def document(title: str, style: str, body: str, policy: str = POLICY, more: str = "") -> str:
+    """Return a page of HTML; title : plain text; more : HTML that its head has besides."""
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"{more}<title>palpate: {escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n"
+        f"{body}</body>\n</html>\n"
+    )
 
 
 def style() -> str:

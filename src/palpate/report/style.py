@@ -86,7 +86,22 @@ METHODS = {
     "coarse_fem": Look("coarse FEM", "#bdbdbd", "<"),
     "fine_fem": Look("fine FEM", "#111111", "8"),
 }
-"""Every method that may occur in a table, in table order."""
+"""Every method of paper 1 and its rivals that may occur in a table, in table order."""
+
+FITS = {
+    "uniform": Look("one E for all nodes", "#7d7d7d", "X"),
+    "van_gelder": Look("Van Gelder", "#6b4f2a", "P"),
+    "lloyd": Look("Lloyd", "#e6b400", "v"),
+    "genetic": Look("genetic algorithm (the paper)", "#d55e00", "o"),
+    "cma_es": Look("CMA-ES", "#0072b2", "s"),
+    "gradient": Look("gradient by the adjoint", "#009e73", "*"),
+    "gradient_smooth": Look("gradient, regularised moduli", "#cc79a7", "D"),
+    "gradient_all": Look("gradient, fitted to all presses", "#66c2a5", "*"),
+}
+"""Every method for spring parameters, in table order."""
+DASHES = {False: "--", True: "-"}
+"""Line styles without and with the volume force."""
+FORCES = {False: "springs alone", True: "springs and volume force"}
 
 OPERATIONS = {
     "sorting": "sorting by distance",
@@ -150,7 +165,7 @@ def short(method: str) -> str:
 def look(method: str) -> Look:
     """Look up the look of a method; raises InputError for an unknown one, so that no figure invents a colour."""
     try:
-        return METHODS[ALIASES.get(method, method)]
+        return (METHODS | FITS)[ALIASES.get(method, method)]
     except KeyError:
         raise InputError(f"method {method} has no colour: give it one in palpate/report/style.py") from None
 

@@ -19,7 +19,7 @@ from markdown_it import MarkdownIt
 from palpate.errors import InputError
 from palpate.files import require_file
 from palpate.report import markup
-from palpate.report.names import plain
+from palpate.report.model_looks import plain
 from palpate.report.words import capital, listed, percent, seconds, spaced
 
 _KEPT, _KEPT_ALONE = re.compile("\ue000(\\d+)\ue001"), re.compile("<p>\ue000(\\d+)\ue001</p>")
@@ -132,12 +132,6 @@ class Markdown(Html):
         self.shown.append(name)
         return _Text(f"\n\n![{name.replace('_', ' ')}](figures/{name}.png)\n\n")
 
-    def turnable(self, name: str, title: str, caption: str = "") -> _Text:
-        return _Text("")
-
-    def embedded(self, name: str) -> _Text:
-        return _Text("")
-
     def table(
         self, frame: pd.DataFrame, caption: str = "", faint: Sequence[int] = (), best: Sequence[str] = ()
     ) -> _Text:
@@ -147,18 +141,14 @@ class Markdown(Html):
         lines = [[str(column).replace("_", " ") for column in frame], ["---"] * frame.shape[1], *cells]
         return _Text("\n\n" + "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n\n")
 
-    def folded(self, *names: str) -> _Text:
-        return _Text("")
-
-    def fold(self, summary: str, caller: Callable[[], str]) -> _Text:
-        return _Text("")
-
     def finding(self, caller: Callable[[], str]) -> _Text:
         self.findings.append(" ".join(caller().split()))
         return _Text(f"\n\n**{self.findings[-1]}**\n\n")
 
-    def answer(self, picture: str, alt: str, caption: str, caller: Callable[[], str]) -> _Text:
+    def _nothing(self, *_: Any, **__: Any) -> _Text:
         return _Text("")
+
+    turnable = embedded = folded = fold = answer = _nothing
 
 
 def render(path: Path, name: str, title: str, values: Mapping[str, Any], show: Html) -> Part:

@@ -20,6 +20,11 @@ def capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
 
 
+def two_digits(value: float) -> str:
+    """Write a number with two digits that count, and without a power of ten where it is large: "130"."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
 def percent(share: float) -> str:
     """Format a fraction as per cent with two significant digits and no exponent, "failed" if it is not finite."""
     if not np.isfinite(share):
@@ -27,7 +32,7 @@ def percent(share: float) -> str:
     value = 100 * share
     if 0 < value < 0.001:
         return "<\u00a00.001\u00a0%"
-    return f"{value:.0f}\u00a0%" if value >= 10 else f"{float(f'{value:.2g}'):g}\u00a0%"
+    return f"{value:.0f}\u00a0%" if value >= 10 else f"{two_digits(value)}\u00a0%"
 
 
 def seconds(value: float) -> str:

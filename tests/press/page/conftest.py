@@ -1,5 +1,7 @@
 """A small liver that is pressed in a browser by the coarse mesh's answer, and by the same answer over http."""
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 from press.page.press_stage import READY
@@ -7,7 +9,7 @@ from report import browser as chromium
 
 from palpate.bodies.make_body import make_body
 from palpate.press import coarse_answer
-from palpate.press.page.page import PressModel, PressTruth, press_document
+from palpate.press.page.page import Known, PressModel, press_document
 from palpate.studies.press.measure import place_of
 
 RADIUS_M, PEAK_M = 0.03, 0.02
@@ -48,9 +50,9 @@ def smooth_answer(smooth_liver, tmp_path_factory):
 def model(liver, answer):
     """The model of a page, with one press whose truth is a tenth larger than the answer."""
     place = place_of(liver, 30)
-    force = (-0.5 * liver.fine.normals[30]).tolist()
+    force = -0.5 * liver.fine.normals[30]
     moved = answer[0].respond([place | {"force": force}]).displacement
-    truth = PressTruth("place 30", place["triangle"], place["weights"], force, 1.1 * moved, "Made up.")
+    truth = Known(30, place, force, 1.1 * moved, 0.001)
     return PressModel("coarse", "coarse mesh", answer[1], advice="Fast.", truths=[truth], info=INFO, kind="coarse")
 
 
@@ -58,24 +60,30 @@ def model(liver, answer):
 def doubtful(answer):
     """The same answer from a server of the address /answer, in the words of a page."""
     arrays = answer[0].arrays
-    info = INFO | {"radius_m": RADIUS_M, "body": "liver"}
+    mesh = {"nodes": arrays["nodes"], "triangles": np.asarray(arrays["triangles"])}
     return PressModel(
-        "server",
-        "from a server",
-        url="answer",
-        nodes=arrays["nodes"],
-        triangles=np.asarray(arrays["triangles"]),
-        info=info,
+        "server", "from a server", url="answer", info=INFO | {"radius_m": RADIUS_M, "body": "liver"}, **mesh
     )
 
 
 @pytest.fixture
-def page(browser, model, tmp_path):
-    """The page as it is when it has been opened; it must not complain, nor fetch anything."""
-    file = tmp_path / "press.html"
-    file.write_text(press_document([model]), encoding="utf-8")
-    with chromium.visit(browser, file, reduced_motion="reduce") as visited:
-        chromium.until(visited.page, READY)
-        yield visited.page
-        assert visited.complaints == []
-        assert [url for url in visited.asked if not url.startswith(("file:", "data:"))] == []
+def opened(browser, tmp_path):
+    """A function that opens the page of some models; it must not complain, nor fetch anything."""
+
+    @contextmanager
+    def visit(models, device=chromium.DESKTOP, held=(), **options):
+        file = tmp_path / "press.html"
+        file.write_text(press_document(models, held=held), encoding="utf-8")
+        with chromium.visit(browser, file, device, reduced_motion="reduce", **options) as visited:
+            chromium.until(visited.page, READY)
+            yield visited.page
+            assert visited.complaints == []
+            assert [url for url in visited.asked if not url.startswith(("file:", "data:"))] == []
+
+    return visit
+
+
+@pytest.fixture
+def page(opened, model):
+    with opened([model]) as shown:
+        yield shown

@@ -40,28 +40,18 @@ class MadeUp(NamedTuple):
 def made_up():
     """A block of 10 cm whose contacts have six coordinates and five cells each."""
     entry = {"kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [2, 2, 2], "refinements": 1, "young_pa": 3000}
-    entry |= {
-        "poisson": 0.3,
-        "density_kg_m3": 1000,
-        "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
-    }
+    entry |= {"poisson": 0.3, "density_kg_m3": 1000}
+    entry |= {"anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}}}
     body, rng = make_body("block", entry), np.random.default_rng(3)
-    n = len(body.fine.surface)
-    waves = np.stack(
-        [
-            np.sin(body.fine.nodes[body.fine.surface] @ rng.normal(0, 20, 3) + k)[:, None] * rng.normal(size=3)
-            for k in range(12)
-        ],
-        axis=2,
-    )
+    nodes, normals = body.fine.nodes[body.fine.surface], body.fine.normals[body.fine.surface]
+    n = len(nodes)
+    phases = range(12)
+    waves = np.dstack([np.sin(nodes @ rng.normal(0, 20, 3) + k)[:, None] * rng.normal(size=3) for k in phases])
     linear = [0.02 * waves[:, :, 3 * k : 3 * k + 3].reshape(3 * n, 3) for k in range(3)]
     packed, contacts = [], []
-    top = np.flatnonzero(body.fine.nodes[body.fine.surface][:, 2] > 0.099)[::4]
-    nodes, normals = body.fine.nodes[body.fine.surface], body.fine.normals[body.fine.surface]
-    for k, at in enumerate(top[:6]):
-        cells = Cells(
-            0.6 * rng.normal(size=(9, 5, 6)), rng.uniform(1e-5, 1e-4, 5), np.full(5, 1154.0), np.full(5, 1731.0)
-        )
+    for k, at in enumerate(np.flatnonzero(nodes[:, 2] > 0.099)[::4][:6]):
+        slopes, volumes = 0.6 * rng.normal(size=(9, 5, 6)), rng.uniform(1e-5, 1e-4, 5)
+        cells = Cells(slopes, volumes, np.full(5, 1154.0), np.full(5, 1731.0))
         reduced = ReducedContact(cells, 0.3 * rng.normal(size=(6, 3)), PLAIN)
         rest = (0.05 * waves.reshape(3 * n, 12)[:, rng.permutation(12)[:6]]).astype(np.float32)
         bearing = -normals[at][None] / 0.8

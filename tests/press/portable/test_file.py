@@ -1,7 +1,6 @@
 """Portable model files: what is refused, and in which words."""
 
 import os
-import re
 import struct
 
 import numpy as np
@@ -10,7 +9,6 @@ from press.portable.conftest import headed, repaired
 
 from palpate.cli import main
 from palpate.errors import InputError
-from palpate.press.portable.command import told
 from palpate.press.portable.file import FOUR_ERRORS, describe, read
 from palpate.run.job import kernel_cache
 
@@ -92,15 +90,3 @@ def test_an_export_takes_the_functions_that_make_has_compiled(monkeypatch, capsy
     monkeypatch.setattr("palpate.press.portable.command.export", lambda *_: os.environ["NUMBA_CACHE_DIR"])
     assert main(["export", "--scene", "liver_large", "--out", "none.palpate"]) == 0
     assert capsys.readouterr().out == f"{kernel_cache()}\n"
-
-
-@pytest.mark.parametrize("live", [True, False])
-def test_progress_is_one_line_on_a_terminal_and_eleven_in_a_log(live, monkeypatch, capsys):
-    monkeypatch.setattr("sys.stderr.isatty", lambda: live)
-    assert list(told("contact")(range(150))) == list(range(150))
-    said = capsys.readouterr().err
-    numbers = [int(one) for one in re.findall(r"contact (\d+) of 150", said)]
-    assert numbers == (list(range(1, 151)) if live else [1, *range(15, 151, 15)])
-    assert said.count("\n") == (1 if live else 11) and said.count("\r") == (150 if live else 0)
-    assert list(told("contact")([7])) == [7] and capsys.readouterr().err.endswith("contact 1 of 1\n")
-    assert list(told("contact")([])) == []

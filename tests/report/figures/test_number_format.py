@@ -8,16 +8,9 @@ from palpate.report import words
 
 @pytest.mark.parametrize(
     ("share", "text"),
-    [
-        (0.35, "35 %"),
-        (0.0057, "0.57 %"),
-        (0.02, "2 %"),
-        (1.234, "123 %"),
-        (np.nan, "failed"),
-        (0.0, "0 %"),
-        (2e-9, "< 0.001 %"),
-    ],
-)
+    [(0.35, "35 %"), (0.0057, "0.57 %"), (0.02, "2 %"), (1.234, "123 %"), (np.nan, "failed"), (0.0, "0 %"),
+     (2e-9, "< 0.001 %")],
+)  # fmt: skip
 def test_percent(share, text):
     assert words.percent(share).replace("\u00a0", " ") == text
 

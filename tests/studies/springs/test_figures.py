@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError
-from palpate.report import spring_looks, tables
+from palpate.report import style, tables
 from palpate.studies.springs import figures
 
 
@@ -30,7 +30,7 @@ def test_a_band_is_the_range_of_seeds_and_a_run_that_ended_keeps_its_best(spring
 def test_the_fit_is_drawn_over_generations_and_time(spring_results):
     figure = figures.draw_spring_fit(spring_results["spring_history"])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == [*(look.label for m, look in spring_looks.FITS.items() if m != "gradient_all"), labels[-1]]
+    assert labels == [*(look.label for m, look in style.FITS.items() if m != "gradient_all"), labels[-1]]
     assert labels[-1] == "range of 3 seeds, line: median"
     over_generations, over_time = figure.axes[:2]
     assert len(over_generations.lines) == 4
@@ -46,4 +46,4 @@ def test_the_floor_is_drawn_for_each_press(spring_results):
 
 def test_an_unknown_way_has_no_colour():
     with pytest.raises(InputError, match="method annealing has no colour"):
-        spring_looks.look("annealing")
+        style.look("annealing")

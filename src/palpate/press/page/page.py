@@ -48,22 +48,6 @@ class Known:
 
 
 @dataclass(frozen=True, eq=False)
-class PressTruth:
-    """A press whose truth was simulated.
-
-    triangle, weights : its place on the surface at rest, as models take it; force : (3,) [N]
-    displacement : (n, 3) [m] of the model's nodes; note : what is said of it, such as the truth's own error
-    """
-
-    title: str
-    triangle: int
-    weights: Sequence[float]
-    force: Sequence[float]
-    displacement: np.ndarray
-    note: str = ""
-
-
-@dataclass(frozen=True, eq=False)
 class PressModel:
     """A model that a reader may let answer: its ``file``, or the ``url`` of a server that asks it.
 
@@ -78,7 +62,7 @@ class PressModel:
     file: bytes | None = None
     url: str | None = None
     advice: str = ""
-    truths: Sequence[PressTruth] = ()
+    truths: Sequence[Known] = ()
     nodes: np.ndarray | None = None
     triangles: np.ndarray | None = None
     info: Mapping = field(default_factory=dict)
@@ -120,15 +104,9 @@ def press_document(
     contact_modes = any(model.kind == "portable" and model.file is not None for model in models)
     joined = f"<p>{escape(' '.join(FOUR_ERRORS))}</p>" if contact_modes else ""
     section = press_section(models, joined, held=held)
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{policy(models)}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<link rel="icon" href="data:,">\n'  # or a browser asks the server for one
-        f"<title>palpate: {escape(title)}</title>\n<style>{style}</style>\n</head>\n"
-        f'<body>\n<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{section}'
-        "</main>\n</body>\n</html>\n"
-    )
+    body = f'<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{section}</main>\n'
+    icon = '<link rel="icon" href="data:,">\n'  # or a browser asks the server for one
+    return page_assets.document(title, style, body, policy(models), icon)
 
 
 def write_pages(
@@ -161,17 +139,17 @@ def _head(model: PressModel) -> dict:
     return head
 
 
-def _truth(truth: PressTruth) -> dict:
-    """Pack a truth as whole numbers of a step."""
-    moved = np.asarray(truth.displacement, float)
+def _truth(one: Known) -> dict:
+    """Describe a press and pack its truth as whole numbers of a step."""
+    moved = np.asarray(one.displacement, float)
+    newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(moved, axis=1).max())
     step = float(np.abs(moved).max()) / _WHOLE
     return {
-        "title": truth.title,
-        "note": truth.note,
-        "triangle": int(truth.triangle),
-        "weights": [float(share) for share in truth.weights],
-        "force": [float(part) for part in truth.force],
-        "peak": float(np.linalg.norm(moved, axis=1).max()),
+        "title": f"place {one.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm",
+        "note": "The truth is the limit of ever finer quadratic elements; "
+        f"its own error is {percent(one.own)} of its peak.",
+        **one.press,
+        "peak": peak,
         "step": step,
         "packed": _text(np.round(moved / step).astype("<i2").tobytes()),
     }
@@ -223,14 +201,13 @@ def press_models(
 
     info : the header of the portable model, whose peak scales the colours
     """
-    truths = [_truth_of(one) for one in known]
     portable = {key: info[key] for key in ("peak_m", "hardest_n")}
     found = []
     for row in table.itertuples():
         kind, more = ("coarse", portable) if row.model == "coarse" else ("portable", {})
         file = paths[row.model].read_bytes()
         advice = f"{ABOUT[row.model]} {worth(row)}"
-        found.append(PressModel(row.model, TITLES[row.model], file, advice=advice, truths=truths, info=more, kind=kind))
+        found.append(PressModel(row.model, TITLES[row.model], file, advice=advice, truths=known, info=more, kind=kind))
     return found
 
 
@@ -247,10 +224,3 @@ def worth(row: Any) -> str:
     of = f"{row.samples} presses whose truth was simulated"
     error = f"Error {percent(row.rmse_of_peak)} of the peak, {percent(row.rmse_of_peak_most)} at most, on {of}"
     return f"{error}; {time}."
-
-
-def _truth_of(one: Known) -> PressTruth:
-    newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(one.displacement, axis=1).max())
-    note = f"The truth is the limit of ever finer quadratic elements; its own error is {percent(one.own)} of its peak."
-    title = f"place {one.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm"
-    return PressTruth(title, one.place["triangle"], one.place["weights"], list(one.force), one.displacement, note)

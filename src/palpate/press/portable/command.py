@@ -2,7 +2,6 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from palpate.benchmark.model import Case
@@ -13,6 +12,7 @@ from palpate.errors import InputError, NotConverged, suggest
 from palpate.models.model_registry import MODELS
 from palpate.press.portable.export import COLUMNS, export_model
 from palpate.press.portable.file import describe
+from palpate.run.job import steps
 from palpate.run.settings import complete
 from palpate.run.settings_file import read_settings
 
@@ -35,7 +35,7 @@ def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> st
 
     try:
         with threadpool_limits(limits=1):  # products are small, and threads wait for each other
-            export_model(case, COLUMNS, contacts, out, told)
+            export_model(case, COLUMNS, contacts, out, lambda what: steps(_say, what))
     except NotConverged as failure:
         raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
     except OSError as error:
@@ -64,16 +64,5 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     return Case.untrained(body, regime, radius_of(regimes[regime], name), settings["seed"], tolerance, grid)
 
 
-def told(what: str) -> Callable[[Sequence], Iterator]:
-    """Return a function that wraps a sequence and says how far it has come: on one line, or in a log on eleven."""
-    live = sys.stderr.isatty()
-
-    def wrapped(sequence: Sequence) -> Iterator:
-        count = len(sequence)
-        for number, item in enumerate(sequence, start=1):
-            if live or number == 1 or 10 * number // count > 10 * (number - 1) // count:
-                begin, end = ("\r", "\n" if number == count else "") if live else ("", "\n")
-                print(f"{begin}{what} {number} of {count}", end=end, file=sys.stderr, flush=True)
-            yield item
-
-    return wrapped
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

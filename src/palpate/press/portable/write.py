@@ -76,11 +76,12 @@ def surface_basis(
     surface = body.fine.surface
     made = _interpolation(body)
     made_of, weights = np.zeros((len(surface), MADE_OF), dtype=np.int64), np.zeros((len(surface), MADE_OF))
-    rows = _stored(made)
-    for i in range(len(surface)):
-        part = slice(made.indptr[i], made.indptr[i + 1])
-        count = part.stop - part.start
-        made_of[i, :count], weights[i, :count] = made.indices[part], made.data[part]
+    node = np.repeat(np.arange(len(surface)), np.diff(made.indptr))
+    place = node, np.arange(made.nnz) - made.indptr[node]
+    made_of[place], weights[place] = made.indices, made.data
+    whole = made.data > 1.0 - 1e-9  # nodes that are made of one stored node alone are that node
+    rows = np.zeros(made.shape[1], dtype=np.int64)
+    rows[made.indices[whole]] = node[whole]
     triangles = np.searchsorted(surface, body.fine.triangles)
     nodes = body.fine.nodes[surface].astype(np.float32).astype(float)
     corners = nodes[triangles]
@@ -124,17 +125,6 @@ def _interpolation(body: Body) -> sparse.csr_array:
     found.data[np.abs(found.data) <= 1e-12] = 0.0
     found.eliminate_zeros()
     return found
-
-
-def _stored(made: sparse.csr_array) -> np.ndarray:
-    """Return, for each stored node, the surface node that it is."""
-    rows = np.zeros(made.shape[1], dtype=np.int64)
-    for i in range(made.shape[0]):
-        part = slice(made.indptr[i], made.indptr[i + 1])
-        for j, weight in zip(made.indices[part], made.data[part], strict=True):
-            if weight > 1.0 - 1e-9:
-                rows[j] = i
-    return rows
 
 
 LARGEST = 32767

@@ -35,7 +35,7 @@ class LiveModels:
             raise InputError(f"{run.results}: none of {', '.join(OFFERED)} was measured; choose a model with --model.")
         self.case, self._run = run.case(scene), run
         self.rows = {name: best_row(rows[rows["model"] == name], self._settings(name)) for name in names}
-        self.bounds = self._bounds()
+        self.bounds = Bounds(len(self.case.database.triangles), BEYOND * self.hardest, BEYOND * self.peak)
         self._made: dict[str, PressedModel] = {}
 
     @property
@@ -86,13 +86,11 @@ class LiveModels:
         One that starts from the frame before would have to find that first.
         """
         model = self._run.model(name)
-        settings = [each for each in model.settings(self.case) if not _needs_more(model.needs_contacts(each), each)]
+        known = model.settings(self.case)
+        settings = [each for each in known if not (model.needs_contacts(each) or each.get("start") == "frame")]
         if not settings:
             raise InputError(f"--model {name} answers at prepared contacts only; choose from {', '.join(OFFERED)}.")
         return {setting_text(each): each for each in settings}
-
-    def _bounds(self) -> Bounds:
-        return Bounds(len(self.case.database.triangles), BEYOND * self.hardest, BEYOND * self.peak)
 
 
 def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
@@ -114,7 +112,3 @@ def case_words(case: Case, peak: float, hardest: float) -> dict[str, float | str
     size, young = case.body.fine.size, case.body.material.young_pa
     words: dict[str, float | str] = {"body": case.body.name, "regime": case.regime, "radius_m": case.radius_m}
     return words | {"size_m": size, "young_pa": young, "peak_m": peak, "hardest_n": hardest}
-
-
-def _needs_more(contacts: bool, setting: Setting) -> bool:
-    return contacts or setting.get("start") == "frame"

@@ -1,4 +1,4 @@
-"""Serve one page and its answers to this machine only, to whoever knows the token; anything else gets a 4xx.
+"""Serve one page and its answers to this machine only, to whoever knows the token.
 
 Trap: any page that a browser shows can send requests to 127.0.0.1, under a name of its own, too. So the address holds
 a token, the Host must be this machine's, and presses must be JSON, which other pages may not post.
@@ -19,13 +19,8 @@ from palpate.errors import InputError, NotConverged
 HOST = "127.0.0.1"
 LARGEST = 8192
 """Bytes of a body; two presses have 300."""
-_HEADERS = {
-    "Cache-Control": "no-store",
-    "Referrer-Policy": "no-referrer",  # the address holds the token
-    "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
+_HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Frame-Options": "DENY"}
+"""Of every answer: the page's address holds the token."""
 
 Answer = Callable[[str, bytes], bytes]
 """Return JSON for the name of a model and the body of a request; InputError or NotConverged says why there is none."""
@@ -104,21 +99,10 @@ class Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here.")
         elif self.headers.get_content_type() != "application/json":
             self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "post presses as application/json.")
-        elif not (length.isascii() and length.isdigit()):
-            self._refuse(HTTPStatus.LENGTH_REQUIRED, "say how long the body is.")
-        elif len(length) > 9 or int(length) > LARGEST:
-            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body has {LARGEST} bytes at most.")
+        elif not length.isdecimal() or int(length) > LARGEST:
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"say how long the body is, {LARGEST} bytes at most.")
         else:
             self._answer(name, self.rfile.read(int(length)))
-
-    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Refuse what the library cannot read; an unknown method or version is the client's fault, too."""
-        wrong = HTTPStatus.METHOD_NOT_ALLOWED if code == HTTPStatus.NOT_IMPLEMENTED else HTTPStatus.BAD_REQUEST
-        self._refuse(HTTPStatus(code) if 400 <= code < 500 else wrong, "this request is not understood.")
-
-    def version_string(self) -> str:
-        """Return how the server names itself, without versions."""
-        return "palpate"
 
     def log_message(self, format: str, *args: Any) -> None:
         """Log nothing."""
@@ -151,11 +135,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def _send(self, status: HTTPStatus, content: bytes, kind: str) -> None:
         self.send_response(status)
-        more = {"Content-Type": kind, "Content-Length": str(len(content))}
-        if status == HTTPStatus.METHOD_NOT_ALLOWED:
-            more["Allow"] = "GET, POST"
-        for name, value in (_HEADERS | more).items():
+        for name, value in (_HEADERS | {"Content-Type": kind, "Content-Length": str(len(content))}).items():
             self.send_header(name, value)
         self.end_headers()
-        if self.command != "HEAD":  # whose answers have no body
-            self.wfile.write(content)
+        self.wfile.write(content)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.report import tables
 from palpate.report.material import Report
-from palpate.report.names import named
+from palpate.report.model_looks import named
 from palpate.report.words import spaced
 
 TITLE = "Hard cases"

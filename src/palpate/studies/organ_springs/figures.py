@@ -8,8 +8,7 @@ from matplotlib.lines import Line2D
 
 from palpate.errors import InputError
 from palpate.report import style, tables
-from palpate.report.spring_looks import DASHES, FITS, FORCES
-from palpate.report.style import Look
+from palpate.report.style import DASHES, FITS, FORCES, Look
 
 
 @dataclass(frozen=True)

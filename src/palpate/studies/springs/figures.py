@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.report import style, tables
-from palpate.report.spring_looks import DASHES, FITS, FORCES, look
+from palpate.report.style import DASHES, FITS, FORCES, look
 
 _POINTS = 200
 """Number of generations or times at which the seeds of a search are compared."""

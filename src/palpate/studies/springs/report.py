@@ -8,7 +8,7 @@ import pandas as pd
 
 from palpate.report import tables
 from palpate.report.material import Report
-from palpate.report.spring_looks import FORCES, look
+from palpate.report.style import FORCES, look
 from palpate.report.words import percent, seconds
 
 TITLE = "Paper 2: spring parameters"

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
-from palpate.report.claims import Claim, claims, percent, two_digits, verdict
+from palpate.report.claims import Claim, claims, percent, verdict
+from palpate.report.words import two_digits
 
 
 @claims("accuracy_vs_time")

@@ -17,8 +17,7 @@ from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGA
 from palpate.report import tables
 from palpate.report.advice_words import agreement_words, any_load_cell, by_limit, error_of, exceeded, limit, next_best
 from palpate.report.material import Report
-from palpate.report.model_looks import label
-from palpate.report.names import named
+from palpate.report.model_looks import label, named
 from palpate.report.words import listed, percent, seconds, spaced
 from palpate.studies.tradeoff.figures.scene_rows import (
     KNOWN,

@@ -14,18 +14,8 @@ import numpy as np
 
 MAGIC, VERSION, HEAD = b"palpate\n", 1, 144
 SCALARS = (
-    "radius_m",
-    "guard",
-    "far",
-    "hard",
-    "farthest_m",
-    "floor",
-    "share",
-    "spread",
-    "several",
-    "peak_m",
-    "hardest_n",
-    "spare",
+    *("radius_m", "guard", "far", "hard", "farthest_m", "floor"),
+    *("share", "spread", "several", "peak_m", "hardest_n", "spare"),
 )
 ENOUGH, ITERATIONS = 1e-6, 200
 CLOSE, LOOSE, MOST, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
@@ -247,25 +237,10 @@ class PortableModel:
         scale = reader.floats(modes).astype(float)
         slopes = reader.take("<i2", 9 * count * modes).reshape(9 * count, modes) * scale
         scale = reader.floats(modes).astype(float)
-        coefficients = np.ascontiguousarray(
-            (reader.take("<i2", modes * vectors).reshape(modes, vectors) * scale[:, None]).T
-        )
+        rows = reader.take("<i2", modes * vectors).reshape(modes, vectors) * scale[:, None]
+        shape, cells = (np.ascontiguousarray(rows.T), self.mean_over_disc(place, normal)), (volumes, mu, lam, slopes)
         noise = 4e-15 * float(volumes @ (mu + lam))
-        return Contact(
-            place,
-            normal,
-            bearing,
-            reach,
-            loads,
-            rest,
-            volumes,
-            mu,
-            lam,
-            slopes,
-            coefficients,
-            self.mean_over_disc(place, normal),
-            noise,
-        )
+        return Contact(place, normal, bearing, reach, loads, rest, *cells, *shape, noise)
 
     def _place(self, press: Mapping[str, Any]) -> _Place:
         """Find what a press needs, at its point of the surface."""
@@ -284,9 +259,8 @@ class PortableModel:
         apart = self.apart(point, normal)
         order = np.argsort(apart, kind="stable")[:4]
         edge = max(float(apart[order[3]]), 1e-9) if len(order) > 3 else math.inf
-        weight = [
-            max(0.0, 1.0 - max(float(apart[i]), 1e-9) / edge) ** 2 / max(float(apart[i]), 1e-9) ** 2 for i in order[:3]
-        ]
+        away = [max(float(apart[i]), 1e-9) for i in order[:3]]
+        weight = [max(0.0, 1.0 - one / edge) ** 2 / one**2 for one in away]
         total = sum(weight)
         if not total > 0.0:
             weight, total = [1.0, 0.0, 0.0][: len(weight)], 1.0
@@ -544,19 +518,11 @@ def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list
     volumes, mu, lam = (np.concatenate(each) for each in zip(*(one[6:9] for one in contacts), strict=True))
     f[::4] += 1.0
     a, b, c, d, e, g, h, i, j = f
-    cof = np.array(
-        [
-            e * j - g * i,
-            g * h - d * j,
-            d * i - e * h,
-            c * i - b * j,
-            a * j - c * h,
-            b * h - a * i,
-            b * g - c * e,
-            c * d - a * g,
-            a * e - b * d,
-        ]
-    )
+    cof = np.array([
+        e * j - g * i, g * h - d * j, d * i - e * h,
+        c * i - b * j, a * j - c * h, b * h - a * i,
+        b * g - c * e, c * d - a * g, a * e - b * d,
+    ])  # fmt: skip
     det = a * cof[0] + b * cof[1] + c * cof[2]
     first, second = np.einsum("ik,ik->k", f, f), np.einsum("ik,ik->k", cof, cof)
     s = np.sqrt(3.0 * first)

@@ -1,13 +1,8 @@
 """Tables of two runs are the same if they differ in times only."""
 
-import sys
-from pathlib import Path
-
 import pandas as pd
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-from same_tables import differences
+from tools.compare_results import differences
 
 
 @pytest.fixture
@@ -17,13 +12,8 @@ def runs(tmp_path):
     for name, took in (("one", 0.1), ("other", 0.2)):
         folder = tmp_path / name
         folder.mkdir()
-        table = {
-            "model": ["a", "b"],
-            "rmse_m": [0.1, None],
-            "seconds": took,
-            "time_s": [0.0, 1.0],
-            "online_p95_s": took,
-        }
+        table = {"model": ["a", "b"], "rmse_m": [0.1, None], "time_s": [0.0, 1.0]}
+        table |= {"seconds": took, "online_p95_s": took}
         pd.DataFrame(table).to_csv(folder / "found.csv", index=False)
         made.append(folder)
     return made

@@ -83,25 +83,6 @@ def test_outer_work_balances_energy(particles):
     assert abs(balance.iloc[-1]) < 0.05 * energy["outer_work_j"].iloc[-1]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"effects": ["gravity"]}, "exactly one of"),
-        ({"effects": ["corotational", "springs"]}, "corotational and springs"),
-        ({"effects": ["corotational", "gravty"]}, "did you mean gravity"),
-        ({"effects": ["corotational", "plasticity"]}, "add a block plasticity"),
-        ({"own": {"wind": "nowhere.py"}}, "not a Python file"),
-        ({"own": {"gravity": "mine.py"}}, "palpate uses itself"),
-        ({"own": {"kinetic": "mine.py"}}, "palpate uses itself"),
-        ({"effects": ["corotational", "held"], "held": False}, "says held: false"),
-        ({"effects": ["springs"], "settings": {"springs": {"shear_n_m": 1.0}}}, "has no use"),
-    ],
-)
-def test_bad_lists_are_refused(particles, change, message):
-    with pytest.raises(InputError, match=message):
-        compose(replace(SCENE, **change), particles)
-
-
 def test_an_unstable_step_is_refused_with_its_limit_unless_asked_for(particles):
     hasty = replace(SCENE, effects=["corotational", "held", "gravity"], integrator="symplectic_euler")
     with pytest.raises(InputError, match=r"step_s is 0.05 s, and symplectic_euler is stable up to 0.00\d+ s"):

@@ -50,16 +50,10 @@ def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np
     times_s, shifts_m : the path, if it moves
     size [m] and middle (3,) [m] are the body's.
 
-    Raises InputError, naming ``place``, for a path whose times do not increase or lack their shifts, and for lengths
-    that are too large.
+    Raises InputError, naming ``place``, for lengths that are too large.
     """
     times = np.array(settings.get("times_s", []), dtype=float)
     shifts = np.array(settings.get("shifts_m", []), dtype=float).reshape(-1, 3)
-    if len(times) != len(shifts) or not (np.diff(times) > 0.0).all():
-        raise InputError(
-            f"{place}: times_s has {len(times)} entries and shifts_m {len(shifts)}; give the same number of "
-            "both, times in increasing order."
-        )
     points, triangles = _SHAPES[settings["kind"]](settings, size, middle)
     name, radius = settings.get("name", name), settings.get("radius_m", 0.0)
     if not all((np.abs(lengths) <= LARGEST).all() for lengths in (points, shifts, np.array(radius))):

@@ -95,22 +95,15 @@ ROUNDING = 1e-15
 """Tolerance within which a point counts as on the boundary, for coordinates near 1."""
 
 
-def triangle_pairs_depth(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute signed distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and unit vectors (n, 3) that separate them.
 
     a, b : (n, 3, 3) [m]
+    Also returns the closest places (n, 2, 3) [m] on a and on b, as ``triangle_pairs_distance`` does.
     Disjoint: the distance, and the direction from b to a. Intersecting: minus the least translation of a along a face
     normal of a or b after which they only touch, and its direction. Intersecting segments or points have no face: their
     depth is 0, in a direction perpendicular to both. Trap: the depth jumps where an edge is perpendicular to the other
     triangle at one of its edges; it is the larger one there. Raises InputError as ``triangle_pairs_intersect`` does.
-    """
-    return triangle_pairs_contact(a, b)[:2]
-
-
-def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute what ``triangle_pairs_depth`` does, and the places (n, 2, 3) [m] on a and on b of the closest points.
-
-    Of triangles that intersect both are one point, as in ``triangle_pairs_distance``.
     """
     a, b = check_pairs(a, b)
     signed, direction, places = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 2, 3))

@@ -9,12 +9,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import sqrtm
 
 from palpate.bodies.body import nest
-from palpate.bodies.material import LAWS, Material, Series, Tissue
+from palpate.bodies.material import LAWS, Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import prony
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.prony import SLOPE, WIDTH, Prony
+from palpate.effects.prony import SLOPE, WIDTH
 from palpate.errors import NotConverged
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
@@ -338,13 +338,9 @@ STRETCHES += [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [100.0, 1.0, 0.001], [1e4, 1e4, 
 H = 0.05
 
 
-def prony_kernel_made(mesh, soft, shares=(0.3, 0.2), times=(0.1, 1.0)):
-    return Prony(LinearElements(mesh, soft), Series(list(shares), list(times)))
-
-
 def strained(mesh, soft, x):
     """An effect in the middle of a step, whose branches have strains of their own."""
-    prony, random = prony_kernel_made(mesh, soft), np.random.default_rng(3)
+    prony, random = made(mesh, soft), np.random.default_rng(3)
     prony.inner = 0.1 * random.normal(size=prony.inner.shape)
     prony.inner[..., :3] -= prony.inner[..., :3].mean(axis=-1, keepdims=True)
     prony.begin(x, H)
@@ -367,7 +363,7 @@ def full(e):
 @pytest.mark.parametrize("stretches", STRETCHES)
 def test_the_strain_is_the_deviator_of_the_root(stretches, soft, rotation):
     f = rotation(2.0) @ np.diag(stretches) @ rotation(1.0).T
-    found = prony_kernel_made(TETRAHEDRON, soft)._strains(TETRAHEDRON.nodes @ f.T)[0]
+    found = made(TETRAHEDRON, soft)._strains(TETRAHEDRON.nodes @ f.T)[0]
     root = SLOPE * np.real(sqrtm(f.T @ f + WIDTH**2 * np.eye(3)))
     expected = root - np.trace(root) / 3 * np.eye(3)
     bound = 1e-13 if max(stretches) < 3.0 else 1e-11
@@ -378,7 +374,7 @@ def test_the_strain_is_the_deviator_of_the_root(stretches, soft, rotation):
 def test_at_rest_its_slope_is_that_of_the_stretch(strain, soft):
     """A percent of a percent of the strain at ten percent."""
     stretch = np.diag([1 + strain, 1 - 0.3 * strain, 1 - 0.3 * strain])
-    found = full(prony_kernel_made(TETRAHEDRON, soft)._strains(TETRAHEDRON.nodes @ stretch)[0])
+    found = full(made(TETRAHEDRON, soft)._strains(TETRAHEDRON.nodes @ stretch)[0])
     expected = stretch - np.trace(stretch) / 3 * np.eye(3)
     assert np.abs(found - expected).max() < (2e-3 * strain + 1e-9 / strain * 1e-6) * strain + 1e-15
 
@@ -395,7 +391,7 @@ def test_the_definite_stiffness_has_no_negative_eigenvalue_and_is_exact_without_
     exact, definite = stiffness_of(prony, x), stiffness_of(prony, x, definite=True)
     size = np.abs(definite).max()
     assert np.linalg.eigvalsh(exact)[0] < -0.01 * size and np.linalg.eigvalsh(definite)[0] > -1e-13 * size
-    fresh = prony_kernel_made(mesh, soft)
+    fresh = made(mesh, soft)
     at_rest = stiffness_of(fresh, mesh.nodes), stiffness_of(fresh, mesh.nodes, definite=True)
     assert np.abs(at_rest[0] - at_rest[1]).max() < 1e-13 * np.abs(at_rest[1]).max()
 
@@ -412,7 +408,7 @@ def test_at_once_the_body_is_corotational_with_a_larger_shear_modulus(crumpled, 
     x = mesh.nodes @ np.diag([1.2, 0.9, 1.0]) + 0.002 * np.random.default_rng(4).normal(size=mesh.nodes.shape)
     mu, bulk = soft.shear_pa / (1 - share), soft.lame_pa + 2 / 3 * soft.shear_pa
     stiffer = type(soft)(9 * bulk * mu / (3 * bulk + mu), (3 * bulk - 2 * mu) / (6 * bulk + 2 * mu), 1000.0)
-    together = force_of(LinearElements(mesh, soft), x) + force_of(prony_kernel_made(mesh, soft, [share], [1.0]), x)
+    together = force_of(LinearElements(mesh, soft), x) + force_of(made(mesh, soft, [share], [1.0]), x)
     expected = force_of(LinearElements(mesh, stiffer), x)
     assert np.abs(together - expected).max() < 1e-3 * np.abs(expected).max()
 

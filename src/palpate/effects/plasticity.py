@@ -12,7 +12,8 @@ def make(particles: Particles, settings: dict, elastic: Any) -> Effect:
     settings : ``yield_strain`` (elastic strain above which the body flows), ``creep_1_s`` [1/s], ``max_strain`` (upper
         bound of the plastic strain)
     """
-    if offers(elastic, Goals):
+    has_goals = offers(elastic, Goals)
+    if has_goals:
         from palpate.effects.shape_plasticity import ShapePlasticity
 
         return ShapePlasticity(settings, elastic)

@@ -91,16 +91,13 @@ def pieces_of(particles: Particles) -> list[np.ndarray]:
 
     The surfaces around a body and around its cavities belong to one piece, as its tetrahedra connect them.
     """
-    labels = label_shells(_cells(particles), len(particles.nodes))[: len(particles.triangles)]
-    return [particles.triangles[labels == label] for label in dict.fromkeys(labels.tolist())]
+    count = len(particles.triangles)
+    return [particles.triangles[chosen[:count]] for _, chosen in _pieces(particles)]
 
 
 def nodes_of_pieces(particles: Particles) -> list[np.ndarray]:
     """List the nodes (k,) of each of ``pieces_of``, those inside it included."""
-    cells = _cells(particles)
-    labels = label_shells(cells, len(particles.nodes))
-    order = dict.fromkeys(labels[: len(particles.triangles)].tolist())
-    return [np.unique(cells[labels == label]) for label in order]
+    return [np.unique(cells[chosen]) for cells, chosen in _pieces(particles)]
 
 
 def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
@@ -108,9 +105,14 @@ def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
     return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]
 
 
-def _cells(particles: Particles) -> np.ndarray:
-    """Return triples of nodes (t + 2 m, 3) that are connected: the triangles, then two of each tetrahedron."""
-    return np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return connected triples of nodes (c, 3), and which (c,) are of each piece.
+
+    They are the triangles, then two triples of each tetrahedron.
+    """
+    cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+    labels = label_shells(cells, len(particles.nodes))
+    return [(cells, labels == label) for label in dict.fromkeys(labels[: len(particles.triangles)].tolist())]
 
 
 LEAST_CLEARANCE = 1e-8

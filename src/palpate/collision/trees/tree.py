@@ -15,7 +15,7 @@ from palpate.collision.trees.build_tree import (
     triangle_boxes,
 )
 from palpate.collision.trees.volumes import AABB, BOTH, DIRECTIONS, KINDS, SPHERE
-from palpate.collision.triangles.intersection import coordinates, node_numbers
+from palpate.collision.triangles.intersection import coordinates
 from palpate.errors import InputError
 
 STRUCTURES = ("composite", *KINDS)
@@ -48,7 +48,12 @@ class Tree:
         depths: tuple[int, int] = DEPTHS,
     ):
         self.structure, self.depths = structure, depths
-        self.triangles = node_numbers(triangles, "triangles of a tree")
+        cells = np.asarray(triangles).reshape(-1, 3) if not len(triangles) else np.asarray(triangles)
+        if cells.ndim != 2 or cells.shape[1] != 3 or (len(cells) and cells.dtype.kind not in "iu"):
+            raise InputError(
+                f"triangles of a tree are {cells.dtype} {cells.shape}; give (m, 3) whole numbers of nodes."
+            )
+        self.triangles = np.ascontiguousarray(cells, dtype=np.int64)
         self.rebuild(points)
 
     def rebuild(self, points: np.ndarray) -> None:

@@ -5,7 +5,6 @@ volumes for what they hold: precision for time.
 """
 
 from collections.abc import Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numba
@@ -363,9 +362,11 @@ class RefittedTrees:
     def __init__(
         self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list, layer: int | None = None
     ):
-        make = Tree if layer is None else partial(StoppedTree, layer=layer)
-        how = {"structure": structure, "depths": depths or DEPTHS}
-        self.trees = [make(at, cells, **how) for at, cells in zip(points, triangles, strict=True)]
+        how = structure, depths or DEPTHS
+        self.trees = [
+            Tree(at, cells, *how) if layer is None else StoppedTree(at, cells, layer, *how)
+            for at, cells in zip(points, triangles, strict=True)
+        ]
         self.rebuilds = 0
 
     def update(self, points: list[np.ndarray]) -> None:

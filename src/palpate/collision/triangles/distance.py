@@ -32,23 +32,8 @@ def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, n
     they cross. Trap: the distance is rounded, so it may be 0 for triangles that barely do not intersect. Raises
     InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = check_pairs(a, b)
-    distance, found = np.empty(len(a)), np.empty((len(a), 3, 3))
-    _measure(a, b, distance, found)
-    return distance, found[:, 0], found[:, 1]
-
-
-@numba.njit(cache=True)
-def _measure(a, b, distance, found):
-    points, scaled, sums, work = np.empty((6, 3)), np.empty((6, 3)), new_accumulator(), np.empty(4)
-    for n in range(len(a)):
-        points[:3], points[3:] = a[n], b[n]
-        exponent = normalise(points, scaled)
-        _, length = pair_distance(points, scaled, sums, work, found[n])
-        distance[n] = math.ldexp(length, exponent)
-        for side in range(2):
-            for axis in range(3):
-                found[n, side, axis] = math.ldexp(found[n, side, axis], exponent)
+    signed, _, places = triangle_pairs_contact(a, b)
+    return np.where(signed > 0.0, signed, 0.0), places[:, 0], places[:, 1]
 
 
 @numba.njit(cache=True)
@@ -113,13 +98,8 @@ def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np
 
 @numba.njit(cache=True, error_model="numpy")
 def _measure_depth(a, b, signed, direction, places):
-    points, scaled, sums, weights, found = (
-        np.empty((6, 3)),
-        np.empty((6, 3)),
-        new_accumulator(),
-        np.empty(4),
-        np.empty((3, 3)),
-    )
+    points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
+    weights, found = np.empty(4), np.empty((3, 3))
     # each cut may at most double the corners, and does so only by rounding
     polygons = np.empty((2, 24, 3))
     for n in range(len(a)):

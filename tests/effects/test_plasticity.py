@@ -12,6 +12,7 @@ from palpate.effects import shape_matching
 from palpate.effects.fem_plasticity import FemPlasticity
 from palpate.effects.linear_elements import LinearElements, shape_gradients
 from palpate.effects.shape_plasticity import ShapePlasticity
+from palpate.errors import InputError
 
 TETRAHEDRON = TetMesh(np.array([[0.0, 0, 0], [1.1, 0.1, 0], [0.2, 0.9, 0.1], [0, 0.2, 1.3]]), np.array([[0, 1, 2, 3]]))
 YIELD, CREEP, MOST = 0.05, 10.0, 0.5
@@ -157,10 +158,10 @@ def particles(slab):
     return particles_of(slab, 0, surface=False)
 
 
-def clay(particles, clusters=None):
+def clay(particles, clusters=None, **change):
     settings = {"mode": "quadratic", "alpha": 0.5, "beta": 0.0, "clusters": clusters or {"kind": "one"}}
     matched = shape_matching.make(particles, settings)
-    return matched, ShapePlasticity(CLAY, matched)
+    return matched, ShapePlasticity(CLAY | change, matched)
 
 
 def shape_of(matched, x):
@@ -226,3 +227,8 @@ def test_a_sheet_creeps_in_its_plane_only(particles, rotation):
     plasticity.relax(x * [1, 0, 0], 0.1)
     plasticity.relax(x * 0.0, 0.1)
     assert np.abs(plasticity.plastic[0] @ normal - normal).max() < 1e-12
+
+
+def test_a_strain_that_turns_clusters_inside_out_is_refused(particles):
+    with pytest.raises(InputError, match="max_strain"):
+        clay(particles, max_strain=1.0)

@@ -15,7 +15,7 @@ from palpate.bodies.particles import particles_of
 from palpate.effects import prony
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.prony import SLOPE, WIDTH
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 from palpate.solvers import backward_euler, symplectic_euler
@@ -331,6 +331,11 @@ def test_halved_steps_update_the_branches_half_by_half(heavy, monkeypatch):
     halved = pressed(heavy)
     assert np.abs(moved(halved) - moved(short)).max() < 1e-9 * np.abs(moved(short)).max()
     assert halved.energy["prony_j"].iloc[-1] == pytest.approx(short.energy["prony_j"].iloc[-1], rel=1e-9)
+
+
+def test_what_is_not_a_series_is_refused(heavy):
+    with pytest.raises(InputError, match=r"^heavy: prony\.shares has the sum 1,"):
+        made(heavy, heavy.material, [0.5, 0.5])
 
 
 STRETCHES = [[1, 1, 1], [1 + 1e-7, 1, 1], [1.3, 1.0, 0.7], [2.0, 2.0, 0.5], [1.5, 0.9, 0.0], [1.2, 1.0, -0.8]]

@@ -18,12 +18,13 @@ import math
 import numba
 import numpy as np
 
-from palpate.bodies.material import Series
+from palpate.bodies.material import Series, prony_fault
 from palpate.bodies.particles import Particles
 from palpate.effects.corotational import ARITHMETIC, BLOCK
 from palpate.effects.effect import Energy, Relaxation, StepBegin, StepEnd, Stiffness
 from palpate.effects.elements import OnePass
 from palpate.effects.linear_elements import LinearElements, write_gradient
+from palpate.errors import InputError
 
 WIDTH = 0.05
 """w: principal stretches below it count as little more than zero."""
@@ -292,10 +293,12 @@ TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 
 
 def make(particles: Particles, settings: dict, elastic: LinearElements) -> "Prony":
-    """Make the branches of a series beside finite elements.
+    """Make the branches of a series beside finite elements; InputError for a wrong one, as a fit may find it.
 
     settings : ``shares`` of the instantaneous shear modulus, and ``times_s`` [s] in which they relax
     """
+    if wrong := prony_fault(settings):
+        raise InputError(f"{particles.name}: prony.{wrong}.")
     return Prony(elastic, Series(settings["shares"], settings["times_s"]))
 
 

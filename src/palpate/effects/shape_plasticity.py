@@ -7,6 +7,7 @@ import numpy as np
 
 from palpate.effects.effect import Relaxation
 from palpate.effects.shape_matching import ShapeMatching, determinant, fit
+from palpate.errors import InputError
 from palpate.linalg.polar import signed_svd
 
 
@@ -23,11 +24,15 @@ class ShapePlasticity(Relaxation):
     settings : ``yield_strain``, ``creep_1_s`` [1/s], ``max_strain`` (below 1)
     elastic : the shape matching, whose frames change in place
 
-    Trap: the thickness of a flat cluster is not known, so its area may change.
+    Raises InputError for a ``max_strain`` out of range. Trap: the thickness of a flat cluster is not known, so its area
+    may change.
     """
 
     def __init__(self, settings: dict, elastic: ShapeMatching):
         self._yield, self._creep, self._most = (settings[k] for k in ("yield_strain", "creep_1_s", "max_strain"))
+        # a scene of finite elements may allow more, and its models take its settings over
+        if not 0.0 < self._most < 1.0:
+            raise InputError(f"plasticity.max_strain is {self._most}: give a number between 0 and 1 for shape matching")
         self._elastic = elastic
         self._rest = elastic.frames.copy()
         self._inverse = np.linalg.pinv(self._rest, rcond=1e-9)

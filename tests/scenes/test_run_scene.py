@@ -14,7 +14,7 @@ from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
 from palpate.scenes.build_system import compose, decisions, effect_names
-from palpate.scenes.run_scene import STARTS, initial_positions, run
+from palpate.scenes.run_scene import initial_positions, run
 from palpate.scenes.scene import Scene, scene_of
 
 GUIDE = Path(__file__).parents[2] / "docs/add-an-effect.md"
@@ -169,7 +169,7 @@ def test_decisions_tell_what_is_called_and_what_auto_would(particles):
     assert table.loc["held", "called"] and "anchored" in table.loc["held", "reason"]
 
 
-@pytest.mark.parametrize("kind", STARTS)
+@pytest.mark.parametrize("kind", ["rest", "inverted", "random", "plane", "line", "point"])
 def test_starts(particles, kind):
     free = np.ones(len(particles.nodes), dtype=bool)
     free[particles.held] = False

@@ -137,7 +137,7 @@ class LinearElements(Elements):
         return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, force)
+        return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, force)
 
     def least_det(self, x: np.ndarray) -> float:
         f = np.einsum("eai,eaj->eij", x[self.tetrahedra], self.gradients)
@@ -145,7 +145,7 @@ class LinearElements(Elements):
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         add_stiffness(
-            x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, definite, slots, values
+            x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, definite, slots, values
         )
 
 

@@ -91,7 +91,9 @@ def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]
 
 def followed(entry: dict) -> float:
     """Return how long a scene is followed [s] if nobody says so."""
-    return min(entry["duration_s"], max(LONGEST_S, _pressed(entry)))
+    loads = entry.get("push", {}).get("loads", [])
+    pressed = max((load["start_s"] + load["press_s"] for load in loads), default=0.0)
+    return min(entry["duration_s"], max(LONGEST_S, pressed))
 
 
 def fits(own: Mapping) -> bool:
@@ -102,8 +104,3 @@ def fits(own: Mapping) -> bool:
 def taught(own: Mapping) -> bool:
     """Return whether a motion is described to fit models to, or none is needed; own : as for ``fits``."""
     return bool(own.get("training")) or not fits(own)
-
-
-def _pressed(entry: dict) -> float:
-    """Return when all loads of a scene are pressed [s]."""
-    return max((load["start_s"] + load["press_s"] for load in entry.get("push", {}).get("loads", [])), default=0.0)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from palpate.collision.moving_surfaces import folding_sheet, instrument_press, liver_surface, random_soup, two_livers
-from palpate.collision.trees.tree import REBUILD_QUALITY, STRUCTURES, Tree
+from palpate.collision.trees.tree import REBUILD_QUALITY, Tree
 from palpate.collision.trees.tree_query import candidates, crossing_pairs, self_candidates
+from palpate.collision.trees.volumes import KINDS as VOLUMES
 from palpate.collision.triangles.brute_force import crossing
 from palpate.errors import InputError
 
 FRAMES = 200
-KINDS = [(name, (3, 2)) for name in STRUCTURES]
+KINDS = [(name, (3, 2)) for name in ("composite", *VOLUMES)]
 KINDS += [("composite", depths) for depths in ((0, 0), (0, 4), (4, 0), (2, 20), (30, 0))]
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from palpate.collision.trees import tree_query
-from palpate.collision.trees.tree import STRUCTURES, Tree
+from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import (
     StoppedTree,
     candidates,
@@ -16,6 +16,7 @@ from palpate.collision.trees.tree_query import (
     overlaps,
     volume_pairs,
 )
+from palpate.collision.trees.volumes import KINDS as VOLUMES
 from palpate.errors import InputError
 
 TETRAHEDRON = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
@@ -26,7 +27,7 @@ def bodies(structure, count, size):
     return [Tree(rng.uniform(-5, 5, 3) + size * rng.normal(size=(4, 3)), TETRAHEDRON, structure) for _ in range(count)]
 
 
-@pytest.mark.parametrize("structure", STRUCTURES)
+@pytest.mark.parametrize("structure", ["composite", *VOLUMES])
 def test_pairs_are_exactly_those_of_overlapping_roots(structure, monkeypatch):
     trees = bodies(structure, 40, 1.0)
     expected = [(i, j) for i, j in combinations(range(40), 2) if tree_query._roots_overlap(trees[i], trees[j])]

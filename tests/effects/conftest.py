@@ -47,15 +47,29 @@ def differences() -> Callable[..., np.ndarray]:
 
 
 @pytest.fixture(scope="session")
-def check_derivatives(differences) -> Callable[..., None]:
-    """Compare the force and the stiffness of ``elasticity`` at ``x`` with differences, in steps of 1e-6 ``size``."""
+def check_derivatives(differences, force_of, stiffness_of) -> Callable[..., None]:
+    """Compare force and stiffness of an effect at ``x`` with differences, relative to the largest of each."""
 
-    def check(elasticity, x, size):
-        force, stiffness = elasticity.force(x), elasticity.stiffness(x).toarray()
-        slope = differences(elasticity.energy, x, 1e-6 * size).reshape(x.shape)
-        assert np.abs(force + slope).max() < 1e-7 * np.abs(force).max()
-        slope = -differences(elasticity.force, x, 1e-6 * size)
-        assert np.abs(stiffness - slope).max() < 1e-6 * np.abs(stiffness).max()
-        assert np.abs(stiffness - stiffness.T).max() < 1e-13 * np.abs(stiffness).max()
+    def check(effect, x, step, force_error=1e-7, stiffness_error=1e-6, symmetry=1e-13):
+        force, stiffness = force_of(effect, x), stiffness_of(effect, x)
+        slope = differences(effect.energy, x, step).reshape(x.shape)
+        assert np.abs(force + slope).max() < force_error * np.abs(force).max()
+        slope = -differences(lambda y: force_of(effect, y), x, step)
+        assert np.abs(stiffness - slope).max() < stiffness_error * np.abs(stiffness).max()
+        assert np.abs(stiffness - stiffness.T).max() < symmetry * np.abs(stiffness).max()
+
+    return check
+
+
+@pytest.fixture(scope="session")
+def check_frame(rotation, force_of) -> Callable[..., None]:
+    """Energy and force at ``x`` move with the body, and forces and their moments over a length ``size`` balance."""
+
+    def check(effect, x, size, error=1e-12, balance=1e-12):
+        force, turn = force_of(effect, x), rotation(0.7)
+        assert effect.energy(x @ turn.T + [1, 2, -0.5]) == pytest.approx(effect.energy(x), rel=error)
+        assert np.abs(force_of(effect, x @ turn.T) - force @ turn.T).max() < error * np.abs(force).max()
+        assert np.abs(force.sum(axis=0)).max() < balance * np.abs(force).sum()
+        assert np.abs(np.cross(x, force).sum(axis=0)).max() < balance * np.abs(force).sum() * size
 
     return check

@@ -82,16 +82,14 @@ def test_a_force_beside_the_middle_tilts_the_block(block):
 
 
 @pytest.mark.parametrize("surface", [False, True])
-def test_force_and_stiffness_are_derivatives_of_the_energy(slab, force_of, stiffness_of, differences, surface):
+def test_force_and_stiffness_are_derivatives_of_the_energy(slab, force_of, stiffness_of, check_derivatives, surface):
     body = replace(slab, bed=Bed(np.array([0.1, 0.05, 0.0]), 0.07, 3e4))
     particles = particles_of(body, 0, surface)
     springs = make(particles, {}, None)
     x = particles.nodes + np.random.default_rng(1).normal(scale=0.01, size=particles.nodes.shape)
-    force = force_of(springs, x)
-    assert force.ravel() == pytest.approx(-differences(springs.energy, x, 1e-4).ravel(), abs=1e-8 * np.abs(force).max())
+    check_derivatives(springs, x, 1e-4, force_error=1e-8, stiffness_error=1e-8)
     stiffness = stiffness_of(springs, x)
     assert stiffness == pytest.approx(springs.matrix.toarray(), abs=1e-12 * stiffness.max())
-    assert -differences(lambda y: force_of(springs, y), x, 1e-4) == pytest.approx(stiffness, abs=1e-8 * stiffness.max())
     assert springs.energy(particles.nodes) == 0.0 and not force_of(springs, particles.nodes).any()
 
 

@@ -65,7 +65,7 @@ def test_every_hook_is_listed_and_begins_with_its_own_member():
         for value in vars(hooks).values()
         if getattr(value, "_is_protocol", False) and value.__module__ == hooks.__name__
     }
-    assert set(HOOKS) == described - {hooks.Effect, hooks.Make, hooks.Rigid}
+    assert set(HOOKS) == described - {hooks.Effect, hooks.Rigid}
     assert len({members(hook)[0] for hook in HOOKS}) == len(HOOKS)
     assert members(hooks.Goals) == ("goals", "alpha")
     assert members(hooks.Stiffness) == ("add_stiffness", "couples")

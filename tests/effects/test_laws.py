@@ -118,12 +118,12 @@ def test_force_and_stiffness_are_derivatives(box, rotation, check_derivatives, k
         rest, elasticity = block(box, kind, law, poisson)
         x = crumpled(rest, rotation, amount)
         assert (elasticity.least_det(x) < 0.0) == (amount == 1.0)
-        check_derivatives(elasticity, x, rest.size)
+        check_derivatives(elasticity, x, 1e-6 * rest.size)
 
 
 @pytest.mark.parametrize("kind", ELEMENTS)
 @pytest.mark.parametrize("law", LAWS)
-def test_turning_changes_nothing_and_forces_balance(box, rotation, kind, law):
+def test_turning_changes_nothing_and_forces_balance(box, rotation, check_frame, kind, law):
     rest, elasticity = block(box, kind, law)
     scale = MU * rest.size**2
     for angle in [*np.linspace(0, 2 * np.pi, 25), np.pi - 1e-8, 1e-9]:
@@ -131,12 +131,7 @@ def test_turning_changes_nothing_and_forces_balance(box, rotation, kind, law):
         assert np.abs(elasticity.force(x)).max() < 1e-10 * scale
         rounding = 1e-19 if law == LAWS[0] else 1e-14
         assert abs(elasticity.energy(x)) < rounding * scale * rest.size
-    x, turn = crumpled(rest, rotation, 0.05), rotation(0.7)
-    force = elasticity.force(x)
-    assert elasticity.energy(x @ turn.T + [1, 2, -0.5]) == pytest.approx(elasticity.energy(x), rel=1e-10)
-    assert np.abs(elasticity.force(x @ turn.T) - force @ turn.T).max() < 1e-10 * np.abs(force).max()
-    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
-    assert np.abs(np.cross(x, force).sum(axis=0)).max() < 1e-12 * np.abs(force).sum() * rest.size
+    check_frame(elasticity, crumpled(rest, rotation, 0.05), rest.size, error=1e-10)
 
 
 @pytest.mark.parametrize("kind", ELEMENTS)

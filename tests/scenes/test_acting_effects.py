@@ -8,7 +8,6 @@ import pytest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
-from palpate.errors import InputError
 from palpate.scenes.acting_effects import acting, assumed, decide, has_contact, has_moving_instrument, modules
 from palpate.scenes.build_system import moved
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC
@@ -84,11 +83,6 @@ def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
     assert sum(d.called for d in decisions if d.effect in ELASTIC) == 1
     assert all(d.reason for d in decisions)
     assert len({d.effect for d in decisions}) == len(decisions)
-
-
-def test_two_elastic_descriptions_are_one_too_many():
-    with pytest.raises(InputError, match="both springs and shape_matching"):
-        called(having(springs={}, shape_matching={}), SOLID)
 
 
 def test_own_effects_are_called():

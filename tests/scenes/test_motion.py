@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 import pyvista
 
-from palpate.errors import InputError
 from palpate.scenes.motion import Motion, write_series
 
 
@@ -44,11 +43,3 @@ def test_two_writings_are_the_same_bytes_and_a_shorter_one_leaves_nothing_behind
     write_series(replace(motion, times=motion.times[:2], positions=motion.positions[:2]), tmp_path / "a")
     left = sorted(path.name for path in (tmp_path / "a").iterdir())
     assert left == ["stretch.pvd", "stretch_0000.vtu", "stretch_0001.vtu", "stretch_up_0004.vtu"]
-
-
-def test_nan_is_refused_and_leaves_no_series(motion, tmp_path):
-    positions = motion.positions.copy()
-    positions[2, 3, 1] = np.nan
-    with pytest.raises(InputError, match="scene stretch: positions are not finite"):
-        write_series(replace(motion, positions=positions), tmp_path / "series")
-    assert not (tmp_path / "series").exists()

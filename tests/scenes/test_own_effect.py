@@ -5,30 +5,33 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.box import sheet
-from palpate.bodies.material import Material
-from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.particles import particles_of
 from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_force
 from palpate.errors import InputError
 from palpate.scenes import own_effect
 from palpate.scenes.own_effect import disagreement
 
-NODES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
-PARTICLES = Particles("tet", NODES, np.ones(4), np.array([0]), FACES, np.array([[0, 1, 2, 3]]), Material(1e3, 0.4, 1e3))
 CLASS = "import numpy as np\nclass E:\n"
 MAKE = "\ndef make(particles, settings, elastic):\n    return E()\n"
 
 
-def made(tmp_path, text: str) -> object:
-    file = tmp_path / "mine.py"
-    file.write_text(text)
-    return own_effect.make(file, own_effect.load("mine", file, "scenes.s"), PARTICLES, {}, None)
+@pytest.fixture
+def made(tmp_path, slab):
+    """Make an effect of the text of a user's file."""
+
+    def make(text: str, **settings) -> object:
+        file = tmp_path / "mine.py"
+        file.write_text(text)
+        particles = particles_of(slab, 0, surface=False)
+        return own_effect.make(file, own_effect.load("mine", file, "scenes.s"), particles, settings, None)
+
+    return make
 
 
-def test_a_good_one_is_made(tmp_path):
-    effect = made(tmp_path, CLASS + "    def add_force(self, x, v, force):\n        force += 1.0" + MAKE)
+def test_a_good_one_is_made(made):
+    effect = made(CLASS + "    def add_force(self, x, v, force):\n        force += 1.0" + MAKE)
     force = np.zeros((4, 3))
-    effect.add_force(NODES, NODES, force)
+    effect.add_force(force, force, force)
     assert (force == 1.0).all()
 
 
@@ -43,7 +46,7 @@ def test_a_good_one_is_made(tmp_path):
         ("def make(p, s, e): pass", "has none of"),
         (CLASS + "    pass" + MAKE, "has none of"),
         (CLASS + "    def energy(self, x):\n        return 0.0" + MAKE, "has energy and no add_force"),
-        (CLASS + "    fixed = [4]" + MAKE, "fixed names nodes other than 0 to 3"),
+        (CLASS + "    fixed = [45]" + MAKE, "fixed names nodes other than 0 to 44"),
         (CLASS + "    couples = [[0.5]]\n    fixed = [0]" + MAKE, "couples names nodes"),
         (CLASS + "    def add_force(self, x, v, force):\n        return x" + MAKE, "returns a value"),
         (CLASS + "    def add_force(self, x, v, force):\n        x += 1" + MAKE, "changes the positions"),
@@ -51,9 +54,9 @@ def test_a_good_one_is_made(tmp_path):
         (CLASS + "    def add_force(self, x, v, force):\n        force += np.ones(7)" + MAKE, "does not work"),
     ],
 )
-def test_a_bad_one_is_refused_by_name(tmp_path, text, said):
+def test_a_bad_one_is_refused_by_name(made, text, said):
     with pytest.raises(InputError, match=said) as caught:
-        made(tmp_path, text)
+        made(text)
     assert "mine.py" in str(caught.value)
 
 
@@ -80,26 +83,24 @@ def make(particles, settings, elastic):
 """
 
 
-@pytest.fixture
-def ties(tmp_path, slab):
-    """Make an effect of the user's, with what is wrong about it."""
-
-    def make(energy="", force="1.0", stiffness="1.0", **settings):
-        file = tmp_path / "ties.py"
-        file.write_text(TIES.format(energy=energy, force=force, stiffness=stiffness))
-        particles = particles_of(slab, 0, surface=False)
-        return own_effect.make(file, own_effect.load("ties", file, "scenes.s"), particles, settings, None)
-
-    return make
+RIGHT = {"energy": "", "force": "1.0", "stiffness": "1.0"}
+FORBIDDEN = "+ (np.inf if np.abs(x - self._rest).max() > 0 else 0.0)"
 
 
-@pytest.mark.parametrize("k", [1e-6, 5.0, 1e9])
-def test_one_that_agrees_is_made(ties, k):
-    assert ties(k=k).energy is not None
-
-
-def test_a_large_constant_energy_is_no_disagreement(ties):
-    ties(energy="+ 1e3")
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"k": 1e-6},
+        {"k": 5.0},
+        {"k": 1e9},
+        {"energy": "+ 1e3"},  # a large constant is no disagreement
+        {"stiffness": "0.97"},  # an approximation is accepted
+        {"energy": FORBIDDEN, "force": "7.0", "stiffness": "7.0"},  # nothing is compared where it is forbidden
+    ],
+)
+def test_one_that_agrees_is_made(made, given):
+    settings = {"k": given.get("k", 5.0)}
+    assert made(TIES.format(**RIGHT | given), **settings).energy is not None
 
 
 @pytest.mark.parametrize(
@@ -114,17 +115,9 @@ def test_a_large_constant_energy_is_no_disagreement(ties):
         ({"stiffness": "0.0"}, "add_stiffness differs by 1 of"),
     ],
 )
-def test_one_that_does_not_is_refused_with_its_error(ties, wrong, said):
-    with pytest.raises(InputError, match=rf"ties\.py: {said}"):
-        ties(**wrong)
-
-
-def test_an_approximate_stiffness_is_accepted(ties):
-    ties(stiffness="0.97")
-
-
-def test_an_energy_that_is_forbidden_near_rest_is_not_compared(ties):
-    ties(energy="+ (np.inf if np.abs(x - self._rest).max() > 0 else 0.0)", force="7.0", stiffness="7.0")
+def test_one_that_does_not_is_refused_with_its_error(made, wrong, said):
+    with pytest.raises(InputError, match=rf"mine\.py: {said}"):
+        made(TIES.format(**RIGHT | wrong))
 
 
 @pytest.mark.parametrize("module", [linear_elements, springs, gravity, volume_force, body_springs])

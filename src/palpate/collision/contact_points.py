@@ -9,8 +9,6 @@ from palpate.collision.trees.build_tree import FIRST, LAST
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts, StoppedTree, crossing_pairs, overlaps, volume_pairs
 from palpate.collision.triangles.distance import triangle_pairs_contact
-from palpate.collision.triangles.intersection import coordinates
-from palpate.errors import InputError
 
 FLAT = 1e-12
 """Squared sine of the angle between two edges of a triangle, up to which it counts as a segment."""
@@ -33,26 +31,20 @@ class ContactPoints(NamedTuple):
     tests: Counts
 
 
-def triangle_contacts(
-    tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, velocity_b: np.ndarray, outward: bool = False
-) -> ContactPoints:
-    """Find the contacts of two bodies, one for each pair of triangles that cross (paper 3, chapter 4).
+def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, velocity_b: np.ndarray) -> ContactPoints:
+    """Find the contacts of two closed bodies, one for each pair of triangles that cross (paper 3, chapter 4).
 
     velocity_a, velocity_b : (n, 3) [m/s] of the points of each tree, interpolated to the place in each triangle
-    outward : whether triangles face out of closed bodies
-    The place is the middle of the segment that two triangles have in common; direction and depth are those of
-    ``triangle_pairs_depth``, with ``outward`` those of ``ways_out``. Trap: a depth is that of two triangles, so it is
-    never larger than these, however far bodies are in each other.
-    Raises InputError as ``crossing_pairs`` does, and for velocities of another shape.
+    The place is the middle of the segment that two triangles, which face outward, have in common; direction and depth
+    are those of ``ways_out``. Trap: a depth is that of two triangles, so it is never larger than these, however far
+    bodies are in each other.
     """
-    of_a, of_b = _checked(tree_a, velocity_a), _checked(tree_b, velocity_b)
     pairs, counts = crossing_pairs(tree_a, tree_b)
     one, other = tree_a.triangles[pairs[:, 0]], tree_b.triangles[pairs[:, 1]]
     signed, directions, places = triangle_pairs_contact(tree_a.points[one], tree_b.points[other])
-    moving = _interpolated(tree_a.points[one], of_a[one], places[:, 0])
-    moving -= _interpolated(tree_b.points[other], of_b[other], places[:, 1])
-    if outward:
-        ways_out(tree_a.points[one], tree_b.points[other], directions, signed)
+    moving = _interpolated(tree_a.points[one], velocity_a[one], places[:, 0])
+    moving -= _interpolated(tree_b.points[other], velocity_b[other], places[:, 1])
+    ways_out(tree_a.points[one], tree_b.points[other], directions, signed)
     return ContactPoints(pairs, places.mean(axis=1), directions, -signed, moving, counts)
 
 
@@ -62,14 +54,12 @@ def stopped_contacts(
     """Take each pair of leaves that overlap for a contact, without any test of triangles.
 
     velocity_a, velocity_b : (n, 3) [m/s] of the points of each tree, averaged over the triangles of a leaf
-    Direction and depth are those of ``volume_contacts.overlaps``. No contact of triangles is missed, and none is
-    certain: bodies may be as far apart as volumes are larger than what they hold. Raises InputError as
-    ``volume_pairs`` does, for volumes other than spheres and AABBs, and for velocities of another shape.
+    Volumes are spheres and AABBs; direction and depth are those of ``overlaps``. No contact of triangles is missed, and
+    none is certain: bodies may be as far apart as volumes are larger than what they hold.
     """
-    of_a, of_b = _checked(tree_a, velocity_a), _checked(tree_b, velocity_b)
     pairs, tests = volume_pairs(tree_a, tree_b)
     places, directions, depths = overlaps(tree_a, tree_b, pairs)
-    moving = _averaged(tree_a, of_a, pairs[:, 0]) - _averaged(tree_b, of_b, pairs[:, 1])
+    moving = _averaged(tree_a, velocity_a, pairs[:, 0]) - _averaged(tree_b, velocity_b, pairs[:, 1])
     return ContactPoints(pairs, places, directions, depths, moving, Counts(tests, 0))
 
 
@@ -89,13 +79,6 @@ def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.nd
         below = np.einsum("ki,kci->kc", normals, other[:, :1] - one).max(axis=1)
         less = (lengths > 0.0) & (below < best)
         best[less], directions[less], signed[less] = below[less], sign * normals[less], -below[less]
-
-
-def _checked(tree: Tree, velocity: np.ndarray) -> np.ndarray:
-    given = coordinates(velocity, (None, 3), "velocities of a tree's points")
-    if len(given) != len(tree.points) or not np.isfinite(given).all():
-        raise InputError(f"velocities of a tree's points must be finite, one for each of {len(tree.points)} points.")
-    return given
 
 
 @numba.njit(cache=True)

@@ -10,7 +10,7 @@ from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.effects.surface_integrals import ball_points, midpoints, triangle_shapes
+from palpate.effects.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.errors import InputError
 
 
@@ -67,9 +67,7 @@ def _elements(mesh: Mesh, bed: Bed, triangles: np.ndarray, order: int) -> tuple[
     """Return the nodes (m, k) of the triangles that may meet the bed, and ∫ k Nᵢ Nⱼ (m, k, k) [N/m] of each."""
     triangles = triangles[bed.faces(mesh.nodes, triangles)]
     corners = mesh.nodes[triangles]
-    middle = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + bed.radius_m
-    touched = np.linalg.norm(middle - bed.center_m, axis=1) < reach
+    touched = near_ball(corners, bed.center_m, bed.radius_m)
     triangles = triangles[touched]
     barycentric, weights, distance = ball_points(corners[touched], bed.center_m, bed.radius_m, 4 + 2 * order)
     shapes = triangle_shapes(barycentric, order)

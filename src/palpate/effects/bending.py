@@ -13,12 +13,7 @@ FLAT = 1e-9
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Bending":
-    """Make the bending of sheets; InputError for another body, or for a sheet that is not flat at rest."""
-    if len(particles.tetrahedra) or particles.thickness_m <= 0.0:
-        raise InputError(
-            f"{particles.name}: effect bending is for sheets, which have a thickness and no tetrahedra; "
-            "leave it out, or give a body of kind sheet."
-        )
+    """Make the bending of sheets; InputError for one that is not flat at rest."""
     labels = label_shells(particles.triangles, len(particles.nodes))
     if not all(_flat(particles.nodes[np.unique(particles.triangles[labels == label])]) for label in np.unique(labels)):
         raise InputError(

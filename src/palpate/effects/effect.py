@@ -1,7 +1,10 @@
 """The interface of effects: one Protocol for each hook that an effect may offer, and ``offers``, which finds them.
 
-An effect is one physical influence on a body. It is any object that the function ``make`` of its module returns (see
-Make); it offers the hooks that it needs and leaves out the others. No base class is required: an effect offers a hook
+An effect is one physical influence on a body. It is any object that ``make(particles, settings, elastic)`` of its
+module returns: ``settings`` is the scene's block of the effect's name, ``elastic`` the effect that holds the body
+together, which is made first (None for that effect itself); ``make`` raises InputError if they do not suit the effect.
+
+An effect offers the hooks that it needs and leaves out the others. No base class is required: an effect offers a hook
 if it has the members of that hook. The effects of palpate name their hooks as base classes, so that the type check
 compares them with this file. ``System`` looks for the hooks once, before the first step, and each step calls only what
 it found.
@@ -11,33 +14,18 @@ Arguments are the same everywhere: positions ``x`` (n, 3) [m] and velocities ``v
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from palpate.bodies.particles import Particles
-
 Hook = TypeVar("Hook")
 
 
 class Effect(Protocol):
     """Any effect. It has no members of its own, because each hook is optional."""
-
-
-class Make(Protocol):
-    """The function ``make`` of an effect's module."""
-
-    def __call__(self, particles: "Particles", settings: dict[str, Any], elastic: Effect | None) -> Effect:
-        """Make the effect of ``particles``.
-
-        settings : the scene's block of the effect's name
-        elastic : the effect that holds the body together, which is made first; None for that effect itself
-
-        Raises InputError if the settings or the particles do not suit the effect.
-        """
 
 
 class Force(Protocol):
@@ -215,27 +203,22 @@ class Observation(Protocol):
 
 
 class Rigid(Protocol):
-    """A rigid obstacle: points, triangles between them, and a thickness around these, ``radius_m`` [m]."""
+    """A rigid obstacle: its name in tables, and its shape.
+
+    kind : such as "sphere"; points : (k, 3) [m] before it moves; triangles : (m, 3) between them; radius_m : thickness
+    around these [m]
+    """
 
     @property
-    def name(self) -> str:
-        """Its name in tables."""
-
+    def name(self) -> str: ...
     @property
-    def kind(self) -> str:
-        """Its shape, such as "sphere"."""
-
+    def kind(self) -> str: ...
     @property
-    def points(self) -> np.ndarray:
-        """Points (k, 3) [m] before it moves."""
-
+    def points(self) -> np.ndarray: ...
     @property
-    def triangles(self) -> np.ndarray:
-        """Numbers (m, 3) of the points of each triangle."""
-
+    def triangles(self) -> np.ndarray: ...
     @property
-    def radius_m(self) -> float:
-        """Thickness around the triangles [m]."""
+    def radius_m(self) -> float: ...
 
     def at(self, t: float) -> np.ndarray:
         """Return the points (k, 3) [m] at the time ``t`` [s]."""

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from palpate.bodies.material import LAWS, Material, Tissue, uniform
 from palpate.effects.effect import Energy, Stiffness
-from palpate.effects.law import INVERTED, PLAIN, Law, evaluate, law_of
+from palpate.effects.law import INVERTED, PLAIN, evaluate, law_of
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import BlockPattern, pattern_of
 
@@ -109,6 +109,7 @@ class Elements(OnePass, Energy, Stiffness):
     """Elastic elements between ``n_nodes`` nodes.
 
     couples : (n_elements, k) their nodes; moduli : Lamé's constants μ and λ of each at rest, two (n_elements,) [Pa]
+    law : the compiled functions of the elements' law
     """
 
     def __init__(self, couples: np.ndarray, n_nodes: int, tissue: Tissue | Material, pattern: BlockPattern | None):
@@ -116,13 +117,8 @@ class Elements(OnePass, Energy, Stiffness):
         self.couples, self._n_nodes, self._given = np.ascontiguousarray(couples), n_nodes, pattern
         self.tissue = uniform(tissue, len(couples)) if isinstance(tissue, Material) else tissue
         self.moduli = (self.tissue.shear_pa, self.tissue.lame_pa)
-        self._law = PLAIN if self.tissue.law == LAWS[0] else law_of(self.tissue.law)
-        self.forbids = self._law.shape is not None and evaluate(self._law, INVERTED, 1.0, 1.0)[0] == np.inf
-
-    @property
-    def law(self) -> Law:
-        """The compiled functions of the elements' law."""
-        return self._law
+        self.law = PLAIN if self.tissue.law == LAWS[0] else law_of(self.tissue.law)
+        self.forbids = self.law.shape is not None and evaluate(self.law, INVERTED, 1.0, 1.0)[0] == np.inf
 
     @cached_property
     def pattern(self) -> BlockPattern:

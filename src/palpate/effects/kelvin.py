@@ -4,13 +4,13 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.effect import Damping, Effect, Force
-from palpate.effects.springs import Springs, add_pair, direction, springs_of
+from palpate.effects.effect import Damping, Force
+from palpate.effects.springs import Springs, add_pair, direction
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Kelvin":
-    """Make dampers of ``ratio`` times critical damping; InputError if the elastic effect is not springs."""
-    return Kelvin(springs_of(elastic, particles, "kelvin"), particles.masses, settings["ratio"])
+def make(particles: Particles, settings: dict, elastic: Springs) -> "Kelvin":
+    """Make dampers of ``ratio`` times critical damping beside springs."""
+    return Kelvin(elastic, particles.masses, settings["ratio"])
 
 
 def dampings(pairs: np.ndarray, stiffness: np.ndarray, masses: np.ndarray, ratio: float) -> np.ndarray:

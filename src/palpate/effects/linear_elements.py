@@ -15,7 +15,6 @@ from palpate.effects.corotational import BLOCK, hessians, stresses
 from palpate.effects.effect import Effect
 from palpate.effects.elements import Elements, largest_poisson, warn_of_locking
 from palpate.effects.principal import PAIRS
-from palpate.errors import InputError
 from palpate.linalg.block_pattern import BlockPattern
 
 
@@ -27,7 +26,7 @@ def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure,
     for begin in range(0, len(tetrahedra), BLOCK):
         count = min(BLOCK, len(tetrahedra) - begin)
         for k in range(count):
-            _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
+            write_gradient(x, tetrahedra, gradients, begin + k, f, k)
         mus, lams = mu[begin : begin + count], lam[begin : begin + count]
         if shape is None:
             stresses(f, p, count, mus, lams, energies, sure)
@@ -59,7 +58,7 @@ def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, vo
         count = min(BLOCK, len(tetrahedra) - begin)
         for k in range(count):
             shares[k] = volumes[begin + k]
-            _deformation_gradient(x, tetrahedra, gradients, begin + k, f, k)
+            write_gradient(x, tetrahedra, gradients, begin + k, f, k)
             for c in range(3):
                 for j in range(3):
                     g[3 * c + j, k] = gradients[begin + k, c + 1, j]
@@ -81,7 +80,7 @@ def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, vo
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _deformation_gradient(x, tetrahedra, gradients, e, f, k):
+def write_gradient(x, tetrahedra, gradients, e, f, k):
     """Write F of element ``e`` into column ``k`` of ``f``.
 
     Not from differences of positions: in a body collapsed to a point F would be exactly 0 in every element, all would
@@ -115,12 +114,7 @@ def _to_four(blocks, k, whole):
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "LinearElements":
-    """Make the elasticity of a solid; warns if it locks. InputError if ``particles`` have no tetrahedra."""
-    if not len(particles.tetrahedra):
-        raise InputError(
-            f"{particles.name}: corotational elasticity needs tetrahedra, and these particles have none; "
-            "name triangles for a sheet, or springs or shape_matching for a surface."
-        )
+    """Make the elasticity of a solid; warns if it locks."""
     warn_of_locking(particles.name, largest_poisson(particles.tissue))
     return LinearElements(particles, particles.tissue)
 
@@ -143,7 +137,7 @@ class LinearElements(Elements):
         return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, force)
+        return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, force)
 
     def least_det(self, x: np.ndarray) -> float:
         f = np.einsum("eai,eaj->eij", x[self.tetrahedra], self.gradients)
@@ -151,7 +145,7 @@ class LinearElements(Elements):
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         add_stiffness(
-            x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, definite, slots, values
+            x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, definite, slots, values
         )
 
 

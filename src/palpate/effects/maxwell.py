@@ -6,14 +6,13 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.effect import Effect, Relaxation
-from palpate.effects.springs import Springs, direction, springs_of
+from palpate.effects.effect import Relaxation
+from palpate.effects.springs import Springs, direction
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Maxwell":
-    """Make springs ``stiffness_ratio`` times as stiff as the elastic ones; InputError if those are not springs."""
-    springs = springs_of(elastic, particles, "maxwell")
-    return Maxwell(springs, settings["stiffness_ratio"], settings["relaxation_s"])
+def make(particles: Particles, settings: dict, elastic: Springs) -> "Maxwell":
+    """Make springs ``stiffness_ratio`` times as stiff as the elastic ones."""
+    return Maxwell(elastic, settings["stiffness_ratio"], settings["relaxation_s"])
 
 
 class Maxwell(Springs, Relaxation):

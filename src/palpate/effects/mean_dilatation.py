@@ -24,14 +24,11 @@ from palpate.linalg.block_pattern import BlockPattern
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_stiffness(
-    x, ten, slopes, gradients, volumes, mu, lam, shape, measure, volume, definite, most, slots, values, rows, rests
-):
+def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10).
 
     An element's Hessian is that of its points at a constant pressure U′, and U″ V r rᵀ with r the derivative of its
-    mean θ. What U″ exceeds ``most`` (n_elements,) [Pa] by is left out; it is written over V into ``rests``
-    (n_elements,) [Pa/m³], and V r into ``rows`` (n_elements, 10, 3) [m²].
+    mean θ.
     """
     places, stretched = np.empty((30, BATCH)), np.empty((9, BATCH))
     g, shares = np.empty((9, BLOCK)), np.empty((3, BLOCK))
@@ -45,12 +42,7 @@ def add_stiffness(
         principal.hessians(f, g, shares[0], BLOCK, N_POINTS, *moduli, *law, definite, blocks, pulls, stiffnesses)
         forces(pulls, slopes, g, shares[0], stretched, places)
         for e in range(count):
-            kept = min(stiffnesses[e], most[begin + e])
-            rests[begin + e] = (stiffnesses[e] - kept) / volumes[begin + e]
-            stiffnesses[e] = kept / volumes[begin + e]
-            for a in range(10):
-                for i in range(3):
-                    rows[begin + e, a, i] = places[3 * a + i, e]
+            stiffnesses[e] /= volumes[begin + e]
         for a in range(10):
             half_product(blocks, slopes, a, half)
             for b in range(a, 10):
@@ -72,23 +64,12 @@ class MeanDilatation(QuadraticElements):
 
     def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
         super().__init__(mesh, tissue, pattern)
-        self._law = law_of(self.tissue.law)
+        self.law = law_of(self.tissue.law)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli)
-        return energy_and_force(x, *constants, N_POINTS, *self._law, force)
+        return energy_and_force(x, *constants, N_POINTS, *self.law, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        self.add_soft_stiffness(x, definite, np.full(len(self.volumes), np.inf), slots, values)
-
-    def add_soft_stiffness(
-        self, x: np.ndarray, definite: bool, most: np.ndarray, slots: np.ndarray, values: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Add the Hessian with U″ of at most ``most`` (n_elements,) [Pa], and return what is left out.
-
-        That is Σ wₑ rₑ rₑᵀ with the rows r (n_elements, 10, 3) [m²] and weights w (n_elements,) [Pa/m³] returned.
-        """
-        rows, weights = np.empty((*self.couples.shape, 3)), np.empty(len(self.volumes))
-        constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self._law)
-        add_stiffness(x, *constants, definite, most, slots, values, rows, weights)
-        return rows, weights
+        constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self.law)
+        add_stiffness(x, *constants, definite, slots, values)

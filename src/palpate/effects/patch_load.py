@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
-from palpate.effects.surface_integrals import ball_points, midpoints, triangle_shapes
+from palpate.effects.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
 
 FACING = 1e-6
 """Cosine of the angle to the patch's normal above which a triangle faces it; not 0, where rounding would decide."""
@@ -71,10 +71,8 @@ def _touched(mesh: Mesh, patch: Patch) -> np.ndarray:
     """List the triangles that face the patch and may meet its ball."""
     corners = mesh.nodes[mesh.triangles]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    middle = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + patch.radius_m
     facing = areas @ patch.normal > FACING * np.linalg.norm(areas, axis=1)
-    return np.flatnonzero(facing & (np.linalg.norm(middle - patch.center_m, axis=1) < reach))
+    return np.flatnonzero(facing & near_ball(corners, patch.center_m, patch.radius_m))
 
 
 def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:

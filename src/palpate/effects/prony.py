@@ -21,9 +21,9 @@ import numpy as np
 from palpate.bodies.material import Series, prony_fault
 from palpate.bodies.particles import Particles
 from palpate.effects.corotational import ARITHMETIC, BLOCK
-from palpate.effects.effect import Effect, Energy, Relaxation, StepBegin, StepEnd, Stiffness
+from palpate.effects.effect import Energy, Relaxation, StepBegin, StepEnd, Stiffness
 from palpate.effects.elements import OnePass
-from palpate.effects.linear_elements import LinearElements
+from palpate.effects.linear_elements import LinearElements, write_gradient
 from palpate.errors import InputError
 
 WIDTH = 0.05
@@ -80,12 +80,7 @@ def energy_and_force(x, tetrahedra, gradients, stiffness, centers, force):
 def stretches(x, tetrahedra, gradients, begin, count, f, q, scratch):
     """Write F and Q of ``count`` elements from ``begin`` on, and i₁, i₂ and i₃ into rows 0, 2 and 3 of ``scratch``."""
     for k in range(count):
-        for i in range(3):
-            for j in range(3):
-                t = 0.0
-                for a in range(4):
-                    t += x[tetrahedra[begin + k, a], i] * gradients[begin + k, a, j]
-                f[3 * i + j, k] = t
+        write_gradient(x, tetrahedra, gradients, begin + k, f, k)
     _squares(f, q, scratch, count)
     for n in range(_MOST):
         if _improve(scratch, count) == count and n >= _FEWEST:
@@ -297,16 +292,11 @@ TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 """How often each of a strain's six entries occurs in its matrix."""
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Prony":
-    """Make the branches of a series; InputError for a wrong one, and if the elastic effect is not finite elements.
+def make(particles: Particles, settings: dict, elastic: LinearElements) -> "Prony":
+    """Make the branches of a series beside finite elements; InputError for a wrong one, as a fit may find it.
 
     settings : ``shares`` of the instantaneous shear modulus, and ``times_s`` [s] in which they relax
     """
-    if not isinstance(elastic, LinearElements):
-        raise InputError(
-            f"{particles.name}: prony acts on the stress of finite elements of a solid, and the elastic effect is "
-            "another; choose corotational or another law, or leave prony out."
-        )
     if wrong := prony_fault(settings):
         raise InputError(f"{particles.name}: prony.{wrong}.")
     return Prony(elastic, Series(settings["shares"], settings["times_s"]))

@@ -227,19 +227,11 @@ class QuadraticElements(Elements):
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
         constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli)
-        return energy_and_force(x, *constants, 1, *self._law, force)
+        return energy_and_force(x, *constants, 1, *self.law, force)
 
     def least_det(self, x: np.ndarray) -> float:
         return float(least_det(x, self.couples, self._slopes, self.gradients))
 
-    def mean_det(self, x: np.ndarray) -> np.ndarray:
-        """Return det F of each element, its mean over the four points, (n_elements,)."""
-        places, total = x[self.couples], np.zeros(len(self.volumes))
-        for slopes in self._slopes:
-            f = np.einsum("eai,ac,ecj->eij", places, slopes, self.gradients[:, 1:], optimize=True)
-            total += np.linalg.det(f) / len(QUADRATURE_POINTS)
-        return total
-
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self._law)
+        constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self.law)
         add_stiffness(x, *constants, definite, slots, values)

@@ -7,20 +7,13 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Force, Proportional, Stiffness, offers
-from palpate.errors import InputError
 from palpate.linalg.block_pattern import scatter
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Rayleigh":
-    """Make C from ``mass_1_s`` [1/s] and ``stiffness_s`` [s]; InputError if it needs a stiffness and there is none."""
-    stiffness = settings["stiffness_s"]
+    """Make C from ``mass_1_s`` [1/s] and ``stiffness_s`` [s], which is 0 if the elastic effect has no stiffness."""
     stiff = elastic if offers(elastic, Stiffness) else None
-    if stiffness > 0.0 and stiff is None:
-        raise InputError(
-            f"{particles.name}: rayleigh.stiffness_s is {stiffness:g}, and the elastic effect has no stiffness matrix; "
-            "set it to 0, or choose corotational, triangles or springs."
-        )
-    return Rayleigh(particles.masses, settings["mass_1_s"], stiffness, stiff)
+    return Rayleigh(particles.masses, settings["mass_1_s"], settings["stiffness_s"], stiff)
 
 
 class Rayleigh(Force, Proportional):

@@ -19,8 +19,6 @@ from palpate.errors import InputError
 from palpate.linalg.polar import nearest
 from palpate.linalg.polar import rotations as rotations
 
-KINDS = ("one", "tetrahedra", "each_tetrahedron", "cubes")
-
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
@@ -40,7 +38,7 @@ class Clusters:
 
 
 def make_clusters(particles: Particles, settings: dict) -> Clusters:
-    """Make the clusters of a ``kind``, one of KINDS, separately for each connected piece of the mesh.
+    """Make the clusters of a ``kind``, separately for each connected piece of the mesh.
 
     one : the whole piece
     tetrahedra : one for each tetrahedron that is not yet in a cluster, with all tetrahedra that share a node with it,
@@ -51,11 +49,9 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
 
     Müller, Heidelberger, Teschner, Gross 2005, section 4.3. Particles without a mesh are one piece.
 
-    Raises InputError for unusable settings, and if cubes share too few particles to hold a piece together.
+    Raises InputError for too many cubes, and if they share too few particles to hold a piece together.
     """
     count, kind = len(particles.nodes), settings["kind"]
-    if kind not in KINDS:
-        raise InputError(f"shape_matching.clusters.kind {kind} is unknown: choose one of {', '.join(KINDS)}")
     edges = _edges(particles)
     pieces = _pieces(edges, count)
     if kind == "one":
@@ -65,11 +61,6 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
             raise InputError(f"shape_matching.clusters.kind is {kind}, and {particles.name} has none: use cubes")
         groups = _neighbourhoods(particles.tetrahedra, count, each=kind == "each_tetrahedron")
     else:
-        if "edge_m" not in settings:
-            raise InputError(
-                f"shape_matching.clusters of {particles.name} lacks edge_m; give the cubes' edge in metres, such as "
-                f"{particles.size / 3:.2g}."
-            )
         groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], settings)]
     clusters = Clusters(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     if len(clusters.shared_by) < count or not clusters.shared_by.all():
@@ -112,12 +103,8 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int, each: bool) -> list[np.n
 def _cubes(nodes: np.ndarray, settings: dict) -> list[np.ndarray]:
     """Return the members of each cube that is not empty, without repetition."""
     edge, overlap = settings["edge_m"], settings["overlap"]
-    if not 0 < edge < np.inf:
-        raise InputError(f"shape_matching.clusters.edge_m is {edge}: give a side above 0 m")
-    if not 0 <= overlap < 1:
-        raise InputError(
-            f"shape_matching.clusters.overlap is {overlap}: give a fraction of a cube, at least 0 and below 1"
-        )
+    if not overlap < 1:
+        raise InputError(f"shape_matching.clusters.overlap is {overlap}: give a fraction of a cube below 1")
     low, length = nodes.min(axis=0), np.ptp(nodes, axis=0)
     slack = 1e-9 * edge
     counts = [1 + max(0, int(np.ceil((span - edge - slack) / ((1 - overlap) * edge)))) for span in length]
@@ -270,17 +257,12 @@ def make(particles: Particles, settings: dict, elastic: Effect | None = None) ->
     stiffnesses, or goals whose sum may be unstable.
     """
     particles.refuse_regions("shape matching has")
-    if settings["mode"] not in TERMS:
-        raise InputError(f"shape_matching.mode {settings['mode']} is unknown: choose one of {', '.join(TERMS)}")
     for name in ("alpha", "beta"):
         if not 0.0 <= settings[name] <= 1.0:
             raise InputError(f"shape_matching.{name} is {settings[name]}: give a number from 0 to 1")
-    overlap = settings.get("goals", OVERLAPS[0])
-    if overlap not in OVERLAPS:
-        raise InputError(f"shape_matching.goals {overlap} is unknown: choose one of {', '.join(OVERLAPS)}")
     clusters = make_clusters(particles, settings["clusters"])
     matched = ShapeMatching(
-        particles, clusters, settings["mode"], settings["alpha"], settings["beta"], overlap == "sum"
+        particles, clusters, settings["mode"], settings["alpha"], settings["beta"], settings.get("goals") == "sum"
     )
     if not matched.alpha < 4.0:
         raise InputError(

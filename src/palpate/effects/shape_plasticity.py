@@ -5,7 +5,6 @@ import math
 import numba
 import numpy as np
 
-from palpate.bodies.particles import Particles
 from palpate.effects.effect import Relaxation
 from palpate.effects.shape_matching import ShapeMatching, determinant, fit
 from palpate.errors import InputError
@@ -25,14 +24,13 @@ class ShapePlasticity(Relaxation):
     settings : ``yield_strain``, ``creep_1_s`` [1/s], ``max_strain`` (below 1)
     elastic : the shape matching, whose frames change in place
 
-    Raises InputError for a setting out of range. Trap: the thickness of a flat cluster is not known, so its area may
-    change.
+    Raises InputError for a ``max_strain`` out of range. Trap: the thickness of a flat cluster is not known, so its area
+    may change.
     """
 
-    def __init__(self, particles: Particles, settings: dict, elastic: ShapeMatching):
+    def __init__(self, settings: dict, elastic: ShapeMatching):
         self._yield, self._creep, self._most = (settings[k] for k in ("yield_strain", "creep_1_s", "max_strain"))
-        if not (self._yield >= 0.0 and self._creep >= 0.0):
-            raise InputError("plasticity.yield_strain and plasticity.creep_1_s cannot be negative: give 0 or more")
+        # a scene of finite elements may allow more, and its models take its settings over
         if not 0.0 < self._most < 1.0:
             raise InputError(f"plasticity.max_strain is {self._most}: give a number between 0 and 1 for shape matching")
         self._elastic = elastic

@@ -7,7 +7,6 @@ from scipy import sparse
 from palpate.bodies.mesh import EDGES
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.errors import InputError
 
 
 def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
@@ -72,27 +71,13 @@ def rest_lengths(nodes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Springs":
     """Make the springs of a solid from its Young's modulus, of a surface or sheet from ``settings``.
 
-    Raises InputError if a surface lacks one of structural_n_m, shear_n_m and bending_n_m (0 omits a kind), and if a
-    solid has any of them.
+    These are structural_n_m, shear_n_m and bending_n_m [N/m]; 0 omits a kind.
     """
     if len(particles.tetrahedra):
-        if settings:
-            raise InputError(
-                f"springs.{next(iter(settings))} of {particles.name} has no use: a solid's springs follow from its "
-                "Young's modulus; leave the block empty, or set surface: true."
-            )
         pairs, stiffness = volume_springs(particles)
         return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
     kinds = surface_springs(particles.triangles, len(particles.nodes))
-    for kind in kinds:
-        if f"{kind}_n_m" not in settings:
-            raise InputError(
-                f"springs.{kind}_n_m of {particles.name} is missing, and particles without tetrahedra have no other "
-                "stiffness; give it in N/m, 0 for none."
-            )
     kinds = {kind: pairs for kind, pairs in kinds.items() if settings[f"{kind}_n_m"] > 0.0}
-    if not kinds:
-        raise InputError(f"springs of {particles.name} have no stiffness; give springs.structural_n_m in N/m.")
     pairs = np.concatenate(list(kinds.values()))
     stiffness = np.concatenate([np.full(len(p), float(settings[f"{kind}_n_m"])) for kind, p in kinds.items()])
     return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
@@ -122,16 +107,6 @@ class Springs(Energy, Stiffness):
         Only the first coefficient can be negative, in a compressed spring; ``definite`` sets it to zero there.
         """
         _add_stiffness(x, self.pairs, self.stiffness_n_m, self.rest_m, definite, slots, values)
-
-
-def springs_of(elastic: Effect | None, particles: Particles, effect: str) -> Springs:
-    """Return ``elastic`` if it is springs; InputError otherwise."""
-    if not isinstance(elastic, Springs):
-        raise InputError(
-            f"effects of {particles.name} name {effect}, which acts parallel to springs, and its elastic effect is not "
-            f"springs; name springs, or leave {effect} out."
-        )
-    return elastic
 
 
 @numba.njit(cache=True)

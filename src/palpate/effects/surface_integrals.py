@@ -37,6 +37,13 @@ def surface_interpolation(mesh: Mesh, triangles: np.ndarray, barycentric: np.nda
     return sparse.csr_array((shapes.ravel(), (rows, nodes.ravel())), shape=(len(nodes), count))
 
 
+def near_ball(corners: np.ndarray, center: np.ndarray, radius: float) -> np.ndarray:
+    """Return which triangles ``corners`` (m, 3, 3) [m] may meet a ball, (m,) bool."""
+    middle = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + radius
+    return np.linalg.norm(middle - center, axis=1) < reach
+
+
 def ball_points(
     corners: np.ndarray, center: np.ndarray, radius: float, degree: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -142,6 +149,5 @@ def _shapes(r: float, s: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the quadratic shape functions (6,) of a triangle at (r, s), and their derivatives (2, 6)."""
     at, by = np.array([1.0 - r - s, r, s]), np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
     first, last = EDGES.T
-    shape = np.concatenate([at * (2.0 * at - 1.0), 4.0 * at[first] * at[last]])
     slopes = 4.0 * (by[:, first] * at[last] + at[first] * by[:, last])
-    return shape, np.hstack([by * (4.0 * at - 1.0), slopes])
+    return triangle_shapes(at, 2), np.hstack([by * (4.0 * at - 1.0), slopes])

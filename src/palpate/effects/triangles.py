@@ -5,7 +5,6 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.errors import InputError
 from palpate.linalg.polar import signed_svd
 
 FOLD = 0.05
@@ -13,12 +12,7 @@ FOLD = 0.05
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Triangles":
-    """Make the membrane of a sheet; InputError for another body."""
-    if len(particles.tetrahedra) or particles.thickness_m <= 0.0:
-        raise InputError(
-            f"{particles.name}: effect triangles is for sheets, which have a thickness and no tetrahedra; "
-            "name corotational, springs or shape_matching, or give a body of kind sheet."
-        )
+    """Make the membrane of a sheet."""
     return Triangles(particles)
 
 

@@ -6,16 +6,10 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.effects.springs import edge_stiffness
-from palpate.errors import InputError
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Volume":
-    """Make the force, of ``stiffness_n_m`` (default: that of an edge); InputError without tetrahedra."""
-    if not len(particles.tetrahedra):
-        raise InputError(
-            f"effects of {particles.name} name volume, which needs tetrahedra, and these particles have none; "
-            "leave volume out, or use body_springs."
-        )
+    """Make the force of a solid, of ``stiffness_n_m`` (default: that of an edge)."""
     return Volume(particles, settings["stiffness_n_m"] if "stiffness_n_m" in settings else edge_stiffness(particles))
 
 

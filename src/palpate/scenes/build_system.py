@@ -28,20 +28,9 @@ def moved(particles: Particles) -> Moved:
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
-    """Return the effects that the scene calls for, the elastic one first.
-
-    Raises InputError unless each is known and has its block, and exactly one of them is elastic.
-    """
-    if isinstance(scene.effects, str):  # "auto"
-        if wrong := effect_registry.unknown([], scene.own):
-            raise InputError(f"{scene.place}.{wrong}")
-        return acting(scene.entry, moved(particles), scene.place)
-    if wrong := effect_registry.fault(scene.effects, scene.own, scene.settings, scene.held):
-        raise InputError(f"{scene.place}.{wrong}")
-    elastic = [name for name in scene.effects if name in effect_registry.ELASTIC]
-    if wrong := effect_registry.wrong_law(elastic[0], particles.name, particles.material.law):
-        raise InputError(f"{scene.place}.{wrong}")
-    return elastic + [name for name in scene.effects if name not in elastic]
+    """Return the effects that the scene calls for, the elastic one first."""
+    names = acting(scene.entry, moved(particles), scene.place)
+    return sorted(names, key=lambda name: name not in effect_registry.ELASTIC)
 
 
 def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
@@ -58,7 +47,7 @@ def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
 def compose(scene: Scene, particles: Particles, without: str | None = None) -> System:
     """Import and make the effects of a scene, and no others; ``without`` names one to leave out.
 
-    Raises InputError for an unknown effect, one that lacks its settings, or one that does not suit the particles.
+    Raises InputError for one that does not suit the particles, and for nodes without mass.
     """
     effects: dict[str, Effect] = {}
     for name in effect_names(scene, particles):

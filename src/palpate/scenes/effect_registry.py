@@ -4,13 +4,12 @@ To add an effect to palpate, add its module and one line to EFFECTS.
 """
 
 import importlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 from palpate.bodies.material import LAWS
-from palpate.errors import describe_unknown
 
 FORMS = ("solid", "surface", "sheet")
 """Forms of bodies: with tetrahedra inside, the surface alone, a flat sheet."""
@@ -91,44 +90,3 @@ def integrator(name: str) -> ModuleType:
 def of_law(law: str) -> str:
     """Return the name of the effect of finite elements of ``law``, one of LAWS or a path."""
     return law if law in LAWS else OWN_LAW
-
-
-def wrong_law(elastic: str, body: str, law: str) -> str:
-    """Describe that the effect ``elastic`` has another law than the body; empty if it does not."""
-    if elastic not in FINITE_ELEMENTS or elastic == of_law(law):
-        return ""
-    return f"effects names {elastic}, and the law of {body} is {law}; name {of_law(law)}, or give {body} another law."
-
-
-def fault(names: list[str], own: Iterable[str], described: Iterable[str], held: bool = True) -> str:
-    """Describe what is wrong with the list of a scene's effects; empty if nothing is.
-
-    described : the blocks that the scene has; held : whether its anchors hold the body
-    """
-    if found := unknown(names, own):
-        return found
-    elastic = [name for name in names if name in ELASTIC]
-    if len(elastic) != 1:
-        return (
-            f"effects must name exactly one of {', '.join(ELASTIC)}, but names {' and '.join(elastic) or 'none'}; "
-            "name one, or write effects: auto."
-        )
-    for name in ("held", "bed"):
-        if not held and name in names:
-            return f"effects names {name}, and the scene says held: false; remove one of them."
-    for name in names:
-        if name in EFFECTS and EFFECTS[name].settings is None and name not in described:
-            return f"effects names {name}, and the scene does not describe it; add a block {name}."
-    return ""
-
-
-def unknown(names: list[str], own: Iterable[str]) -> str:
-    """Describe the first fault in the names of effects; empty if there is none.
-
-    own : names of the effects that the scene itself brings
-    """
-    for name in own:
-        if name in EFFECTS or name in RESERVED:
-            return f"own.{name} has a name that palpate uses itself; call it something else."
-    found = describe_unknown(names, [*own, *EFFECTS])
-    return f"effects names {found}" if found else ""

@@ -7,7 +7,6 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole
 
 ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
@@ -115,11 +114,8 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
 
     Each frame holds the tetrahedra (of a sheet or surface the triangles), the positions of all particles [m], their
     displacement from rest (``displacement_m``), and ``held``, 1 for a held particle. The index is written last, so it
-    never names a missing frame; frames of an earlier, longer series are removed. Raises InputError for a position that
-    is not finite.
+    never names a missing frame; frames of an earlier, longer series are removed.
     """
-    if not np.isfinite(motion.positions).all():
-        raise InputError(f"scene {motion.scene}: positions are not finite; delete its motion and type make.")
     folder = Path(folder)
     index = folder / f"{motion.scene}.pvd"
     index.unlink(missing_ok=True)

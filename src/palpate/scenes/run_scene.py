@@ -18,8 +18,6 @@ from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 
-STARTS = ("rest", "inverted", "random", "plane", "line", "point")
-
 
 def initial_positions(particles: Particles, free: np.ndarray, kind: str, seed: int) -> np.ndarray:
     """Return the positions (n, 3) [m] at time zero; nodes that are not ``free``, (n,) bool, are at rest in any case.

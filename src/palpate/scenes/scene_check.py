@@ -4,9 +4,9 @@ import re
 from itertools import pairwise
 
 from palpate.bodies import material
-from palpate.errors import InputError
+from palpate.errors import InputError, describe_unknown
 from palpate.scenes.acting_effects import Moved, acting, assumed
-from palpate.scenes.effect_registry import EFFECTS, ELASTIC, fault, unknown, wrong_law
+from palpate.scenes.effect_registry import EFFECTS, ELASTIC, FINITE_ELEMENTS, RESERVED, of_law
 from palpate.scenes.scene import bodies_in
 
 FORM_WORDS = {"solid": "a body with tetrahedra", "surface": "a surface alone", "sheet": "a body of kind sheet"}
@@ -24,8 +24,11 @@ def check_effects(place: str, scene: dict, body: dict) -> None:
     moved = assumed(scene, body)
     names, form = _acting(place, scene, moved), moved.form
     elastic = _elastic(names)
-    if wrong := wrong_law(elastic, scene["body"], moved.law):
-        raise InputError(f"{place}.{wrong}")
+    if elastic in FINITE_ELEMENTS and elastic != of_law(moved.law):
+        raise InputError(
+            f"{place}.effects names {elastic}, and the law of {scene['body']} is {moved.law}; "
+            f"name {of_law(moved.law)}, or give {scene['body']} another law."
+        )
     where = f"{place} says effects: auto, which calls for" if scene["effects"] == "auto" else f"{place}.effects names"
     for name in [elastic, *(name for name in names if name != elastic and name not in scene.get("own", {}))]:
         entry = EFFECTS[name]
@@ -69,11 +72,29 @@ def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
 
 def _acting(place: str, scene: dict, moved: Moved) -> list[str]:
     """Return the effects that a scene lists or, with auto, calls for; InputError if they cannot be."""
-    own = scene.get("own", {})
-    listed = scene["effects"] != "auto"
-    if wrong := fault(scene["effects"], own, scene, scene["held"]) if listed else unknown([], own):
-        raise InputError(f"{place}.{wrong}")
+    for name in scene.get("own", {}):
+        if name in EFFECTS or name in RESERVED:
+            raise InputError(f"{place}.own.{name} has a name that palpate uses itself; call it something else.")
+    if scene["effects"] != "auto":
+        _check_listed(place, scene, scene["effects"])
     return acting(scene, moved, place)
+
+
+def _check_listed(place: str, scene: dict, names: list[str]) -> None:
+    """Raise InputError for effects that are unknown, not described or let go, and unless exactly one is elastic."""
+    if found := describe_unknown(names, [*scene.get("own", {}), *EFFECTS]):
+        raise InputError(f"{place}.effects names {found}")
+    elastic = [name for name in names if name in ELASTIC]
+    if len(elastic) != 1:
+        raise InputError(
+            f"{place}.effects must name exactly one of {', '.join(ELASTIC)}, but names "
+            f"{' and '.join(elastic) or 'none'}; name one, or write effects: auto."
+        )
+    for name in names:
+        if name in ("held", "bed") and not scene["held"]:
+            raise InputError(f"{place}.effects names {name}, and the scene says held: false; remove one of them.")
+        if name in EFFECTS and EFFECTS[name].settings is None and name not in scene:
+            raise InputError(f"{place}.effects names {name}, and the scene does not describe it; add a block {name}.")
 
 
 def _elastic(names: list[str]) -> str:

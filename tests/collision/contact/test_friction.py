@@ -98,13 +98,6 @@ def test_friction_takes_energy_out_and_is_symmetric_in_the_two_parts(contacts):
     assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
 
 
-def test_coefficients_a_contact(contacts):
-    arguments, x = contacts
-    one = friction.lagged_friction(*arguments, x, 0.3, SLIP, x)
-    each = friction.lagged_friction(*arguments, x, np.linspace(0.0, 0.9, 30), SLIP, x)
-    assert np.allclose(each.limits, np.linspace(0.0, 0.9, 30)[one.rows] * one.forces, rtol=1e-15)
-
-
 @pytest.mark.parametrize("slope", [0.2, 0.29, 0.31, 0.5])
 def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(slope):
     """Implicit Euler of one mass with μ = 0.3: creep within slip a step, or the acceleration g (sin − μ cos)."""

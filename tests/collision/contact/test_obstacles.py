@@ -70,15 +70,6 @@ def test_lengths_beyond_any_sense_are_refused(lengths):
         made(BALL | lengths)
 
 
-@pytest.mark.parametrize(
-    ("times", "shifts"),
-    [([0.0, 1.0], [[0, 0, 0]]), ([1.0, 1.0], [[0, 0, 0]] * 2), ([1.0, 0.0], [[0, 0, 0]] * 2), ([], [[0, 0, 0]])],
-)
-def test_wrong_paths_are_refused(times, shifts):
-    with pytest.raises(InputError, match=r"there: times_s has .* increasing order"):
-        made(BALL | {"times_s": times, "shifts_m": shifts})
-
-
 FLOOR = {"kind": "floor", "height_m": 0.0}
 INITIAL_CLEARANCE_BALL = {"kind": "sphere", "center_m": [0.05, 0.05, 0.2], "radius_m": 0.03}
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from palpate.collision.trees import tree_query
-from palpate.collision.trees.tree import STRUCTURES, Tree
+from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import (
     StoppedTree,
     candidates,
@@ -16,6 +16,7 @@ from palpate.collision.trees.tree_query import (
     overlaps,
     volume_pairs,
 )
+from palpate.collision.trees.volumes import KINDS as VOLUMES
 from palpate.errors import InputError
 
 TETRAHEDRON = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
@@ -26,7 +27,7 @@ def bodies(structure, count, size):
     return [Tree(rng.uniform(-5, 5, 3) + size * rng.normal(size=(4, 3)), TETRAHEDRON, structure) for _ in range(count)]
 
 
-@pytest.mark.parametrize("structure", STRUCTURES)
+@pytest.mark.parametrize("structure", ["composite", *VOLUMES])
 def test_pairs_are_exactly_those_of_overlapping_roots(structure, monkeypatch):
     trees = bodies(structure, 40, 1.0)
     expected = [(i, j) for i, j in combinations(range(40), 2) if tree_query._roots_overlap(trees[i], trees[j])]
@@ -41,28 +42,13 @@ def test_pairs_are_exactly_those_of_overlapping_roots(structure, monkeypatch):
     assert set(searched) <= set(expected)
 
 
-def test_bodies_that_do_not_overlap_cost_no_search_of_their_trees():
-    trees = bodies("composite", 2, 0.1)
+def test_bodies_apart_cost_one_test_and_empty_ones_none():
+    trees, empty = bodies("composite", 2, 0.1), Tree(np.empty((0, 3)), np.empty((0, 3)))
     trees[1].refit(trees[0].points + 100.0)
-    assert overlapping_trees(trees).shape == (0, 2)
+    for none in (trees, [], [empty], [empty, empty]):
+        assert overlapping_trees(none).shape == (0, 2)
     assert candidates(*trees)[1] == 1
-
-
-def test_empty_and_few_trees():
-    empty = Tree(np.empty((0, 3)), np.empty((0, 3)))
-    assert (
-        overlapping_trees([]).shape
-        == overlapping_trees([empty]).shape
-        == overlapping_trees([empty, empty]).shape
-        == (0, 2)
-    )
-    tree = bodies("composite", 1, 1.0)[0]
-    assert overlapping_trees([tree, empty, tree]).tolist() == [[0, 2]]
-
-
-def test_structures_that_cannot_be_tested_are_refused():
-    with pytest.raises(InputError, match="cannot be searched"):
-        overlapping_trees([bodies("obb", 1, 1.0)[0], bodies("dop14", 1, 1.0)[0]])
+    assert overlapping_trees([trees[0], empty, trees[0]]).tolist() == [[0, 2]]
 
 
 LAYERS = (0, 1, 3, 6, 99)
@@ -138,19 +124,10 @@ def test_a_refit_is_the_same_as_a_new_fit_of_the_same_split(balls):
     assert np.array_equal(tree.volumes[:, 0], tree.nodes[:, 0])
 
 
-def test_an_empty_tree_overlaps_nothing(balls):
+def test_an_empty_tree_overlaps_nothing_and_volumes_of_two_kinds_are_refused(balls):
     nothing = StoppedTree(np.zeros((0, 3)), [], 3)
     pairs, tests = volume_pairs(nothing, StoppedTree(*balls[0], 3))
     assert pairs.shape == (0, 2) and tests == 0
-
-
-@pytest.mark.parametrize("layer", [-1, 1.5, None, "2"])
-def test_a_layer_is_a_count(balls, layer):
-    with pytest.raises(InputError, match="give how many levels are kept below its root"):
-        StoppedTree(*balls[0], layer)
-
-
-def test_volumes_of_other_kinds_are_refused(balls):
     with pytest.raises(InputError, match="cannot be searched against"):
         volume_pairs(StoppedTree(*balls[0], 2, "obb"), StoppedTree(*balls[1], 2, "aabb"))
 
@@ -190,30 +167,20 @@ def test_the_depth_is_the_way_out(first, second):
         assert turned == pytest.approx(-direction, abs=1e-12)
 
 
-def test_spheres_in_closed_form():
-    one, other = tree(CORNER, "sphere"), tree(CORNER + np.array([1.0, 0.0, 0.0]), "sphere")
-    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
-    # about the middle of the box, through the corners
-    assert depth == pytest.approx(np.sqrt(3.0) - 1.0, rel=1e-12)
-    assert direction == pytest.approx([-1.0, 0.0, 0.0], abs=1e-12)
-    assert place == pytest.approx([1.0, 0.5, 0.5], abs=1e-12)
-
-
-def test_boxes_in_closed_form():
-    one, other = tree(CORNER, "aabb"), tree(CORNER + np.array([0.2, -0.1, 0.7]), "aabb")
-    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
-    assert depth == pytest.approx(0.3, rel=1e-12)
-    assert direction == pytest.approx([0.0, 0.0, -1.0], abs=0.0)
-    assert place == pytest.approx([0.6, 0.45, 0.85], rel=1e-12)
-
-
-def test_a_sphere_over_a_box_in_closed_form():
-    # radius √3/2 about (0.5, 0.5, 1.7), over a box that ends at z = 1
-    one, other = tree(CORNER + np.array([0.0, 0.0, 1.2]), "sphere"), tree(CORNER, "aabb")
-    (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
-    assert depth == pytest.approx(np.sqrt(0.75) - 0.7, rel=1e-12)
-    assert direction == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
-    assert place == pytest.approx([0.5, 0.5, 1.0 - depth / 2], rel=1e-12)
+@pytest.mark.parametrize(
+    ("first", "second", "shift", "depth", "way", "place"),
+    [
+        # spheres about the middle of the box, through the corners
+        ("sphere", "sphere", [-1.0, 0.0, 0.0], np.sqrt(3.0) - 1.0, [-1, 0, 0], [0.0, 0.5, 0.5]),
+        ("aabb", "aabb", [-0.2, 0.1, -0.7], 0.3, [0, 0, -1], [0.4, 0.55, 0.15]),
+        # radius √3/2 about (0.5, 0.5, 1.7), over a box that ends at z = 1
+        ("sphere", "aabb", [0.0, 0.0, 1.2], np.sqrt(0.75) - 0.7, [0, 0, 1], [0.5, 0.5, 1.35 - np.sqrt(0.75) / 2]),
+    ],
+)
+def test_overlaps_in_closed_form(first, second, shift, depth, way, place):
+    found = overlaps(tree(CORNER + np.array(shift), first), tree(CORNER, second), ROOT)
+    for got, expected in zip(found, (place, way, depth), strict=True):
+        assert got[0] == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
 def test_one_sphere_in_another_of_the_same_centre():
@@ -221,9 +188,3 @@ def test_one_sphere_in_another_of_the_same_centre():
     (place,), (direction,), (depth,) = overlaps(one, other, ROOT)
     assert depth == pytest.approx(1.5 * np.sqrt(0.75), rel=1e-12)
     assert np.linalg.norm(direction) == 1.0 and place == pytest.approx([0.5, 0.5, 0.5], abs=1e-12)
-
-
-def test_other_volumes_give_no_contacts():
-    one = StoppedTree(CORNER, FACES, 0, "obb")
-    with pytest.raises(InputError, match="make it of sphere, aabb or composite"):
-        overlaps(one, one, ROOT)

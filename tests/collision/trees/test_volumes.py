@@ -1,12 +1,24 @@
-"""Bounding volumes: they contain their points, overlap when they must, and are as tight as computed."""
+"""Bounding volumes at the roots of trees: they contain their points, and overlap when they must."""
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog
-from scipy.spatial import ConvexHull
 
-from palpate.collision.trees.volumes import DIRECTIONS, KINDS, fit, overlap, refit, tightness, volume
-from palpate.errors import InputError
+from palpate.collision.trees.tree_query import StoppedTree, volume_pairs
+from palpate.collision.trees.volumes import DIRECTIONS, KINDS, OBB, volumes_overlap
+
+
+def fit(kind, points):
+    """Return a tree of one volume around points."""
+    return StoppedTree(points, np.repeat(np.arange(len(points)), 3).reshape(-1, 3), 0, kind)
+
+
+def row_of(kind, tree):
+    return (tree.spheres if kind == "sphere" else tree.boxes)[0]
+
+
+def overlap(a, b):
+    return len(volume_pairs(a, b)[0]) > 0
 
 
 def contains(kind, row, points):
@@ -33,11 +45,11 @@ def clouds(rng):
 def test_volumes_contain_their_points_when_fitted_and_refitted(kind):
     rng = np.random.default_rng(0)
     for points in clouds(rng):
-        row = fit(kind, points)
-        assert np.isfinite(row).all() and contains(kind, row, points)
-        moved = np.vstack([points, points[::-1]]) * rng.normal(size=3)
-        refit(kind, row, moved)
-        assert np.isfinite(row).all() and contains(kind, row, moved)
+        tree = fit(kind, points)
+        assert np.isfinite(row_of(kind, tree)).all() and contains(kind, row_of(kind, tree), points)
+        moved = points[::-1] * rng.normal(size=3)
+        tree.refit(moved)
+        assert np.isfinite(row_of(kind, tree)).all() and contains(kind, row_of(kind, tree), moved)
 
 
 def hulls_meet(a, b):
@@ -54,14 +66,14 @@ def test_volumes_overlap_wherever_their_points_hulls_do(kind):
     answers = []
     for _ in range(150):
         a, b = (rng.normal(size=(3, 3)) + 1.5 * rng.normal(size=3) for _ in range(2))
-        answers.append((hulls_meet(a, b), overlap(kind, fit(kind, a), fit(kind, b))))
-        assert answers[-1][1] == overlap(kind, fit(kind, b), fit(kind, a))
+        answers.append((hulls_meet(a, b), overlap(fit(kind, a), fit(kind, b))))
+        assert answers[-1][1] == overlap(fit(kind, b), fit(kind, a))
     must, does = np.array(answers).T
     assert must.any() and not does.all() and does[must].all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_points_that_touch_overlap_whatever_the_rounding(kind):
+def test_points_that_touch_overlap_whatever_the_rounding_and_far_ones_do_not(kind):
     rng = np.random.default_rng(2)
     for scale in (1e-300, 1e-150, 1.0, 1e150):
         for _ in range(200):
@@ -69,71 +81,39 @@ def test_points_that_touch_overlap_whatever_the_rounding(kind):
             # the last point lies on a triangle, and at the tip of the other
             a, b = np.array([shared, *(scale * rng.normal(size=(2, 3)))]), scale * rng.normal(size=(3, 3))
             b[0] = shared
-            assert overlap(kind, fit(kind, a), fit(kind, b))
-            assert overlap(kind, fit(kind, a), fit(kind, shared[None]))
-
-
-@pytest.mark.parametrize("kind", ["sphere", "obb", "aabb"])
-def test_volumes_far_apart_do_not_overlap(kind):
-    rng = np.random.default_rng(3)
+            assert overlap(fit(kind, a), fit(kind, b))
+            assert overlap(fit(kind, a), fit(kind, shared[None]))
     points = rng.uniform(-1, 1, (10, 3))
     for axis in range(3):
-        assert not overlap(kind, fit(kind, points), fit(kind, points + 4.0 * np.eye(3)[axis]))
+        assert not overlap(fit(kind, points), fit(kind, points + 4.0 * np.eye(3)[axis]))
 
 
 def test_boxes_overlap_exactly_where_exact_boxes_do():
     """OBBs at random angles, against linear programming over their eight corners."""
     rng = np.random.default_rng(4)
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-    answers = []
+    none, answers = np.empty((0, 4)), []
     for _ in range(300):
         rows, corners = [], []
         for _ in range(2):
             axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
             centre, half = 1.2 * rng.normal(size=3), rng.uniform(0.1, 1.5, 3)
-            rows.append(np.concatenate([centre, axes.ravel(), half]))
+            rows.append(np.concatenate([centre, axes.ravel(), half])[None])
             corners.append(centre + (signs * half) @ axes)
-        answers.append((hulls_meet(*corners), overlap("obb", *rows)))
+        answers.append((hulls_meet(*corners), volumes_overlap(OBB, OBB, none, none, *rows, 0, 0)))
     exact, ours = np.array(answers).T
     assert 60 < exact.sum() < 240
     assert np.array_equal(exact, ours)
 
 
-def test_volumes_are_known_ones():
+def test_volumes_are_as_tight_as_known(rotation):
     cube = np.array(np.meshgrid([0.0, 2], [0.0, 2], [0.0, 2])).reshape(3, 8).T
-    assert volume("aabb", fit("aabb", cube)) == 8.0
-    assert volume("obb", fit("obb", cube)) == pytest.approx(8.0, rel=1e-11)
-    assert volume("sphere", fit("sphere", cube)) == pytest.approx(4 / 3 * np.pi * 3**1.5, rel=1e-12)
-    # an octahedron is a 14-DOP, a rhombic dodecahedron an 18-DOP
-    octahedron = np.vstack([np.eye(3), -np.eye(3)])
-    assert tightness("dop14", octahedron) == pytest.approx(1.0, rel=1e-9)
-    dodecahedron = np.vstack([cube - 1.0, 2 * octahedron])
-    assert tightness("dop18", dodecahedron) == pytest.approx(1.0, rel=1e-9)
-    assert tightness("aabb", octahedron) == pytest.approx(6.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_no_volume_is_smaller_than_the_hull(kind):
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        points = rng.normal(size=(12, 3)) * rng.uniform(0.05, 1.0, 3)
-        assert tightness(kind, points) >= 1.0 - 1e-9
-    assert tightness(kind, np.zeros((5, 3))) == tightness(kind, rng.normal(size=(3, 3))) == np.inf
-
-
-def test_obbs_follow_points_that_are_long_in_one_direction(rotation):
+    assert fit("aabb", cube).boxes[0].tolist() == [0, 0, 0, 2, 2, 2]
+    assert fit("obb", cube).boxes[0, 12:] == pytest.approx([1, 1, 1], rel=1e-11)
+    assert fit("sphere", cube).spheres[0] == pytest.approx([1, 1, 1, np.sqrt(3)], rel=1e-12)
     points = np.random.default_rng(6).uniform(-1, 1, (200, 3)) * [1.0, 0.2, 0.05] @ rotation(0.7).T
-    assert volume("obb", fit("obb", points)) < 0.3 * volume("aabb", fit("aabb", points))
-    assert volume("dop14", fit("dop14", points)) < volume("aabb", fit("aabb", points))
-    assert ConvexHull(points).volume > 0.0
-
-
-@pytest.mark.parametrize("points", [np.empty((0, 3)), np.full((2, 3), np.nan), np.zeros(3)])
-def test_bad_points_are_refused(points):
-    with pytest.raises(InputError, match="finite"):
-        fit("aabb", points)
-
-
-def test_unknown_volumes_are_refused():
-    with pytest.raises(InputError, match="unknown"):
-        fit("ellipsoid", np.zeros((1, 3)))
+    for kind, normals in DIRECTIONS.items():
+        along = points @ normals.T
+        assert fit(kind, points).boxes[0] == pytest.approx([*along.min(axis=0), *along.max(axis=0)], rel=1e-12)
+    # an OBB follows points that are long in one direction
+    assert 8.0 * fit("obb", points).boxes[0, 12:].prod() < 0.3 * np.ptp(points, axis=0).prod()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, boxes_apart, closest_points
-from palpate.collision.triangles.distance import triangle_pairs_depth, triangle_pairs_distance
+from palpate.collision.triangles.distance import triangle_pairs_contact, triangle_pairs_distance
 from palpate.collision.triangles.intersection import triangle_pairs_intersect
 
 EXACT = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks/exact_pairs.py"))
@@ -69,7 +69,7 @@ def moved(a, signed, direction, part):
 
 def test_the_translation_suffices_and_no_shorter_one_does():
     a, b = np.random.default_rng(12).normal(size=(2, 4000, 3, 3))
-    signed, direction = triangle_pairs_depth(a, b)
+    signed, direction, _ = triangle_pairs_contact(a, b)
     meets = triangle_pairs_intersect(a, b)
     assert (signed[meets] < 0).all()
     assert not triangle_pairs_intersect(moved(a, signed, direction, 1 + 1e-9), b)[meets].any()
@@ -80,7 +80,7 @@ def test_the_translation_suffices_and_no_shorter_one_does():
 def test_no_translation_along_any_normal_is_shorter():
     """A translation by nine tenths of the depth, up or down either face's normal, does not separate them."""
     a, b = np.random.default_rng(13).normal(size=(2, 4000, 3, 3))
-    signed, _ = triangle_pairs_depth(a, b)
+    signed, *_ = triangle_pairs_contact(a, b)
     meets = triangle_pairs_intersect(a, b)
     for triangles in (a, b):
         normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -91,7 +91,7 @@ def test_no_translation_along_any_normal_is_shorter():
 
 def test_disjoint_it_is_the_distance():
     a, b = np.random.default_rng(14).normal(size=(2, 500, 3, 3))
-    signed, direction = triangle_pairs_depth(a, b)
+    signed, direction, _ = triangle_pairs_contact(a, b)
     distance, on_a, on_b = triangle_pairs_distance(a, b)
     apart = ~triangle_pairs_intersect(a, b)
     assert np.array_equal(signed[apart], distance[apart])
@@ -104,7 +104,7 @@ def test_by_hand():
     tip = np.array([[10.0, 10, -1], [9, 10, 20], [11, 10, 20]])
     segment = np.array([[10.0, 10, -1], [10, 10, 20], [10, 10, 20]])
     lying, touching = flat + np.array([1, 1, 0]), tip + np.array([0, 0, 1])
-    signed, direction = triangle_pairs_depth([flat, tip, flat, flat, flat], [tip, flat, segment, lying, touching])
+    signed, direction, _ = triangle_pairs_contact([flat, tip, flat, flat, flat], [tip, flat, segment, lying, touching])
     np.testing.assert_allclose(signed, [-1, -1, -1, 0, 0], atol=1e-15)
     np.testing.assert_allclose(direction[:, 2], [-1, 1, -1, direction[3, 2], -1], atol=1e-15)
     assert abs(direction[3, 2]) == 1
@@ -113,7 +113,7 @@ def test_by_hand():
 def test_crossing_segments_have_no_depth_but_a_direction():
     a = np.array([[0.0, 0, 0], [2, 0, 0], [2, 0, 0]])
     b = np.array([[1.0, -1, 0], [1, 1, 0], [1, 1, 0]])
-    signed, direction = triangle_pairs_depth([a, a, a[[0, 0, 0]]], [b, a, a])
+    signed, direction, _ = triangle_pairs_contact([a, a, a[[0, 0, 0]]], [b, a, a])
     assert np.array_equal(signed, [0, 0, 0])
     assert abs(direction[0, 2]) == 1
     np.testing.assert_allclose(direction[1:, 0], 0.0)
@@ -123,7 +123,7 @@ def test_crossing_segments_have_no_depth_but_a_direction():
 def test_degenerate_pairs_have_a_sign_and_a_unit_vector(kind):
     pairs = kind(np.random.default_rng(15), 500)
     a, b = pairs[:, :3], pairs[:, 3:]
-    signed, direction = triangle_pairs_depth(a, b)
+    signed, direction, _ = triangle_pairs_contact(a, b)
     meets = triangle_pairs_intersect(a, b)
     assert np.isfinite(signed).all()
     assert (signed[meets] <= 0).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.collision.moving_surfaces import folding_sheet, random_soup, two_livers
+from palpate.collision.moving_surfaces import random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision import compare_trees
 
@@ -92,16 +92,6 @@ def test_a_worn_tree_is_rebuilt_and_still_finds_every_pair():
         tested.update(points)
         assert np.array_equal(tested.query(), crossing(points, scene.triangles))
     assert tested.rebuilds
-
-
-def test_one_body_is_searched_against_itself():
-    scene = folding_sheet(10)
-    tested = compare_trees.RefittedTrees("aabb", None, scene.triangles, scene.at(0.0))
-    points = scene.at(0.9)
-    tested.update(points)
-    found = tested.query()
-    assert len(found) and (found[:, 0] < found[:, 1]).all()
-    assert np.array_equal(found, crossing(points, scene.triangles))
 
 
 KINDS = {"Fcl": "fcl", "Coal": "coal", "CoalRefit": "coal"}

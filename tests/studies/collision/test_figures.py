@@ -2,7 +2,6 @@
 
 import pytest
 
-from palpate.errors import InputError
 from palpate.report import style
 from palpate.studies.collision import figures
 from palpate.studies.collision.figures import look
@@ -28,14 +27,6 @@ def test_frames_have_a_row_each(collision_results):
     assert labels == ["spheres", "AABBs", "composite 4/2", "composite 8/4", "coal, OBBs, rebuilt"]
     whole = [line.get_xdata()[0] for line in figure.axes[2].lines[2::3]]
     assert whole == [4.5, 1.5, 2.5, 4.5, 12.0]
-
-
-def test_an_unknown_structure_has_no_colour(collision_results):
-    with pytest.raises(InputError, match="structure cone has no colour"):
-        figures.look("cone")
-    table = collision_results["collision"].replace({"structure": {"aabb": "cone"}})
-    with pytest.raises(InputError, match="structure cone has no colour"):
-        figures.draw_collision(table)
 
 
 def test_each_structure_has_a_curve_and_rivals_only_times(collision_results):

@@ -16,7 +16,6 @@ from palpate.collision.triangles.closest_points import (
     dot,
     separation,
 )
-from palpate.errors import InputError
 
 
 class Surface:
@@ -25,15 +24,9 @@ class Surface:
     nodes : (m, 3) int64, the triangles
     vertices, edges : (m, 3) bool, whether a triangle owns its i-th vertex, its edge from the i-th to the next
     A triangle (p, p, p) is a point and has one vertex, (p, q, q) is a segment and has two vertices and one edge.
-    Raises InputError if ``triangles`` are not (m, 3) integers ≥ 0.
     """
 
     def __init__(self, triangles: np.ndarray):
-        triangles = np.asarray(triangles)
-        if triangles.ndim != 2 or triangles.shape[1] != 3 or triangles.dtype.kind not in "iu":
-            raise InputError(f"triangles have shape {triangles.shape}; give integers of shape (m, 3).")
-        if triangles.size and triangles.min() < 0:
-            raise InputError("triangles name nodes below 0; number them from 0.")
         self.nodes = np.ascontiguousarray(triangles, dtype=np.int64)
         self.vertices = _first_occurrences(self.nodes.ravel()).reshape(-1, 3)
         after = np.roll(self.nodes, -1, axis=1)

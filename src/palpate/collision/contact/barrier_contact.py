@@ -70,18 +70,6 @@ def contact_table(
     return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 
 
-def observe_obstacles(
-    obstacles: list[Obstacle], points: list[np.ndarray], forces: list[np.ndarray]
-) -> dict[str, float]:
-    """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …"""
-    row = {}
-    for obstacle, positions, force in zip(obstacles, points, forces, strict=True):
-        for axis, letter in enumerate("xyz"):
-            row[f"{obstacle.name}_{letter}_m"] = float(positions[:, axis].mean())
-            row[f"{obstacle.name}_force_{letter}_n"] = float(force[axis])
-    return row
-
-
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""
 MAX_ITERATIONS = 40
@@ -351,8 +339,13 @@ class Contact(
         self._lagged = None
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
-        """Record position and force of each obstacle after a step, as in ``observe_obstacles``."""
-        return observe_obstacles(self.obstacles, [self._points[r] for r in self._ranges], self._reactions)
+        """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …"""
+        row = {}
+        for obstacle, where, force in zip(self.obstacles, self._ranges, self._reactions, strict=True):
+            for axis, letter in enumerate("xyz"):
+                row[f"{obstacle.name}_{letter}_m"] = float(self._points[where, axis].mean())
+                row[f"{obstacle.name}_force_{letter}_n"] = float(force[axis])
+        return row
 
     def contacts(self, x: np.ndarray) -> pd.DataFrame:
         """Tabulate the contacts at ``x`` (n, 3) [m], as in ``contact_table``, with the mean velocities of the step."""

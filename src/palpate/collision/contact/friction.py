@@ -56,20 +56,20 @@ def lagged_friction(
     mollify: np.ndarray,
     gap: float,
     x: np.ndarray,
-    friction: np.ndarray | float,
+    friction: float,
     slip_m: float,
     start: np.ndarray,
 ) -> LaggedFriction:
     """Set up friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start``.
 
-    friction : coefficients μ (k,), or one; slip_m : > 0 [m]; start : (n, 3) [m]
+    friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
     A normal force is the barrier's, m scale |b′| (Li et al. 2020, eq. 13); stencils without one are left out.
     """
     distance, weights, normals = closest_points(kinds, nodes, x)
     forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
     rows = np.flatnonzero(forces > 0.0)
-    limits = np.broadcast_to(friction, len(kinds))[rows] * forces[rows]
-    return LaggedFriction(rows, nodes[rows], weights[rows], normals[rows], forces[rows], limits, start.copy(), slip_m)
+    acting = weights[rows], normals[rows], forces[rows]
+    return LaggedFriction(rows, nodes[rows], *acting, friction * forces[rows], start.copy(), slip_m)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -50,16 +50,10 @@ def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np
     times_s, shifts_m : the path, if it moves
     size [m] and middle (3,) [m] are the body's.
 
-    Raises InputError, naming ``place``, for a path whose times do not increase or lack their shifts, and for lengths
-    that are too large.
+    Raises InputError, naming ``place``, for lengths that are too large.
     """
     times = np.array(settings.get("times_s", []), dtype=float)
     shifts = np.array(settings.get("shifts_m", []), dtype=float).reshape(-1, 3)
-    if len(times) != len(shifts) or not (np.diff(times) > 0.0).all():
-        raise InputError(
-            f"{place}: times_s has {len(times)} entries and shifts_m {len(shifts)}; give the same number of "
-            "both, times in increasing order."
-        )
     points, triangles = _SHAPES[settings["kind"]](settings, size, middle)
     name, radius = settings.get("name", name), settings.get("radius_m", 0.0)
     if not all((np.abs(lengths) <= LARGEST).all() for lengths in (points, shifts, np.array(radius))):
@@ -97,16 +91,13 @@ def pieces_of(particles: Particles) -> list[np.ndarray]:
 
     The surfaces around a body and around its cavities belong to one piece, as its tetrahedra connect them.
     """
-    labels = label_shells(_cells(particles), len(particles.nodes))[: len(particles.triangles)]
-    return [particles.triangles[labels == label] for label in dict.fromkeys(labels.tolist())]
+    count = len(particles.triangles)
+    return [particles.triangles[chosen[:count]] for _, chosen in _pieces(particles)]
 
 
 def nodes_of_pieces(particles: Particles) -> list[np.ndarray]:
     """List the nodes (k,) of each of ``pieces_of``, those inside it included."""
-    cells = _cells(particles)
-    labels = label_shells(cells, len(particles.nodes))
-    order = dict.fromkeys(labels[: len(particles.triangles)].tolist())
-    return [np.unique(cells[labels == label]) for label in order]
+    return [np.unique(cells[chosen]) for cells, chosen in _pieces(particles)]
 
 
 def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
@@ -114,9 +105,14 @@ def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
     return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]
 
 
-def _cells(particles: Particles) -> np.ndarray:
-    """Return triples of nodes (t + 2 m, 3) that are connected: the triangles, then two of each tetrahedron."""
-    return np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return connected triples of nodes (c, 3), and which (c,) are of each piece.
+
+    They are the triangles, then two triples of each tetrahedron.
+    """
+    cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+    labels = label_shells(cells, len(particles.nodes))
+    return [(cells, labels == label) for label in dict.fromkeys(labels[: len(particles.triangles)].tolist())]
 
 
 LEAST_CLEARANCE = 1e-8

@@ -1,4 +1,4 @@
-"""Binary tree over triangles, split by the surface area heuristic or at the median, as flat arrays, and its refit.
+"""Binary tree over triangles, split by the surface area heuristic, as flat arrays, and its refit.
 
 A refit goes from the leaves up; axes of OBBs rotate with the triangles, so that they are not computed anew.
 """
@@ -27,7 +27,7 @@ def triangle_boxes(points, triangles, boxes, centres):
 
 
 @numba.njit(cache=True)
-def build(boxes, centres, leaf, heuristic):
+def build(boxes, centres, leaf):
     """Build nodes (n, 4) int32, with their level as kind; the order of the triangles (m,) int32; the tree's height.
 
     Siblings are adjacent and precede their descendants; so a backward loop reaches children before parents.
@@ -51,7 +51,7 @@ def build(boxes, centres, leaf, heuristic):
             continue
         _centre_extent(centres, order, first, last, extent)
         cut = -1
-        if heuristic and last - first > 2 and level < deepest:
+        if last - first > 2 and level < deepest:
             cut = _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, right)
         if cut < 0:
             cut = _split_at_median(centres, order, first, last, extent)
@@ -170,35 +170,31 @@ def _split_at_median(centres, order, first, last, extent):
 
 
 @numba.njit(cache=True)
-def gather_corners(points, moved, triangles, corners):
-    """Gather the corners of the leaves' triangles in order: three of ``points``, and three of ``moved`` if it has any.
+def gather_corners(points, triangles, corners):
+    """Gather the corners of the leaves' triangles in order.
 
-    corners : (m * per_triangle, 3), overwritten; a node's corners are one range of them
+    corners : (3m, 3), overwritten; a node's corners are one range of them
     Returns whether all are finite.
     """
-    per_triangle, total = 6 if len(moved) else 3, 0.0
+    total = 0.0
     for t in range(len(triangles)):
         for k in range(3):
             p = triangles[t, k]
             for i in range(3):
-                corners[per_triangle * t + k, i] = points[p, i]
+                corners[3 * t + k, i] = points[p, i]
                 total += 0.0 * points[p, i]
-            if per_triangle == 6:
-                for i in range(3):
-                    corners[6 * t + 3 + k, i] = moved[p, i]
-                    total += 0.0 * moved[p, i]
     return total == 0.0
 
 
 @numba.njit(cache=True)
-def refit_boxes(nodes, corners, per_triangle, pad, boxes, spheres):
+def refit_boxes(nodes, corners, pad, boxes, spheres):
     """Refit AABBs of all nodes from their children's, and spheres of those that have one.
 
     A sphere is centred in the AABB and reaches the farthest of all the node's corners: O(m) per level, and much tighter
     than around its children's spheres, whose slack adds up.
     """
     for n in range(len(nodes) - 1, -1, -1):
-        first, last = per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST]
+        first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
         if nodes[n, CHILD] < 0:
             fit_box(corners, first, last, boxes, n)
             for i in range(3):
@@ -214,12 +210,12 @@ def refit_boxes(nodes, corners, per_triangle, pad, boxes, spheres):
 
 
 @numba.njit(cache=True)
-def refit_dops(nodes, corners, per_triangle, pad, directions, boxes):
+def refit_dops(nodes, corners, pad, directions, boxes):
     """Refit k-DOPs: of leaves around their corners, of other nodes around their children's, which is lossless."""
     half = len(directions)
     for n in range(len(nodes) - 1, -1, -1):
         if nodes[n, CHILD] < 0:
-            fit_dop(corners, per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST], directions, boxes, n)
+            fit_dop(corners, 3 * nodes[n, FIRST], 3 * nodes[n, LAST], directions, boxes, n)
             for k in range(half):
                 length = np.sqrt(directions[k, 0] ** 2 + directions[k, 1] ** 2 + directions[k, 2] ** 2)
                 boxes[n, k] -= pad * length * (1.0 + ULP)
@@ -229,21 +225,15 @@ def refit_dops(nodes, corners, per_triangle, pad, directions, boxes):
 
 
 @numba.njit(cache=True)
-def box_areas(nodes, corners, per_triangle):
-    """Sum the surface of the AABBs of all nodes at ``points`` alone, relative to the root's: the cost of a search.
+def box_areas(nodes, corners):
+    """Sum the surface of the AABBs of all nodes, without margins, relative to the root's: the cost of a search.
 
     0 where the root has no surface.
     """
     boxes, total, area = np.empty((len(nodes), 6)), 0.0, 0.0
     for n in range(len(nodes) - 1, -1, -1):
         if nodes[n, CHILD] < 0:
-            start = per_triangle * nodes[n, FIRST]
-            fit_box(corners, start, start + 3, boxes, n)
-            for t in range(nodes[n, FIRST] + 1, nodes[n, LAST]):
-                for k in range(per_triangle * t, per_triangle * t + 3):
-                    for i in range(3):
-                        boxes[n, i] = min(boxes[n, i], corners[k, i])
-                        boxes[n, 3 + i] = max(boxes[n, 3 + i], corners[k, i])
+            fit_box(corners, 3 * nodes[n, FIRST], 3 * nodes[n, LAST], boxes, n)
         else:
             merge_bounds(3, boxes, n, nodes[n, CHILD])
         x, y, z = boxes[n, 3] - boxes[n, 0], boxes[n, 4] - boxes[n, 1], boxes[n, 5] - boxes[n, 2]
@@ -253,15 +243,15 @@ def box_areas(nodes, corners, per_triangle):
 
 
 @numba.njit(cache=True)
-def refit_obbs(nodes, corners, per_triangle, pad, frames, axes, boxes):
+def refit_obbs(nodes, corners, pad, frames, axes, boxes):
     """Refit OBBs with axes that rotate with three corners of each node, around all its corners: O(m) per level.
 
     So a rigid motion keeps them as tight as when they were chosen, and no motion makes them miss a corner.
     """
     turned, frame = np.empty((3, 3)), np.empty((3, 3))
     for n in range(len(nodes)):
-        first, last = per_triangle * nodes[n, FIRST], per_triangle * nodes[n, LAST]
-        _frame(corners, first, per_triangle, frames[n, 0], frames[n, 1], frame)
+        first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
+        _frame(corners, first, frames[n, 0], frames[n, 1], frame)
         for i in range(3):
             for j in range(3):
                 turned[i, j] = axes[n, i, 0] * frame[0, j] + axes[n, i, 1] * frame[1, j] + axes[n, i, 2] * frame[2, j]
@@ -288,7 +278,7 @@ def choose_axes(nodes, corners, frames, axes):
                 far += abs(corners[p, i] - corners[first, i])
             if far > best:
                 best, frames[n, 0] = far, p - first
-        _frame(corners, first, 3, frames[n, 0], 0, frame)
+        _frame(corners, first, frames[n, 0], 0, frame)
         best = 0.0
         for p in range(first + 1, last):
             far = 0.0
@@ -299,7 +289,7 @@ def choose_axes(nodes, corners, frames, axes):
                 far += abs(along)
             if far > best:
                 best, frames[n, 1] = far, p - first
-        _frame(corners, first, 3, frames[n, 0], frames[n, 1], frame)
+        _frame(corners, first, frames[n, 0], frames[n, 1], frame)
         fit_obb(corners, first, last, row, 0)
         for i in range(3):
             for k in range(3):
@@ -309,12 +299,10 @@ def choose_axes(nodes, corners, frames, axes):
 
 
 @numba.njit(cache=True)
-def _frame(corners, first, per_triangle, second, third, frame):
+def _frame(corners, first, second, third, frame):
     """Build an orthonormal frame, one axis per row: along one edge, then the other; any that fits where they vanish."""
     for k in range(2):
-        # of triangle t, corners per_triangle * t … per_triangle * t + 2 are at ``points``
-        corner = second if k == 0 else third
-        p = first + corner // 3 * per_triangle + corner % 3
+        p = first + (second if k == 0 else third)
         for i in range(3):
             frame[k, i] = corners[p, i] - corners[first, i]
     if not _normalise(frame, 0):

@@ -15,11 +15,9 @@ from palpate.collision.trees.build_tree import (
     triangle_boxes,
 )
 from palpate.collision.trees.volumes import AABB, BOTH, DIRECTIONS, KINDS, SPHERE
-from palpate.collision.triangles.intersection import as_array, coordinates, node_numbers
+from palpate.collision.triangles.intersection import coordinates
 from palpate.errors import InputError
 
-STRUCTURES = ("composite", *KINDS)
-SPLITS = ("sah", "median")
 DEPTHS = (1, 1)
 """Levels of the fastest composite with all three layers: each further level with spheres made a frame of two livers of
 4416 triangles slower (0.29 ms with AABBs alone, 0.33 as here, 0.42 with (4, 2)) and passed on the same pairs.
@@ -28,7 +26,6 @@ REBUILD_QUALITY = 0.6
 """Quality below which a rebuild halves the node tests between two twisted livers, and pays off in ten searches."""
 NOT_FINITE = "points of a tree are not finite; check the coordinates of its body."
 POINTS = (None, 3)
-_NO_POINTS = np.empty((0, 3))
 
 
 class Tree:
@@ -37,11 +34,8 @@ class Tree:
     structure : composite, sphere, aabb, obb, dop14 or dop18
     depths : of the composite, the number of levels with spheres only, and of those below with a sphere and an AABB; all
         further ones have AABBs only (paper 3, chapter 4). So (0, 0) is the AABB tree; the sphere tree has no second.
-    split : sah (surface area heuristic), which takes twice as long to build as median, and then needs 20 % fewer tests
-        of nodes between livers of 4416 triangles, and half as many between sheets of 1e6
     Degenerate triangles are points and segments; a tree without triangles overlaps nothing. Raises InputError
-    for an unknown structure or split, depths that are not two counts, arrays of another shape or type, coordinates
-    that are not finite, and nodes that do not exist.
+    for arrays of another shape or type, coordinates that are not finite, and nodes that do not exist.
     Trap: the tree stays where it was last fitted; after the points have moved, call ``refit`` before any search.
     """
 
@@ -51,17 +45,14 @@ class Tree:
         triangles: np.ndarray,
         structure: str = "composite",
         depths: tuple[int, int] = DEPTHS,
-        split: str = "sah",
     ):
-        if structure not in STRUCTURES:
-            raise InputError(f"structure {structure} of a tree is unknown; name one of {', '.join(STRUCTURES)}.")
-        if split not in SPLITS:
-            raise InputError(f"split {split} of a tree is unknown; name one of {', '.join(SPLITS)}.")
-        counts = as_array(depths)
-        if counts.shape != (2,) or counts.dtype.kind not in "iu" or counts.min() < 0:
-            raise InputError(f"depths of a tree are {depths}; give how many levels are upper and middle, 0 for none.")
-        self.structure, self.depths, self.split = structure, tuple(depths), split
-        self.triangles = node_numbers(triangles, "triangles of a tree")
+        self.structure, self.depths = structure, depths
+        cells = np.asarray(triangles).reshape(-1, 3) if not len(triangles) else np.asarray(triangles)
+        if cells.ndim != 2 or cells.shape[1] != 3 or (len(cells) and cells.dtype.kind not in "iu"):
+            raise InputError(
+                f"triangles of a tree are {cells.dtype} {cells.shape}; give (m, 3) whole numbers of nodes."
+            )
+        self.triangles = np.ascontiguousarray(cells, dtype=np.int64)
         self.rebuild(points)
 
     def rebuild(self, points: np.ndarray) -> None:
@@ -76,26 +67,23 @@ class Tree:
         self.nodes, self.order, self.height = self._divide(boxes, centres)
         self._leaf_triangles = self.triangles[self.order]
         self._allocate()
-        self._gather(points, _NO_POINTS)
+        self._gather(points)
         if self.structure == "obb":
             choose_axes(self.nodes, self._corners, self._frames, self._axes)
         self._fit(0.0)
         self._built_cost = self._cost()
 
-    def refit(self, points: np.ndarray, margin: float = 0.0, moved: np.ndarray | None = None) -> None:
-        """Fit the volumes to ``points`` (n, 3) [m], and to the straight paths to ``moved`` (n, 3) [m] if given.
+    def refit(self, points: np.ndarray, margin: float = 0.0) -> None:
+        """Fit the volumes to ``points`` (n, 3) [m].
 
-        Every volume then contains all points within ``margin`` [m] of its triangles; so a search finds all pairs that
-        come as near as the sum of both trees' margins at any time along the paths.
-        Raises InputError for another number of points, coordinates that are not finite, and a negative margin.
+        Every volume then contains all points within ``margin`` [m], 0 or more, of its triangles; so a search finds all
+        pairs that are as near as the sum of both trees' margins.
+        Raises InputError for another number of points, and for coordinates that are not finite.
         """
         points = coordinates(points, POINTS, "points of a tree")
-        moved = _NO_POINTS if moved is None else coordinates(moved, POINTS, "moved points of a tree")
-        if len(points) != len(self.points) or len(moved) not in (0, len(points)):
+        if len(points) != len(self.points):
             raise InputError(f"a tree over {len(self.points)} points was refitted to another number; make a new one.")
-        if not 0.0 <= margin < np.inf:
-            raise InputError(f"margin of a tree is {margin}; give a length in m, 0 for none.")
-        self._gather(points, moved)
+        self._gather(points)
         # rounding must not reduce the margin
         self._fit(margin + 2.0**-50 * (margin + np.abs(self._corners).max(initial=0.0)) if margin else 0.0)
 
@@ -104,7 +92,7 @@ class Tree:
         """Cost of a search when last built over that of now: 1 as built, less the more the tree has degraded.
 
         The cost is the surface of all nodes' AABBs over the root's, since random boxes overlap a node as often as its
-        surface is large (MacDonald, Booth 1990); margins and paths do not count.
+        surface is large (MacDonald, Booth 1990); margins do not count.
         """
         now = self._cost()
         return self._built_cost / now if now > 0.0 else 1.0
@@ -116,7 +104,7 @@ class Tree:
 
     def _divide(self, boxes: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         """Split triangles with these boxes (m, 6) and centres (m, 3) into nodes, whose kind is still their level."""
-        return build(boxes, centres, LEAF, self.split == "sah")
+        return build(boxes, centres, LEAF)
 
     def _allocate(self) -> None:
         n, levels = len(self.nodes), self.nodes[:, KIND].copy()
@@ -133,18 +121,15 @@ class Tree:
         else:
             self.boxes = np.empty((n, 2 * len(DIRECTIONS.get(self.structure, DIRECTIONS["aabb"]))))
 
-    def _gather(self, points: np.ndarray, moved: np.ndarray) -> None:
-        self._per_triangle = 6 if len(moved) else 3
-        if len(self._corners) != self._per_triangle * len(self.triangles):
-            self._corners = np.empty((self._per_triangle * len(self.triangles), 3))
-        if not gather_corners(points, moved, self._leaf_triangles, self._corners):
+    def _gather(self, points: np.ndarray) -> None:
+        if not gather_corners(points, self._leaf_triangles, self._corners):
             raise InputError(NOT_FINITE)
         self.points = points
 
     def _fit(self, pad: float) -> None:
         if not len(self.triangles):
             return
-        where = (self.nodes, self._corners, self._per_triangle, pad)
+        where = (self.nodes, self._corners, pad)
         if self.structure == "obb":
             refit_obbs(*where, self._frames, self._axes, self.boxes)
         elif self.structure in ("dop14", "dop18"):
@@ -153,4 +138,4 @@ class Tree:
             refit_boxes(*where, self.boxes, self.spheres)
 
     def _cost(self) -> float:
-        return box_areas(self.nodes, self._corners, self._per_triangle) if len(self.triangles) else 0.0
+        return box_areas(self.nodes, self._corners) if len(self.triangles) else 0.0

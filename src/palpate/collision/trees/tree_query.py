@@ -13,6 +13,7 @@ import numpy as np
 from palpate.collision.trees.build_tree import CHILD, FIRST, KIND, LAST
 from palpate.collision.trees.tree import DEPTHS, Tree
 from palpate.collision.trees.volumes import AABB, BOTH, OBB, SPHERE, volumes_overlap
+from palpate.collision.triangles.intersection import pairs_intersect
 from palpate.errors import InputError
 
 
@@ -43,8 +44,6 @@ def crossing_pairs(tree_a: Tree, tree_b: Tree | None = None) -> tuple[np.ndarray
 
     Without ``tree_b`` pairs i < j of one tree, except those that share a node. Touching counts as intersecting.
     """
-    from palpate.collision.triangles.intersection import pairs_intersect
-
     other = tree_a if tree_b is None else tree_b
     pairs, tests = _search(tree_a, other, tree_b is None)
     hits = pairs[pairs_intersect(tree_a.points, tree_a.triangles, other.points, other.triangles, pairs)]
@@ -52,9 +51,6 @@ def crossing_pairs(tree_a: Tree, tree_b: Tree | None = None) -> tuple[np.ndarray
 
 
 def _search(tree_a: Tree, tree_b: Tree, same: bool) -> tuple[np.ndarray, int]:
-    for tree in (tree_a, tree_b):
-        if not isinstance(tree, Tree):
-            raise InputError(f"a search was given a {type(tree).__name__} for a tree; make a Tree of its triangles.")
     if not len(tree_a.triangles) or not len(tree_b.triangles):
         return np.empty((0, 2), np.int64), 0
     check_comparable(tree_a, tree_b)
@@ -167,7 +163,7 @@ class StoppedTree(Tree):
     The volumes that have no children now hold many triangles; ``volume_pairs`` finds which of them overlap, and
     ``crossing_pairs`` stays exact, at the cost of testing all their triangles. The interruptible search of Hubbard
     (1996) and of O'Sullivan and Dingliana (1999), in the composite hierarchy of paper 3, chapter 4.
-    Raises InputError for a layer that is not a count, and as ``Tree`` does.
+    Raises InputError as ``Tree`` does.
     """
 
     def __init__(
@@ -177,12 +173,9 @@ class StoppedTree(Tree):
         layer: int,
         structure: str = "composite",
         depths: tuple[int, int] = DEPTHS,
-        split: str = "sah",
     ):
-        if not isinstance(layer, int | np.integer) or layer < 0:
-            raise InputError(f"layer of a tree is {layer}; give how many levels are kept below its root, 0 for none.")
         self.layer = layer
-        super().__init__(points, triangles, structure, depths, split)
+        super().__init__(points, triangles, structure, depths)
 
     def _divide(self, boxes: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         nodes, order, height = super()._divide(boxes, centres)
@@ -264,14 +257,8 @@ def overlaps(tree_a: Tree, tree_b: Tree, pairs: np.ndarray) -> tuple[np.ndarray,
 
     The depth is the least translation of a's volume after which both only touch, in that direction; the place is the
     middle of what both have in common, along the line of centres if one is a sphere. Volumes are compared as in the
-    search: as spheres if both have one, as AABBs if both have these, else as a sphere and an AABB. Raises InputError
-    for a tree of other volumes.
+    search: as spheres if both have one, as AABBs if both have these, else as a sphere and an AABB; there are no others.
     """
-    for tree in (tree_a, tree_b):
-        if len(tree.nodes) and tree.nodes[0, KIND] > AABB:
-            raise InputError(
-                f"a tree of structure {tree.structure} gives no contacts; make it of sphere, aabb or composite."
-            )
     places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
     _overlaps(
         tree_a.nodes, tree_a.spheres, tree_a.boxes, tree_b.nodes, tree_b.spheres, tree_b.boxes, pairs, places,
@@ -362,3 +349,35 @@ def _of_sphere_and_box(sphere, box, place, direction):
         low, high = max(sphere[axis] - sphere[3], box[axis]), min(sphere[axis] + sphere[3], box[3 + axis])
         place[axis] = 0.5 * (low + high)
     return least + sphere[3]
+
+
+class RefittedTrees:
+    """Trees of several bodies: built once, then refitted, and rebuilt when a tree reports that its quality has fallen.
+
+    depths : of composite trees; None for the usual ones; layer : at which trees are stopped; None for whole trees
+    """
+
+    refits = True
+
+    def __init__(
+        self, structure: str, depths: tuple[int, int] | None, triangles: list, points: list, layer: int | None = None
+    ):
+        how = structure, depths or DEPTHS
+        self.trees = [
+            Tree(at, cells, *how) if layer is None else StoppedTree(at, cells, layer, *how)
+            for at, cells in zip(points, triangles, strict=True)
+        ]
+        self.rebuilds = 0
+
+    def update(self, points: list[np.ndarray]) -> None:
+        """Refit the trees to the new ``points`` of each body, (n, 3) [m]; rebuild those that are worn."""
+        for tree, moved in zip(self.trees, points, strict=True):
+            tree.refit(moved)
+            if tree.needs_rebuild:
+                tree.rebuild(moved)
+                self.rebuilds += 1
+
+    def query(self) -> np.ndarray:
+        """Return the crossing pairs, (k, 2) int64, and keep the numbers of tests in ``counts``."""
+        pairs, self.counts = crossing_pairs(*self.trees)
+        return pairs

@@ -3,16 +3,16 @@
 import numba
 import numpy as np
 
+from palpate.collision.triangles.intersection import pairs_intersect
+
 
 def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
     """Find the crossing triangles of two bodies, or of one with itself, as sorted pairs (k, 2) int64.
 
     points : (n, 3) [m], triangles : (m, 3) int64, one or two of each
     Pairs of one body have i < j, and triangles that share a node are left out. Triangles are closed, as in
-    ``collision.triangles.triangle_pairs``.
+    ``triangle_pairs_intersect``.
     """
-    from palpate.collision.triangles.intersection import pairs_intersect
-
     pairs = overlapping(points, triangles)
     if len(triangles) == 1:
         one, other = triangles[0][pairs[:, 0]], triangles[0][pairs[:, 1]]

@@ -32,23 +32,8 @@ def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, n
     they cross. Trap: the distance is rounded, so it may be 0 for triangles that barely do not intersect. Raises
     InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = check_pairs(a, b)
-    distance, found = np.empty(len(a)), np.empty((len(a), 3, 3))
-    _measure(a, b, distance, found)
-    return distance, found[:, 0], found[:, 1]
-
-
-@numba.njit(cache=True)
-def _measure(a, b, distance, found):
-    points, scaled, sums, work = np.empty((6, 3)), np.empty((6, 3)), new_accumulator(), np.empty(4)
-    for n in range(len(a)):
-        points[:3], points[3:] = a[n], b[n]
-        exponent = normalise(points, scaled)
-        _, length = pair_distance(points, scaled, sums, work, found[n])
-        distance[n] = math.ldexp(length, exponent)
-        for side in range(2):
-            for axis in range(3):
-                found[n, side, axis] = math.ldexp(found[n, side, axis], exponent)
+    signed, _, places = triangle_pairs_contact(a, b)
+    return np.where(signed > 0.0, signed, 0.0), places[:, 0], places[:, 1]
 
 
 @numba.njit(cache=True)
@@ -95,22 +80,15 @@ ROUNDING = 1e-15
 """Tolerance within which a point counts as on the boundary, for coordinates near 1."""
 
 
-def triangle_pairs_depth(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute signed distances (n,) [m] of triangles ``a[i]`` and ``b[i]``, and unit vectors (n, 3) that separate them.
 
     a, b : (n, 3, 3) [m]
+    Also returns the closest places (n, 2, 3) [m] on a and on b, as ``triangle_pairs_distance`` does.
     Disjoint: the distance, and the direction from b to a. Intersecting: minus the least translation of a along a face
     normal of a or b after which they only touch, and its direction. Intersecting segments or points have no face: their
     depth is 0, in a direction perpendicular to both. Trap: the depth jumps where an edge is perpendicular to the other
     triangle at one of its edges; it is the larger one there. Raises InputError as ``triangle_pairs_intersect`` does.
-    """
-    return triangle_pairs_contact(a, b)[:2]
-
-
-def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute what ``triangle_pairs_depth`` does, and the places (n, 2, 3) [m] on a and on b of the closest points.
-
-    Of triangles that intersect both are one point, as in ``triangle_pairs_distance``.
     """
     a, b = check_pairs(a, b)
     signed, direction, places = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 2, 3))
@@ -120,13 +98,8 @@ def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np
 
 @numba.njit(cache=True, error_model="numpy")
 def _measure_depth(a, b, signed, direction, places):
-    points, scaled, sums, weights, found = (
-        np.empty((6, 3)),
-        np.empty((6, 3)),
-        new_accumulator(),
-        np.empty(4),
-        np.empty((3, 3)),
-    )
+    points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
+    weights, found = np.empty(4), np.empty((3, 3))
     # each cut may at most double the corners, and does so only by rounding
     polygons = np.empty((2, 24, 3))
     for n in range(len(a)):

@@ -86,8 +86,6 @@ def _between(sphere: pd.Series, composite: pd.Series, box: pd.Series) -> str:
 
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
-
-"""Relative difference of times that repeated runs have."""
 RANKED = 0.7
 """Rank correlation from which on times rise, or errors fall, with the layer."""
 EDGE = 0.005

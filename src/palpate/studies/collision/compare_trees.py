@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.collision.moving_surfaces import Moving, crossing_waves, scenes
-from palpate.collision.trees.refitted_trees import RefittedTrees
+from palpate.collision.trees.tree_query import RefittedTrees
 from palpate.collision.triangles.brute_force import crossing
 from palpate.table import Table
 

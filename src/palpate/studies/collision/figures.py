@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.errors import InputError
 from palpate.report import style, tables
 from palpate.report.style import Look
 from palpate.studies.collision.compare_trees import STAGES, exponents
@@ -30,16 +29,11 @@ _DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")
 
 
 def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
-    """Look up the look of a structure; raises InputError for an unknown one, so that no figure invents a colour.
+    """Look up the look of a structure.
 
     depths : of a composite tree, which gets a label and a shade of its own ``among`` all depths of the figure
     """
-    try:
-        shown = STRUCTURES[structure]
-    except KeyError:
-        raise InputError(
-            f"structure {structure} has no colour: give it one in palpate/studies/collision/figures/collision_looks.py"
-        ) from None
+    shown = STRUCTURES[structure]
     if not depths:
         return shown
     # one alone gets the middle shade
@@ -57,8 +51,6 @@ def depths_of(table) -> list[str]:
 def ranked(table):
     """Sort the rows of a table by STRUCTURES and depths, which become text ("" where there are none)."""
     table = table.assign(depths=table["depths"].fillna("").astype(str))
-    for structure in table["structure"].unique():
-        look(structure)
     order = {"structure": list(STRUCTURES), "depths": ["", *depths_of(table)]}
     # stable sorts, so that scenes and numbers of triangles keep their order
     for column in ("depths", "structure"):

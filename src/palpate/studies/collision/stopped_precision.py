@@ -1,7 +1,6 @@
 """Error and time of contacts from trees that are stopped at a layer: paper 3's precision for time."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -177,7 +176,7 @@ def _course(scene: Moving, frames: int) -> list[Frame]:
 
 def _row(scene: Moving, course: list[Frame], structure: str, deep: tuple[int, int] | None, layer: int | None) -> dict:
     trees = RefittedTrees(structure, deep, scene.triangles, course[0].points, layer)
-    find: Callable[..., ContactPoints] = partial(triangle_contacts, outward=True) if layer is None else stopped_contacts
+    find: Callable[..., ContactPoints] = triangle_contacts if layer is None else stopped_contacts
     find(*trees.trees, *course[0].velocities)  # compiles before anything is timed
     costs, judged = [], []
     for frame in course:

@@ -68,7 +68,7 @@ def _liver(refinements: int) -> Body:
 def triangles(count: int, meter: "Meter") -> Size:
     """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
     from palpate.collision.moving_surfaces import crossing_waves
-    from palpate.collision.trees.refitted_trees import RefittedTrees
+    from palpate.collision.trees.tree_query import RefittedTrees
 
     scene = crossing_waves(count)
     trees = meter.often("build", RefittedTrees, "composite", (1, 1), scene.triangles, scene.at(0.0))

@@ -11,8 +11,8 @@ from palpate.bodies.box import box, cylinder, sheet
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_quality
+from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.regions import balls_of, read_regions
-from palpate.bodies.smooth_surface import organ_shape, surface_of
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.errors import InputError, about
 
@@ -29,13 +29,11 @@ def make_body(name: str, entry: dict) -> Body:
 def _make(name: str, entry: dict) -> Body:
     kinds: dict[str, Callable] = {
         "cylinder": lambda e: cylinder(e["length_m"], e["radius_m"]),
-        "liver": _organ,
         "file": _file,
         "box": lambda e: box(e["sizes_m"], e["divisions"]),
         "sheet": lambda e: sheet(e["sizes_m"], e["divisions"], e["thickness_m"]),
         "ct": _ct,
-        "kidney": _organ,
-        "stomach": _organ,
+        **dict.fromkeys(SHAPES, lambda e: coarse_body(SHAPES[e["kind"]], e["length_m"], balls_of(e))),
     }
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
@@ -72,12 +70,6 @@ def _remedy(body: Body, remeshed: bool) -> str:
     if len(body.coarse.surface) <= NODES[0]:
         return improve
     return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
-
-
-def _organ(entry: dict) -> TetMesh:
-    from palpate.bodies.organs import coarse_body
-
-    return coarse_body(organ_shape(entry["kind"]), entry["length_m"], balls_of(entry))
 
 
 def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:

@@ -1,11 +1,11 @@
 """Closed surface of a mask: dense and smooth as in the CT, or coarse and filled with tetrahedra."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
+from palpate.bodies.ct.image import Grid
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.decimate import remesh
 from palpate.bodies.surfaces.tetrahedralize import Ball, label_shells, tetrahedralize
@@ -54,21 +54,6 @@ LOST_VOLUME, LOST_VOLUME_COARSE = 0.02, 0.1
 
 # search for the level that keeps the volume: initial levels, iterations at most, relative tolerance
 LEVELS, SECANTS, TOLERANCE = (0.45, 0.5), 8, 1e-4
-
-
-class Grid(Protocol):
-    """Places of a mask's voxels: a CT's image, or a grid around a surface."""
-
-    @property
-    def spacing_m(self) -> np.ndarray: ...
-
-    @property
-    def voxel_m3(self) -> float: ...
-
-    @property
-    def source(self) -> str: ...
-
-    def to_world(self, index: np.ndarray) -> np.ndarray: ...
 
 
 def surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarray, np.ndarray]:

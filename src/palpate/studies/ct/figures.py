@@ -213,10 +213,7 @@ _MASK_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00")
 
 @style.figure("ct_imaging")
 def draw_ct_imaging(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure:
-    """Draw pictures of the synthetic abdomen by ray casting, its MRI with what is found, and interpolated masks.
-
-    mask_interpolation : the table of this name
-    """
+    """Draw pictures of the synthetic abdomen by ray casting, its MRI with what is found, and interpolated masks."""
     ray_cast = shown.taken.shape[0] / shown.taken.shape[1]
     figure = Figure(figsize=(_INCHES, _INCHES / 4 * (ray_cast + 0.75) + 0.9), layout="constrained")
     axes = figure.subplots(2, 4, height_ratios=(ray_cast, 0.75))
@@ -286,10 +283,7 @@ _ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
 
 @style.figure("node_mass", tables=("node_mass",))
 def draw_node_mass(node_mass) -> Figure:
-    """Draw the deviation of the total mass, with and without the correction at the organ's rim, and the mean density.
-
-    node_mass : the table of this name
-    """
+    """Draw the deviation of the total mass, with and without correction at the organ's rim, and the mean density."""
     figure = Figure(figsize=(9.5, 3.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     for i, body in enumerate(tables.bodies(node_mass)):

@@ -256,22 +256,13 @@ def test_without_a_rule_the_low_end_of_the_longest_side_is_held(cube):
     assert choose_anchors("cube", rule, long).tolist() == [0, 1, 2, 3]
 
 
-def test_free_surface_nodes_have_their_rows(slab):
-    contacts = contacts_of(slab)
+def test_free_surface_nodes_have_their_rows_and_others_are_refused(slab):
+    contacts, inside = contacts_of(slab), np.setdiff1d(np.arange(len(slab.coarse.nodes)), slab.coarse.surface)
     assert contacts.tolist() == [node for node in slab.coarse.surface if node not in slab.anchors[0]]
     assert [row_of(contacts, int(node)) for node in contacts] == list(range(len(contacts)))
-
-
-@pytest.mark.parametrize("which", ["held", "inside", "far", "negative"])
-def test_other_nodes_are_refused(slab, which):
-    contact = {
-        "held": slab.anchors[0][0],
-        "inside": np.setdiff1d(np.arange(len(slab.coarse.nodes)), slab.coarse.surface)[0],
-        "far": len(slab.coarse.nodes),
-        "negative": -1,
-    }[which]
-    with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node of the mesh"):
-        row_of(contacts_of(slab), int(contact), "slab, ")
+    for contact in (slab.anchors[0][0], inside[0], len(slab.coarse.nodes), -1):
+        with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node of the mesh"):
+            row_of(contacts, int(contact), "slab, ")
 
 
 def test_kept_contacts_are_pressed_ones_and_no_more_than_there_are(slab):

@@ -17,7 +17,7 @@ from palpate.errors import InputError
 from palpate.init import try_body
 from palpate.init.choose import _hold
 from palpate.init.command import program
-from palpate.init.data import HOLDS, recognise, sides_of
+from palpate.init.data import HOLDS, sides_of
 from palpate.init.try_body import MODELS, is_unchanged
 from palpate.report.tables import read
 from palpate.run.settings import complete
@@ -74,6 +74,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert small["regimes"] == {"large": whole["regimes"]["large"]}
     assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]
     assert "given    it is held where its x is smallest" in printed and "a unit of the file" not in printed
+    assert "unit [m], given; the longest side is 30 cm" in (folder / "config.yaml").read_text()
     assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed
     assert re.search(r"make CONFIG=\S*organ/config\.yaml\n", printed)
     assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
@@ -170,7 +171,11 @@ def test_what_cannot_be_tried_gets_one_sentence_and_nothing_is_written(capsys, d
     assert not (tmp_path / "new").exists() and ran == []
 
 
-def test_each_side_of_a_block_can_hold_it():
+def test_each_side_of_a_block_can_hold_it_and_the_left_of_a_patient_is_the_patients_own():
+    """In a CT x points to the patient's left, y to the back and z to the head."""
+    assert sides_of("ct", "left") == [("x", "max")] and sides_of("ct", "right") == [("x", "min")]
+    assert sides_of("ct", "back") == sides_of("ct", None) == [("y", "max")]
+    assert sides_of("ct", "x-min") == [("x", "min")] and len(sides_of("file", None)) == 6
     block = box([0.3, 0.2, 0.1], [6, 4, 2])
     found = {}
     for word in HOLDS:
@@ -186,13 +191,6 @@ def test_each_side_of_a_block_can_hold_it():
     rod = box([0.3, 0.002, 0.002], [30, 1, 1])
     with pytest.raises(InputError, match=r"rod: that side of it has too few nodes to be held; give another"):
         _hold("rod", rod, sides_of("file", "left"))
-
-
-def test_the_left_of_a_patient_is_the_patients_own():
-    """In a CT x points to the patient's left, y to the back and z to the head."""
-    assert sides_of("ct", "left") == [("x", "max")] and sides_of("ct", "right") == [("x", "min")]
-    assert sides_of("ct", "back") == sides_of("ct", None) == [("y", "max")]
-    assert sides_of("ct", "x-min") == [("x", "min")] and len(sides_of("file", None)) == 6
 
 
 @pytest.mark.parametrize(
@@ -222,9 +220,3 @@ def test_a_guessed_unit_is_said_with_the_size_it_makes_and_doubted_where_others_
         assert others in warned[0] and "; compare the length with the organ's, and give --scale" in warned[0]
     scale = yaml.safe_load((tmp_path / "new/config.yaml").read_text())["bodies"]["bar"]["scale_m"]
     assert scale == pytest.approx(unit)
-
-
-def test_a_given_unit_is_not_assumed(data):
-    found = recognise([data / "block.vtk"], [], None, scale_m=0.1)
-    assert found.entry["scale_m"] == 0.1 and found.assumed == found.warned == []
-    assert found.comments["scale_m"] == "length of the file's unit [m], given; the longest side is 30 cm"

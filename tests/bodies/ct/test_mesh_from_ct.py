@@ -119,7 +119,7 @@ def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
 
 def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     paths, truth = files
-    image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
+    image = read(paths["image"])
     two = truth["liver"].astype(np.uint8)
     two[5:10, 5:10, 5:10] = 1
     mask = write_scan(tmp_path / "two.nii.gz", two, image)
@@ -130,8 +130,8 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
 
 @pytest.mark.parametrize(("radius_m", "voxels"), [(0.002, 1), (0.005, 3)])
 def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m, voxels):
-    paths, _ = files
-    image = abdomen(spacing_m=(0.004, 0.004, 0.004))[0]
+    paths = files[0]
+    image = read(paths["image"])
     places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
     tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
     mask = write_scan(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from palpate.bodies.body import Body
 from palpate.bodies.ct.image import Image
+from palpate.bodies.surfaces.triangles import image_data
 from palpate.report import panels, render, style, tables
 from palpate.studies.ct.imaging import BETWEEN, Pictures
 from palpate.studies.ct.ray_casting import front
@@ -162,19 +163,11 @@ def _volume(image: Image, mask: np.ndarray):
     components, so that classes must be encoded in one value.
     """
     import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  registers the caster's rendering backend
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkRenderingCore import vtkVolume
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
-    data = vtkImageData()
-    data.SetDimensions(*image.hu.shape[::-1])
-    data.SetSpacing(*image.spacing_m)
-    data.SetOrigin(*image.origin_m)
-    data.GetPointData().SetScalars(numpy_to_vtk(values(image, mask).ravel(), deep=True))
-
     mapper = vtkFixedPointVolumeRayCastMapper()
-    mapper.SetInputData(data)
+    mapper.SetInputData(image_data(values(image, mask), image.origin_m, image.spacing_m))
     mapper.SetAutoAdjustSampleDistances(False)
     mapper.SetImageSampleDistance(1.0)
     mapper.SetNumberOfThreads(1)
@@ -261,15 +254,8 @@ def _masks(axis: Axes, table: pd.DataFrame) -> None:
             rows = tables.where(table, body=body)
             rows = rows[(rows["method"] == BETWEEN) == (method == BETWEEN)].sort_values("every")
             label = body if method else None
-            axis.plot(
-                rows["every"],
-                rows["dice"],
-                line,
-                color=_MASK_COLOURS[i % len(_MASK_COLOURS)],
-                marker="o",
-                ms=3,
-                label=label,
-            )
+            colour = _MASK_COLOURS[i % len(_MASK_COLOURS)]
+            axis.plot(rows["every"], rows["dice"], line, color=colour, marker="o", ms=3, label=label)
     axis.axhline(0.95, color=style.FAINT, lw=0.8)
     axis.plot([], [], ":", color=style.INK, label="nearest drawn slice")
     axis.set(title="masks from every n-th slice", xlabel="n", ylabel="Dice against the whole mask")

@@ -90,11 +90,7 @@ SPRING_FIT = Table(
 def judge(
     trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
 ) -> pd.DataFrame:
-    """Evaluate the error of the key points over all steps, one row for each press.
-
-    rmse_m : over steps and key points; rmse_of_peak : the same / the reference's largest displacement; max_x_m … : the
-    largest error along each axis; used : the presses that were fitted
-    """
+    """Evaluate the error of the key points over all steps, one row of SPRING_FIT a press; ``used`` were fitted."""
     rows = []
     rest = trial.settings.keys.of(trial.model.nodes)
     for press, (positions, velocities) in references.items():
@@ -124,11 +120,7 @@ SPRING_ERRORS = Table(
 def errors(
     trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
 ) -> pd.DataFrame:
-    """Evaluate errors along each axis, for each press and step (paper 2's figure 3).
-
-    error_x_m … : simulated minus reference, with its sign, of the key point that the press moves farthest
-    most_m, zero_m : the largest error along an axis of any key point, and the same if nothing moved
-    """
+    """Evaluate errors along each axis, for each press and step: the rows of SPRING_ERRORS (paper 2's figure 3)."""
     tables = []
     rest = trial.settings.keys.of(trial.model.nodes)
     for press, (positions, _) in references.items():

@@ -31,11 +31,21 @@ def test_good_elements_come_back_as_they_are(cube):
     check_boundary("a", cube)
 
 
-def test_some_inverted(cube):
-    tetrahedra = cube.tetrahedra.copy()
-    tetrahedra[[2, 4]] = tetrahedra[[2, 4]][:, [1, 0, 2, 3]]
-    with pytest.raises(InputError, match=r"a: 2 of 6 tetrahedra are inverted \(first: element 2\); repair"):
-        check_tetrahedra("a", cube.nodes, tetrahedra)
+@pytest.mark.parametrize(
+    ("scale", "tetrahedra", "message"),
+    [
+        (1.0, lambda t: np.where(np.isin(np.arange(6), [2, 4])[:, None], t[:, [1, 0, 2, 3]], t),
+         r"a: 2 of 6 tetrahedra are inverted \(first: element 2\); repair"),
+        (1e-12, lambda t: t, "6 of 6 tetrahedra have no volume"),
+        (1.0, lambda t: np.vstack([t, t[3:4, [1, 2, 0, 3]]]), r"1 of 7 tetrahedra are duplicates \(first: of el.* 3"),
+        (1.0, lambda t: t - np.array(4 * [4 * [0]] + [[0, 0, 99, 0], [0, -8, 0, 0]]),
+         r"2 tetrahedra refer to .* not exist \(first: element 4, of 8 nodes\)"),
+    ],
+    ids=["inverted", "flat", "duplicate", "unknown"],
+)  # fmt: skip
+def test_faulty_elements_are_refused(cube, scale, tetrahedra, message):
+    with pytest.raises(InputError, match=message):
+        check_tetrahedra("a", cube.nodes * [1.0, 1.0, scale], tetrahedra(cube.tetrahedra))
 
 
 def test_all_inverted_are_turned(cube):
@@ -43,48 +53,23 @@ def test_all_inverted_are_turned(cube):
     assert TetMesh(cube.nodes, turned).volumes.min() > 0
 
 
-def test_no_volume(cube):
-    cube.nodes[:, 2] *= 1e-12
-    with pytest.raises(InputError, match="6 of 6 tetrahedra have no volume"):
-        check_tetrahedra("a", cube.nodes, cube.tetrahedra)
+OVERLAP = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 2], [0, 0, -1]]
+TOUCH = [[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
 
 
-def test_duplicates(cube):
-    twice = np.vstack([cube.tetrahedra, cube.tetrahedra[3:4, [1, 2, 0, 3]]])
-    with pytest.raises(InputError, match=r"1 of 7 tetrahedra are duplicates \(first: of element 3\)"):
-        check_tetrahedra("a", cube.nodes, twice)
-
-
-def test_nodes_that_do_not_exist(cube):
-    cube.tetrahedra[4, 2] = -1
-    cube.tetrahedra[5, 2] = 8
-    with pytest.raises(InputError, match=r"2 tetrahedra refer to .* not exist \(first: element 4, of 8 nodes\)"):
-        check_tetrahedra("a", cube.nodes, cube.tetrahedra)
-
-
-def test_elements_that_overlap():
-    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 2], [0, 0, -1]])
-    mesh = TetMesh(nodes, np.array([[0, 1, 2, 3], [0, 1, 2, 4], [0, 2, 1, 5]]))
-    with pytest.raises(InputError, match=r"share the face of nodes \[0, 1, 2\]"):
-        check_boundary("a", mesh)
-
-
-def test_elements_that_touch_at_an_edge(cube):
-    nodes = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], dtype=float)
-    mesh = TetMesh(nodes, np.array([[0, 2, 3, 1], [0, 4, 5, 1]]))
-    assert mesh.volumes.min() > 0
-    with pytest.raises(InputError, match=r"not a manifold at the edge of nodes \[0, 1\], where 4"):
-        check_boundary("a", mesh)
-
-
-def test_elements_that_touch_at_a_node(cube):
-    both = TetMesh(
-        np.vstack([cube.nodes, cube.nodes[1:] * -1]),
-        np.vstack([cube.tetrahedra, np.where(cube.tetrahedra == 0, 0, cube.tetrahedra + 7)[:, [1, 0, 2, 3]]]),
-    )
-    assert both.volumes.min() > 0
-    with pytest.raises(InputError, match="not a manifold at node 0, where parts touch at a point"):
-        check_boundary("a", both)
+@pytest.mark.parametrize(
+    ("nodes", "tetrahedra", "message"),
+    [
+        (OVERLAP, [[0, 1, 2, 3], [0, 1, 2, 4], [0, 2, 1, 5]], r"share the face of nodes \[0, 1, 2\]"),
+        (TOUCH, [[0, 2, 3, 1], [0, 4, 5, 1]], r"not a manifold at the edge of nodes \[0, 1\], where 4"),
+        ([*TOUCH[:4], [-1, 0, 0], [0, -1, 0], [0, 0, -1]], [[0, 2, 3, 1], [0, 5, 4, 6]],
+         "not a manifold at node 0, where parts touch at a point"),
+    ],
+    ids=["face", "edge", "node"],
+)  # fmt: skip
+def test_elements_that_overlap_or_touch_are_refused(nodes, tetrahedra, message):
+    with pytest.raises(InputError, match=message):
+        check_boundary("a", TetMesh(np.array(nodes, dtype=float), np.array(tetrahedra)))
 
 
 def test_closed_surface_passes_and_is_turned_outward(octahedron):
@@ -93,29 +78,22 @@ def test_closed_surface_passes_and_is_turned_outward(octahedron):
     assert np.array_equal(check_closed("s", points, triangles[:, ::-1]), triangles)
 
 
-def test_holes(octahedron):
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t: t[1:], r"^s: the surface has holes \(3 open edges, first: between points 0 "),
+        (lambda t: np.vstack([t[:1, ::-1], t[1:]]), "wound opposite ways at 3 edges"),
+        (lambda t: np.vstack([t, np.where(t == 0, 0, t + 5)[:, ::-1]]), "not a manifold at node 0"),
+        (lambda t: np.vstack([t, t[:1]]), "1 of 9 triangles are duplicates"),
+        (lambda t: t[:0], "0 triangles; give a closed surface"),
+    ],
+    ids=["hole", "winding", "pinched", "duplicate", "none"],
+)
+def test_a_faulty_surface_is_refused(octahedron, change, message):
     points, triangles = octahedron
-    with pytest.raises(InputError, match=r"^s: the surface has holes \(3 open edges, first: between points 0 "):
-        check_closed("s", points, triangles[1:])
-
-
-def test_mixed_winding(octahedron):
-    points, triangles = octahedron
-    triangles[0] = triangles[0, ::-1]
-    with pytest.raises(InputError, match="wound opposite ways at 3 edges"):
-        check_closed("s", points, triangles)
-
-
-def test_surface_that_is_not_a_manifold(octahedron):
-    points, triangles = octahedron
-    pinched = np.where(triangles == 0, 0, triangles + 5)
     both = np.vstack([points, points[1:] * [-1, 1, 1] + [2, 0, 0]])
-    with pytest.raises(InputError, match="not a manifold at node 0"):
-        check_closed("s", both, np.vstack([triangles, pinched[:, ::-1]]))
-    with pytest.raises(InputError, match="1 of 9 triangles are duplicates"):
-        check_closed("s", points, np.vstack([triangles, triangles[:1]]))
-    with pytest.raises(InputError, match="0 triangles; give a closed surface"):
-        check_closed("s", points, triangles[:0])
+    with pytest.raises(InputError, match=message):
+        check_closed("s", both, change(triangles))
 
 
 def test_regular_tetrahedron():

@@ -18,9 +18,12 @@ SOFT, HARD = Material(1e3, 0.3, 1000.0), Material(1e5, 0.4, 2000.0)
 APART = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]
 
 
+def solid(material, regions=None):
+    return nest("block", box([0.1, 0.1, 0.2], [2, 2, 4]), 1, np.arange(9), material, regions=regions)
+
+
 def block(material, regions=None, level: int = 0):
-    mesh = box([0.1, 0.1, 0.2], [2, 2, 4])
-    return particles_of(nest("block", mesh, 1, np.arange(9), material, regions=regions), level, surface=False)
+    return particles_of(solid(material, regions), level, surface=False)
 
 
 @pytest.fixture
@@ -33,8 +36,7 @@ def layered():
 
 def test_masses_follow_from_densities_at_nodes(layered):
     """Linear in height, so that the total is exact on any mesh, whatever the materials' densities are."""
-    mesh = box([0.1, 0.1, 0.2], [2, 2, 4])
-    body = nest("block", mesh, 1, np.arange(9), SOFT, regions=layered)
+    body = solid(SOFT, layered)
     body = replace(body, densities=[1000.0 + 1e4 * level.nodes[:, 2] for level in body.levels])
     for level in (0, 1):
         particles = particles_of(body, level, surface=False)
@@ -59,17 +61,14 @@ def test_bodies_of_different_materials_are_one_set_of_particles(layered):
     assert np.array_equal(merged.tissue.young_pa, np.concatenate([part.tissue.young_pa for part in parts]))
     assert np.array_equal(merged.tissue.lame_pa, np.concatenate([part.tissue.lame_pa for part in parts]))
     assert merged.tissue.materials == (HARD, SOFT)
+    alike = merge_particles([block(SOFT)] * 2, APART, "scene")
+    assert alike.regions is None and alike.tissue.materials == (SOFT,)
     # each body keeps its own forces
     rng = np.random.default_rng(3)
     moves = [1e-3 * rng.normal(size=part.nodes.shape) for part in parts]
     together = LinearElements(merged, merged.tissue).force(merged.nodes + np.concatenate(moves))
     alone = [LinearElements(p, p.tissue).force(p.nodes + move) for p, move in zip(parts, moves, strict=True)]
     assert np.abs(together - np.concatenate(alone)).max() < 1e-9 * np.abs(together).max()
-
-
-def test_bodies_of_one_material_have_no_regions():
-    merged = merge_particles([block(SOFT)] * 2, APART, "scene")
-    assert merged.regions is None and merged.tissue.materials == (SOFT,)
 
 
 def test_the_modulus_of_a_node_is_the_mean_around_it(layered):
@@ -101,9 +100,8 @@ def test_springs_and_shapes_refuse_several_stiffnesses(layered):
 
 
 def test_a_surface_of_a_body_with_regions_is_refused(layered):
-    body = nest("block", box([0.1, 0.1, 0.2], [2, 2, 4]), 0, np.arange(9), SOFT, regions=layered)
     with pytest.raises(InputError, match=r"^scene of block: a surface has no inside that could have regions"):
-        particles_of(body, 0, surface=True)
+        particles_of(solid(SOFT, layered), 0, surface=True)
 
 
 def test_sheets_surfaces_and_laws_must_be_alike():

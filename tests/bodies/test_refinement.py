@@ -23,11 +23,13 @@ from palpate.bodies.refinement import (
 )
 
 
-def test_fine_nodes_are_the_prolonged_coarse_ones(cube):
+def test_fine_nodes_are_the_prolonged_coarse_ones_which_come_first(cube):
     fine, prolongation = refine(cube)
     assert np.array_equal(fine.nodes[:8], cube.nodes)
     assert np.abs(prolongation @ cube.nodes - fine.nodes).max() == 0
     assert np.allclose(prolongation.sum(axis=1), 1)
+    assert len(fine.triangles) == 4 * len(cube.triangles)
+    assert np.array_equal(fine.surface[: len(cube.surface)], cube.surface)
 
 
 def test_volume_and_orientation_are_kept(cube):
@@ -37,12 +39,6 @@ def test_volume_and_orientation_are_kept(cube):
     assert len(finer.tetrahedra) == 6 * 8**3
     assert finer.volumes.min() > 0
     assert finer.volumes.sum() == pytest.approx(1, rel=1e-13)
-
-
-def test_surface_splits_in_four_with_coarse_nodes_first(cube):
-    fine, _ = refine(cube)
-    assert len(fine.triangles) == 4 * len(cube.triangles)
-    assert np.array_equal(fine.surface[: len(cube.surface)], cube.surface)
 
 
 def test_quality_settles_after_one_refinement():

@@ -5,10 +5,26 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.box import box, cut_lattice, cylinder, sheet
-from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_boundary, check_tetrahedra, quality
-from palpate.bodies.refinement import refine
 from palpate.effects.linear_elements import LinearElements
+
+
+def as_set(simplices):
+    return {tuple(s) for s in np.sort(simplices, axis=1).tolist()}
+
+
+def moved(points, simplices, image):
+    """The simplices after each point went to its image, (n, d), which is a lattice point too."""
+    number = {tuple(p): i for i, p in enumerate(points.tolist())}
+    return as_set(np.array([number[tuple(p)] for p in image.tolist()])[simplices])
+
+
+def check_mirrored(points, simplices, counts):
+    """Check that simplices of lattice points, from 0 to ``counts``, are their own mirror image along each axis."""
+    for axis, count in enumerate(counts):
+        image = points.copy()
+        image[:, axis] = count - image[:, axis]
+        assert moved(points, simplices, image) == as_set(simplices)
 
 
 def test_a_box_is_whole():
@@ -29,13 +45,7 @@ def test_refined_elements_keep_their_shape_and_symmetry(material, sizes):
     for key in ("min_dihedral_deg", "max_dihedral_deg", "min_radius_ratio"):
         assert fine[key] == pytest.approx(coarse[key])
     lattice = np.rint(body.fine.nodes * 8 / sizes).astype(int)
-    number = {tuple(p): i for i, p in enumerate(lattice.tolist())}
-    elements = {tuple(t) for t in np.sort(body.fine.tetrahedra, axis=1).tolist()}
-    for axis in range(3):
-        image = lattice.copy()
-        image[:, axis] = 8 - image[:, axis]
-        mirrored = np.array([number[tuple(p)] for p in image.tolist()])[body.fine.tetrahedra]
-        assert {tuple(t) for t in np.sort(mirrored, axis=1).tolist()} == elements
+    check_mirrored(lattice, body.fine.tetrahedra, [8, 8, 8])
 
 
 def test_a_bar_does_not_lean_when_bent(material):
@@ -58,23 +68,9 @@ def test_a_bar_does_not_lean_when_bent(material):
     assert abs(np.cross(arm, found[0])[:, 0].mean()) < 1e-10 * y * 0.1
 
 
-def as_set(simplices):
-    return {tuple(s) for s in np.sort(simplices, axis=1).tolist()}
-
-
-def moved(points, simplices, image):
-    """The simplices after each point went to its image, (n, d), which is a lattice point too."""
-    number = {tuple(p): i for i, p in enumerate(points.tolist())}
-    return as_set(np.array([number[tuple(p)] for p in image.tolist()])[simplices])
-
-
 @pytest.mark.parametrize("divisions", [[4, 2], [2, 4, 6]])
 def test_the_mesh_is_its_own_mirror_image(divisions):
-    points, simplices = cut_lattice(divisions)
-    for axis, count in enumerate(divisions):
-        image = points.copy()
-        image[:, axis] = count - image[:, axis]
-        assert moved(points, simplices, image) == as_set(simplices)
+    check_mirrored(*cut_lattice(divisions), divisions)
 
 
 @pytest.mark.parametrize("divisions", [[3, 3], [3, 3, 3]])
@@ -104,29 +100,15 @@ def test_a_sheet_is_flat_and_whole(cloth):
     assert cloth.areas.sum() == pytest.approx(0.06, rel=1e-14)
     assert np.array_equal(cloth.normals, np.tile([0.0, 0.0, 1.0], (35, 1)))
     assert (cloth.size, cloth.thickness_m) == (pytest.approx(0.3), 0.001)
+    assert cloth.tetrahedra.shape == (0, 4) and np.array_equal(cloth.surface, np.arange(35))
     # Euler's formula for a disc
     assert len(cloth.nodes) - len(cloth.edges) + len(cloth.triangles) == 1
-
-
-def test_it_offers_what_a_solid_offers(cloth):
-    assert cloth.tetrahedra.shape == (0, 4)
-    assert np.array_equal(cloth.surface, np.arange(35))
-    public = {name for name in dir(TetMesh) if not name.startswith("_")} - {"volumes"}
-    assert all(hasattr(cloth, name) for name in public)
 
 
 def test_no_corner_of_a_sheet_hangs_by_one_triangle(cloth):
     """With even divisions a diagonal ends in each corner, so that it can be bent along no single edge."""
     corners = [0, 4, 30, 34]
     assert np.bincount(cloth.triangles.ravel())[corners].tolist() == [2, 2, 2, 2]
-
-
-def test_counts_are_the_papers_on_both_levels():
-    coarse = cylinder(0.2, 0.03)
-    fine, _ = refine(coarse)
-    assert (len(coarse.surface), len(coarse.triangles)) == (182, 360)
-    assert (len(fine.surface), len(fine.triangles)) == (722, 1440)
-    assert (len(coarse.nodes), len(coarse.tetrahedra)) == (266, 936)
 
 
 def test_fills_the_twelve_sided_prism_and_touches_the_round_one():
@@ -136,6 +118,7 @@ def test_fills_the_twelve_sided_prism_and_touches_the_round_one():
     assert mesh.volumes.sum() == pytest.approx(3 * 0.03**2 * 0.2, rel=1e-12)
     assert np.hypot(*mesh.nodes[:, :2].T).max() == pytest.approx(0.03, rel=1e-12)
     assert mesh.size == pytest.approx(0.2)
+    assert quality(mesh)["min_dihedral_deg"] > 35
 
 
 def test_diagonals_lean_to_both_sides_equally():
@@ -146,7 +129,3 @@ def test_diagonals_lean_to_both_sides_equally():
         return {tuple(p) for p in np.round(points * 1e7).astype(int).tolist()}
 
     assert places(centres * [1, -1, 1]) == places(centres)
-
-
-def test_elements_are_well_shaped():
-    assert quality(cylinder(0.2, 0.03))["min_dihedral_deg"] > 35

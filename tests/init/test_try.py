@@ -1,6 +1,7 @@
 """``palpate try``: what ``palpate init`` writes, and small settings of it that are run at once."""
 
 import re
+from contextlib import nullcontext
 from pathlib import Path
 
 import meshio
@@ -10,14 +11,13 @@ import yaml
 from palpate.benchmark.advice import advise
 from palpate.benchmark.comparison import read_errors
 from palpate.bodies.box import box
-from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.supports import choose_anchors
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.init import try_body
 from palpate.init.choose import _hold
 from palpate.init.command import program
-from palpate.init.data import HOLDS, recognise, sides_of
+from palpate.init.data import HOLDS, sides_of
 from palpate.init.try_body import MODELS, is_unchanged
 from palpate.report.tables import read
 from palpate.run.settings import complete
@@ -27,15 +27,21 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory) -> Path:
-    """A folder of a block of 3 × 2 × 1 decimetres, in decimetres, and of a CT."""
-    import SimpleITK
-
+    """A folder of a block of 3 × 2 × 1 decimetres, in decimetres."""
     folder = tmp_path_factory.mktemp("data")
     block = box([3.0, 2.0, 1.0], [6, 4, 2])
     meshio.write_points_cells(folder / "block.vtk", block.nodes, [("tetra", block.tetrahedra)])
-    image = SimpleITK.GetImageFromArray(abdomen(spacing_m=(0.02, 0.02, 0.02))[0].hu)
-    SimpleITK.WriteImage(image, str(folder / "scan.nii.gz"))
     return folder
+
+
+def write_tables(made: Path, folder: Path, **changed) -> None:
+    """Leave the tables of one scene of the made-up trade-off behind, as a run in ``folder`` does."""
+    table = read(made / "tables/accuracy_vs_time.csv")
+    table = table[table["scene"] == "own_large"].assign(**changed)
+    rows = advise(table, read_errors(made / "data", table), [16.7], [0.1])
+    (folder / "results/tables").mkdir(parents=True, exist_ok=True)
+    rows.to_csv(folder / "results/tables/advice.csv", index=False)
+    table.to_csv(folder / "results/tables/accuracy_vs_time.csv", index=False)
 
 
 @pytest.fixture
@@ -45,15 +51,7 @@ def ran(monkeypatch, trade_off_folder) -> list[Path]:
 
     def run(file: Path, again: str) -> None:
         found.append(file)
-        tables, figures = (file.parent / "results" / name for name in ("tables", "figures"))
-        for folder in (tables, figures):
-            folder.mkdir(parents=True, exist_ok=True)
-        table = read(trade_off_folder / "tables/accuracy_vs_time.csv")
-        table = table[table["scene"] == "own_large"]
-        rows = advise(table, read_errors(trade_off_folder / "data", table), [16.7], [0.1])
-        rows.to_csv(tables / "advice.csv", index=False)
-        table.to_csv(tables / "accuracy_vs_time.csv", index=False)
-        (figures / "work_precision_block_large.png").write_bytes(b"picture")
+        write_tables(trade_off_folder, file.parent)
 
     monkeypatch.setattr(try_body, "run_settings", run)
     return found
@@ -69,15 +67,14 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]
-    assert (
-        body["scale_m"] == 0.1 and body["anchors"]["plane"]["axis"] == "x" and body["anchors"]["plane"]["side"] == "min"
-    )
+    plane = body["anchors"]["plane"]
+    assert (body["scale_m"], plane["axis"], plane["side"]) == (0.1, "x", "min")
     assert small["bodies"]["block"] == body | {"refinements": 1} and body["refinements"] == 2
-    assert list(whole["regimes"]) == ["small", "deep", "large"] and small["regimes"] == {
-        "large": whole["regimes"]["large"]
-    }
+    assert list(whole["regimes"]) == ["small", "deep", "large"]
+    assert small["regimes"] == {"large": whole["regimes"]["large"]}
     assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]
     assert "given    it is held where its x is smallest" in printed and "a unit of the file" not in printed
+    assert "unit [m], given; the longest side is 30 cm" in (folder / "config.yaml").read_text()
     assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed
     assert re.search(r"make CONFIG=\S*organ/config\.yaml\n", printed)
     assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
@@ -100,12 +97,7 @@ def test_commands_are_said_as_they_can_be_typed_here(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("few", [False, True])
 def test_try_says_on_how_many_presses_its_advice_rests(tmp_path, trade_off_folder, few):
-    table = read(trade_off_folder / "tables/accuracy_vs_time.csv")
-    table = table[table["scene"] == "own_large"].assign(samples=1 if few else 4)
-    rows = advise(table, read_errors(trade_off_folder / "data", table), [16.7], [0.1])
-    (tmp_path / "results/tables").mkdir(parents=True)
-    rows.to_csv(tmp_path / "results/tables/advice.csv", index=False)
-    table.to_csv(tmp_path / "results/tables/accuracy_vs_time.csv", index=False)
+    write_tables(trade_off_folder, tmp_path, samples=1 if few else 4)
     said = try_body._advice(tmp_path)[-1]
     assert f"means over {1 if few else 4} press" in said and ("too few to rely on" in said) == few
 
@@ -120,19 +112,15 @@ def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, 
     assert is_unchanged(own) and len(ran) == 3
     capsys.readouterr()
     assert main([*words, str(other)]) == 1
-    assert (
-        capsys.readouterr().err
-        == f"error: {other} exists and is kept; delete it, or give another folder with --folder.\n"
-    )
+    said = f"error: {other} exists and is kept; delete it, or give another folder with --folder.\n"
+    assert capsys.readouterr().err == said
     assert [path.name for path in other.iterdir()] == ["thesis.txt"]
     for name in ("config.yaml", "try.yaml"):
         text = (own / name).read_text()
         (own / name).write_text(text.replace("young_pa: 3000", "young_pa: 5000"))
         assert main([*words, str(own)]) == 1 and "young_pa: 5000" in (own / name).read_text()
-        assert re.fullmatch(
-            rf"error: {own}/config\.yaml or try\.yaml was changed and is kept; run it with .*make CONFIG=\S+\.\n",
-            capsys.readouterr().err,
-        )
+        said = rf"error: {own}/config\.yaml or try\.yaml was changed and is kept; run it with .*make CONFIG=\S+\.\n"
+        assert re.fullmatch(said, capsys.readouterr().err)
         (own / name).write_text(text)
     assert len(ran) == 3
 
@@ -158,10 +146,8 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
     (tmp_path / "run.py").write_text(f"import sys; open('asked', 'w').write(' '.join(sys.argv[1:])); sys.exit({code})")
     monkeypatch.setattr(try_body, "RUN", tmp_path / "run.py")
     monkeypatch.setattr(try_body, "ROOT", tmp_path)
-    if code:
-        with pytest.raises(InputError, match=r"try\.yaml ended before its end; what it has is kept, and"):
-            try_body.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
-    else:
+    failed = pytest.raises(InputError, match=r"try\.yaml ended before its end; what it has is kept, and")
+    with failed if code else nullcontext():
         try_body.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
     asked = (tmp_path / "asked").read_text()
     assert asked.startswith("snakemake ") and asked.endswith(f"--configfile {tmp_path / 'try.yaml'}")
@@ -185,7 +171,11 @@ def test_what_cannot_be_tried_gets_one_sentence_and_nothing_is_written(capsys, d
     assert not (tmp_path / "new").exists() and ran == []
 
 
-def test_each_side_of_a_block_can_hold_it():
+def test_each_side_of_a_block_can_hold_it_and_the_left_of_a_patient_is_the_patients_own():
+    """In a CT x points to the patient's left, y to the back and z to the head."""
+    assert sides_of("ct", "left") == [("x", "max")] and sides_of("ct", "right") == [("x", "min")]
+    assert sides_of("ct", "back") == sides_of("ct", None) == [("y", "max")]
+    assert sides_of("ct", "x-min") == [("x", "min")] and len(sides_of("file", None)) == 6
     block = box([0.3, 0.2, 0.1], [6, 4, 2])
     found = {}
     for word in HOLDS:
@@ -198,15 +188,6 @@ def test_each_side_of_a_block_can_hold_it():
         assert found[low].tolist() == found[f"{name}-min"].tolist()
         assert found[high].tolist() == found[f"{name}-max"].tolist()
 
-
-def test_the_left_of_a_patient_is_the_patients_own():
-    """In a CT x points to the patient's left, y to the back and z to the head."""
-    assert sides_of("ct", "left") == [("x", "max")] and sides_of("ct", "right") == [("x", "min")]
-    assert sides_of("ct", "back") == sides_of("ct", None) == [("y", "max")]
-    assert sides_of("ct", "x-min") == [("x", "min")] and len(sides_of("file", None)) == 6
-
-
-def test_a_side_that_holds_too_little_is_refused():
     rod = box([0.3, 0.002, 0.002], [30, 1, 1])
     with pytest.raises(InputError, match=r"rod: that side of it has too few nodes to be held; give another"):
         _hold("rod", rod, sides_of("file", "left"))
@@ -239,9 +220,3 @@ def test_a_guessed_unit_is_said_with_the_size_it_makes_and_doubted_where_others_
         assert others in warned[0] and "; compare the length with the organ's, and give --scale" in warned[0]
     scale = yaml.safe_load((tmp_path / "new/config.yaml").read_text())["bodies"]["bar"]["scale_m"]
     assert scale == pytest.approx(unit)
-
-
-def test_a_given_unit_is_not_assumed(data):
-    found = recognise([data / "block.vtk"], [], None, scale_m=0.1)
-    assert found.entry["scale_m"] == 0.1 and found.assumed == found.warned == []
-    assert found.comments["scale_m"] == "length of the file's unit [m], given; the longest side is 30 cm"

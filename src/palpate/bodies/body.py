@@ -14,7 +14,7 @@ from palpate.bodies.refinement import midpoints_between, refine
 from palpate.bodies.supports import Bed
 
 if TYPE_CHECKING:  # it checks the quality of bodies
-    from palpate.bodies.smooth_surface import SmoothSurface
+    from palpate.bodies.organs import SmoothSurface
 
 
 @dataclass(frozen=True, eq=False)

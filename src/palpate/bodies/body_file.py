@@ -11,7 +11,7 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import Sheet, TetMesh
-from palpate.bodies.smooth_surface import SmoothSurface
+from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole

@@ -43,11 +43,6 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     return made.mesh, made.snap, True
 
 
-def load_file(path: str | Path, scale_m: float | None = None, spacing_m: float | None = None) -> TetMesh:
-    """Load the coarse mesh in a mesh file as ``build`` does without further settings."""
-    return build({"path": path, "scale_m": scale_m, "spacing_m": spacing_m})[0]
-
-
 def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:
     mesh = TetMesh(points, check_tetrahedra(str(path), points, tetrahedra))
     check_boundary(str(path), mesh)

@@ -6,14 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from palpate.bodies import body_from_mesh
 from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box, cylinder, sheet
+from palpate.bodies.ct import mesh_from_ct
+from palpate.bodies.ct.masses import nodal_densities
 from palpate.bodies.material import LAWS, Material
-from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_quality
+from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.regions import balls_of, read_regions
-from palpate.bodies.smooth_surface import organ_shape, surface_of
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
+from palpate.bodies.surfaces.remeshed import NODES
 from palpate.errors import InputError, about
 
 
@@ -29,13 +32,11 @@ def make_body(name: str, entry: dict) -> Body:
 def _make(name: str, entry: dict) -> Body:
     kinds: dict[str, Callable] = {
         "cylinder": lambda e: cylinder(e["length_m"], e["radius_m"]),
-        "liver": _organ,
-        "file": _file,
+        "file": body_from_mesh.build,
         "box": lambda e: box(e["sizes_m"], e["divisions"]),
         "sheet": lambda e: sheet(e["sizes_m"], e["divisions"], e["thickness_m"]),
-        "ct": _ct,
-        "kidney": _organ,
-        "stomach": _organ,
+        "ct": lambda e: (*mesh_from_ct.build(e), True),
+        **dict.fromkeys(SHAPES, lambda e: coarse_body(SHAPES[e["kind"]], e["length_m"], balls_of(e))),
     }
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
@@ -66,30 +67,10 @@ def _remedy(body: Body, remeshed: bool) -> str:
     """Return what to do about bad elements; a surface that has few nodes already is not remeshed to as many."""
     if remeshed:
         return "give more surface_nodes"
-    from palpate.bodies.surfaces.remeshed import NODES
-
     improve = "improve the mesh in the program that made it"
     if len(body.coarse.surface) <= NODES[0]:
         return improve
     return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
-
-
-def _organ(entry: dict) -> TetMesh:
-    from palpate.bodies.organs import coarse_body
-
-    return coarse_body(organ_shape(entry["kind"]), entry["length_m"], balls_of(entry))
-
-
-def _file(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
-    from palpate.bodies.body_from_mesh import build
-
-    return build(entry)
-
-
-def _ct(entry: dict) -> tuple[TetMesh, Callable | None, bool]:
-    from palpate.bodies.ct.mesh_from_ct import build
-
-    return *build(entry), True
 
 
 def moves_with_ct(entry: dict) -> bool:
@@ -99,8 +80,6 @@ def moves_with_ct(entry: dict) -> bool:
 
 def _weighed(name: str, entry: dict, body: Body) -> list[np.ndarray]:
     """Return the densities at the nodes of all levels; InputError if a region gives another."""
-    from palpate.bodies.ct.masses import nodal_densities
-
     for region, rule in entry.get("regions", {}).items():
         if "density_kg_m3" in rule:
             raise InputError(

@@ -5,12 +5,20 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """The four faces of a tetrahedron, each wound so that its normal points outward."""
 
 EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 """The six edges of a tetrahedron."""
+
+
+def components(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Number the connected pieces of ``count`` nodes that ``pairs`` (k, 2) join, (count,) from 0."""
+    graph = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    return connected_components(graph, directed=False)[1]
 
 
 class Mesh:

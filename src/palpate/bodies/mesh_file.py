@@ -1,7 +1,7 @@
 """What a mesh file holds: its unit, its shape (tetrahedra or a surface), and whether it is remeshed."""
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -113,11 +113,6 @@ def load_tagged(path: Path, tag: int | str) -> np.ndarray:
     return tagged(path, _read(path).tags, tag)
 
 
-def remeshed_by_default(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> bool:
-    """Test whether a file's surface has so many nodes that it is remeshed unless the entry says otherwise."""
-    return tetrahedra is None and len(points) > KEPT_NODES
-
-
 def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
     """Load points (n, 3) [m] and triangles (m, 3) of a surface file, welded; the surface may be open.
 
@@ -163,7 +158,6 @@ class MeshFacts:
     size : longest side of the bounding box [file's unit]
     scale_m : guessed length of the file's unit [m]; None if no unit makes it an organ's size
     remeshed : whether its surface is remeshed unless ``surface_nodes`` says otherwise
-    notes : sentences for a person
     """
 
     kind: str
@@ -173,23 +167,13 @@ class MeshFacts:
     size: float
     scale_m: float | None
     remeshed: bool
-    notes: list[str] = field(default_factory=list)
 
 
 def inspect(path: str | Path) -> MeshFacts:
     """Collect the facts of a mesh file; raise InputError if it cannot be read or holds no body."""
-    path = Path(path)
-    points, triangles, tetrahedra = load_shape(path)
+    points, triangles, tetrahedra = load_shape(Path(path))
     size = float(np.ptp(points, axis=0).max())
     guess = guess_scale(size)
-    remeshed = remeshed_by_default(points, triangles, tetrahedra)
-    notes = [
-        f"its longest side is {size:.4g} units, {in_words(size * guess[1])} if its unit is the {guess[0]}"
-        if guess
-        else f"its longest side of {size:.4g} units is an organ's size neither in mm nor in cm or m"
-    ]
-    if remeshed:
-        notes.append(f"its surface of {len(points)} nodes is remeshed")
     return MeshFacts(
         "surface" if tetrahedra is None else "tetrahedra",
         len(points),
@@ -197,6 +181,5 @@ def inspect(path: str | Path) -> MeshFacts:
         0 if tetrahedra is None else len(tetrahedra),
         size,
         guess[1] if guess else None,
-        remeshed,
-        notes,
+        tetrahedra is None and len(points) > KEPT_NODES,
     )

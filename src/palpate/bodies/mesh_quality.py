@@ -4,11 +4,9 @@ import warnings
 
 import numpy as np
 import pandas as pd
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import EDGES, FACES, TetMesh
+from palpate.bodies.mesh import EDGES, FACES, TetMesh, components
 from palpate.errors import InputError
 
 # larger coordinates are damaged files: a wrong byte order gives finite numbers up to 1e38
@@ -126,9 +124,7 @@ def _check_manifold(source: str, triangles: np.ndarray) -> None:
     corner = np.where(ends[:, :1] < ends[:, 1:], corner, corner[:, ::-1])
     pairs = corner[np.argsort(inverse, kind="stable")].reshape(-1, 2, 2)
     links = pairs.transpose(0, 2, 1).reshape(-1, 2)
-    graph = sparse.coo_array((np.ones(len(links)), links.T), shape=(len(ends), len(ends)))
-    fan = connected_components(graph, directed=False)[1]
-    fans = np.unique(np.column_stack([triangles.ravel(), fan]), axis=0)[:, 0]
+    fans = np.unique(np.column_stack([triangles.ravel(), components(links, len(ends))]), axis=0)[:, 0]
     pinched = fans[:-1][fans[:-1] == fans[1:]]
     if len(pinched):
         raise InputError(

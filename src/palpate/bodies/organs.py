@@ -1,15 +1,20 @@
-"""Organs whose surface is a smooth image of the unit sphere: paper 1's liver, a kidney and a stomach."""
+"""Bodies of smooth surface: images of the unit sphere (paper 1's liver, a kidney, a stomach), and the cylinder's."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from palpate.bodies.box import onto_cylinder
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import REFUSED_DEG
 from palpate.bodies.surfaces.decimate import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
-from palpate.bodies.surfaces.snap import Onto
+from palpate.bodies.surfaces.snap import Onto, element_quality, snapper_onto
 from palpate.bodies.surfaces.tetrahedralize import Ball, tetrahedralize
 from palpate.bodies.surfaces.triangles import vertex_normals
+from palpate.errors import InputError
 
 SURFACE_NODES = 140
 SAMPLES = 20000
@@ -177,3 +182,48 @@ def _smooth(value: np.ndarray) -> np.ndarray:
     """Return a step from 0 to 1 without a kink over values from 0 to 1."""
     value = np.clip(value, 0.0, 1.0)
     return value**3 * (10 - 15 * value + 6 * value * value)
+
+
+SHAPES: dict[str, Shape] = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}
+"""Kinds of bodies whose surface is an image of the sphere, and the maps of it."""
+
+
+@dataclass(frozen=True)
+class SmoothSurface:
+    """The smooth surface of a body.
+
+    kind : cylinder, or one of SHAPES
+    size_m : the organ's longest side, or the cylinder's radius [m], whose flat ends need no size
+    """
+
+    kind: str
+    size_m: float
+
+    def snap(self, mesh: TetMesh, first: int) -> TetMesh:
+        """Return ``mesh`` with its surface nodes from number ``first`` on moved onto the surface.
+
+        Nodes inside follow where elements would be bad. InputError if elements are bad all the same.
+        """
+        snapped = _snapper(self)(mesh, first)
+        least = float(element_quality(snapped.nodes, snapped.tetrahedra).min())
+        if not least >= REFUSED_DEG:
+            raise InputError(
+                f"bodies: a {self.kind} whose refined surface is smooth has elements with dihedral angles of "
+                f"{least:.2g}°; give smooth: false."
+            )
+        return snapped
+
+
+def surface_of(entry: dict) -> SmoothSurface | None:
+    """Return the smooth surface of a body's entry in the config, whether its levels lie on it or not; None without."""
+    kind = entry["kind"]
+    if kind in SHAPES:
+        return SmoothSurface(kind, float(entry["length_m"]))
+    return SmoothSurface(kind, float(entry["radius_m"])) if kind == "cylinder" else None
+
+
+@lru_cache(maxsize=8)
+def _snapper(surface: SmoothSurface) -> Callable[[TetMesh, int], TetMesh]:
+    if surface.kind == "cylinder":
+        return snapper_onto(partial(onto_cylinder, radius_m=surface.size_m))
+    return snapper_onto(onto_shape(SHAPES[surface.kind], surface.size_m))

@@ -24,13 +24,8 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     Returns the finer mesh, whose first nodes are those of ``mesh`` and whose others are edge midpoints in
     lexicographic edge order, and the prolongation, (n_fine, n_coarse): linear interpolation of nodal values.
     """
-    n = len(mesh.nodes)
-    ends = mesh.edges
+    n, ends, ten = len(mesh.nodes), mesh.edges, ten_nodes(mesh)
     nodes = np.vstack([mesh.nodes, mesh.nodes[ends].mean(axis=1)])
-    keys = ends[:, 0] * n + ends[:, 1]
-    local = np.sort(mesh.tetrahedra[:, EDGES], axis=2)
-    midpoints = n + np.searchsorted(keys, local[..., 0] * n + local[..., 1])
-    ten = np.hstack([mesh.tetrahedra, midpoints])
 
     p, q = np.transpose(_DIAGONALS)
     lengths = np.linalg.norm(nodes[ten[:, p]] - nodes[ten[:, q]], axis=2)

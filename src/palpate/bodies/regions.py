@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.bodies.ct.scan_of import label_ball, label_region
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_file import in_words, load_tagged
@@ -24,8 +25,6 @@ def balls_of(entry: dict) -> list[tuple[np.ndarray, float]]:
         if "sphere" in rule:
             balls.append((np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])))
         elif "label" in rule and entry["kind"] == "ct":
-            from palpate.bodies.ct.scan_of import label_ball
-
             balls.append(label_ball(entry, rule["label"]))
     return balls
 
@@ -85,8 +84,6 @@ def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
     if kinds == ["label"]:
         if entry["kind"] != "ct":
             raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
-        from palpate.bodies.ct.scan_of import label_region
-
         return label_region(entry, rule["label"])
     return _in_sphere(rule["sphere"]) if kinds == ["sphere"] else None
 

@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
-from palpate.bodies.mesh import Mesh, Sheet
+from palpate.bodies.mesh import Mesh, Sheet, components
 from palpate.errors import InputError
 
 FACING = 0.5
@@ -167,11 +165,10 @@ def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
 
 def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> None:
     """Raise InputError unless each piece is held at three points that are not on a line, so that it cannot turn."""
-    n = len(mesh.nodes)
     if bed is not None:
         held = np.union1d(held, inner_nodes(mesh, bed))
-    graph = sparse.coo_array((np.ones(len(mesh.edges)), mesh.edges.T), shape=(n, n))
-    count, piece = connected_components(graph, directed=False)
+    piece = components(mesh.edges, len(mesh.nodes))
+    count = piece.max() + 1
     for number in range(count):
         points = mesh.nodes[held[piece[held] == number]]
         part = f"the piece of node {np.argmax(piece == number)}, one of {count}," if count > 1 else "the body"

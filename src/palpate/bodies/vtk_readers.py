@@ -180,31 +180,24 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
 
 def _reader(kind: str, data: bytes) -> Any:
     """Return VTK's reader of a file's content."""
+    from vtkmodules import vtkIOGeometry, vtkIOLegacy, vtkIOPLY
     from vtkmodules.vtkIOCore import vtkMemoryResourceStream
 
-    reader: Any
+    readers: dict[str, Callable[[], Any]] = {
+        ".stl": vtkIOGeometry.vtkSTLReader,
+        ".obj": vtkIOGeometry.vtkOBJReader,
+        ".off": vtkIOGeometry.vtkOFFReader,
+        ".ply": vtkIOPLY.vtkPLYReader,
+        ".vtk": vtkIOLegacy.vtkPolyDataReader,
+    }
+    reader = readers[kind]()
     if kind == ".stl":
-        from vtkmodules.vtkIOGeometry import vtkSTLReader
-
-        reader = vtkSTLReader()
         # the points are merged with a tolerance later
         reader.MergingOff()
         data = _plain_stl(data)
     elif kind == ".obj":
-        from vtkmodules.vtkIOGeometry import vtkOBJReader
-
-        reader = vtkOBJReader()
         # VTK joins continued lines of faces, but not of points
         data = data.replace(b"\r\n", b"\n").replace(b"\\\n", b" ")
-    elif kind == ".off":
-        from vtkmodules.vtkIOGeometry import vtkOFFReader
-
-        reader = vtkOFFReader()
-    else:
-        from vtkmodules.vtkIOLegacy import vtkPolyDataReader
-        from vtkmodules.vtkIOPLY import vtkPLYReader
-
-        reader = vtkPLYReader() if kind == ".ply" else vtkPolyDataReader()
     stream = vtkMemoryResourceStream()
     stream.SetBuffer(data, len(data), True)
     reader.SetStream(stream)

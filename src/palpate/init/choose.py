@@ -5,13 +5,11 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, components
 from palpate.bodies.surfaces.remeshed import NODES
 from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
@@ -169,5 +167,4 @@ def _planes(mesh: TetMesh, axis: str, side: str) -> list[_Plane]:
 def _patches(mesh: TetMesh, held: np.ndarray) -> int:
     """Count the connected pieces of the held nodes."""
     both = np.searchsorted(held, mesh.edges[np.isin(mesh.edges, held).all(axis=1)])
-    graph = coo_array((np.ones(len(both)), both.T), shape=(len(held), len(held)))
-    return int(connected_components(graph, directed=False)[0])
+    return int(components(both, len(held)).max()) + 1

@@ -29,10 +29,9 @@ def test_shares_of_voxels_add_up_to_the_volume_of_an_ellipsoid(turn):
     assert fraction.sum() * np.prod(spacing) == pytest.approx(4 / 3 * np.pi * np.prod(axes), rel=3e-3)
 
 
-def test_is_the_same_for_the_same_seed_only():
-    first, second, other = (abdomen(seed, (0.006, 0.006, 0.006))[0].hu for seed in (1, 1, 2))
+def test_is_the_same_every_time():
+    first, second = (abdomen((0.006, 0.006, 0.006))[0].hu for _ in range(2))
     assert np.array_equal(first, second)
-    assert not np.array_equal(first, other)
 
 
 @pytest.mark.parametrize("spacing", [SPACING_M, (0.0015, 0.0015, 0.005)])

@@ -94,13 +94,19 @@ def test_winding_is_that_of_a_ball_also_with_a_hole():
         assert (winding[radius > 0.103] < 0.5).all()
 
 
-def test_keeps_the_surface_and_its_volume(octahedron):
+def test_keeps_the_surface_and_its_volume_and_names_what_cannot_be_filled(octahedron):
     points, triangles = octahedron
     mesh = tetrahedralize(points, triangles)
     assert np.array_equal(mesh.nodes[:6], points)
     assert {frozenset(t) for t in mesh.triangles.tolist()} == {frozenset(t) for t in triangles.tolist()}
     assert mesh.volumes.min() > 0
     assert mesh.volumes.sum() == pytest.approx(4 / 3)
+    both = np.vstack([points, points + np.array([3, 0, 0])])
+    with pytest.raises(InputError, match=r"^two\.stl: the surface has 2 separate shells; give each body"):
+        tetrahedralize(both, np.vstack([triangles, triangles + 6]), source="two.stl")
+    points[5] = [1, 1, 1]
+    with pytest.raises(InputError, match=r"^knot\.stl: gmsh .*itself\.$"):
+        tetrahedralize(points, triangles, source="knot.stl")
 
 
 @pytest.fixture
@@ -121,7 +127,7 @@ def test_a_hollow_body_keeps_its_hole(ball):
     assert mesh.volumes.sum() == pytest.approx(outer * (1 - 0.5**3))
 
 
-def test_is_the_same_every_time_and_off_the_main_thread(ball):
+def test_is_the_same_every_time_and_off_the_main_thread_and_leaves_no_state_behind(ball):
     first = tetrahedralize(*ball)
     found = []
     thread = threading.Thread(target=lambda: found.append(tetrahedralize(*ball)))
@@ -129,25 +135,6 @@ def test_is_the_same_every_time_and_off_the_main_thread(ball):
     thread.join()
     assert np.array_equal(found[0].nodes, first.nodes)
     assert np.array_equal(found[0].tetrahedra, first.tetrahedra)
-
-
-def test_leaves_no_state_behind():
-    import gmsh
-
-    with pytest.raises(RuntimeError), gmsh_session():
+    with pytest.raises(RuntimeError), gmsh_session() as gmsh:
         raise RuntimeError
     assert not gmsh.isInitialized()
-
-
-def test_two_shells_are_two_bodies(octahedron):
-    points, triangles = octahedron
-    both = np.vstack([points, points + np.array([3, 0, 0])])
-    with pytest.raises(InputError, match=r"^two\.stl: the surface has 2 separate shells; give each body"):
-        tetrahedralize(both, np.vstack([triangles, triangles + 6]), source="two.stl")
-
-
-def test_says_which_surface_cuts_through_itself(octahedron):
-    points, triangles = octahedron
-    points[5] = [1, 1, 1]
-    with pytest.raises(InputError, match=r"^knot\.stl: gmsh .*itself\.$"):
-        tetrahedralize(points, triangles, source="knot.stl")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
+from palpate.bodies.surfaces.triangles import image_data
 from palpate.studies.ct import ray_casting
 from palpate.studies.ct.ray_casting import AMBIENT, DIFFUSE, Transfer, cast, field_of, front, parallel_rays
 
@@ -71,8 +72,7 @@ def test_opacity_hardly_depends_on_the_step(noise, looks):
 def test_another_ray_caster_lets_as_much_light_through():
     """VTK's, of a black volume on white, so that shading does not matter."""
     import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  registers the caster's rendering backend
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+    from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
     from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume, vtkVolumeProperty
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
@@ -84,13 +84,8 @@ def test_another_ray_caster_lets_as_much_light_through():
     rays = parallel_rays(image, ALONG_Y, 240, 0.5)
     ours = ray_casting.on_white(cast(field_of(image), looks, rays)[0]).reshape(rays.height, rays.width, 3)[..., 0]
 
-    data = vtkImageData()
-    data.SetDimensions(*image.hu.shape[::-1])
-    data.SetSpacing(*image.spacing_m)
-    data.SetOrigin(*image.origin_m)
-    data.GetPointData().SetScalars(numpy_to_vtk(image.hu.astype(np.int16).ravel(), deep=True))
     mapper = vtkFixedPointVolumeRayCastMapper()
-    mapper.SetInputData(data)
+    mapper.SetInputData(image_data(image.hu.astype(np.int16), image.origin_m, image.spacing_m))
     mapper.SetAutoAdjustSampleDistances(False)
     mapper.SetImageSampleDistance(1.0)
     mapper.SetSampleDistance(0.001)

@@ -34,8 +34,8 @@ def references(found):
 
 
 def made(found, references, method, volume_force, runs=None):
-    budget = spring_fit.budget(SMOKE["searches"])
-    return spring_fit.tables(found, method, volume_force, references, budget, runs or {1: None}, lambda *reported: None)
+    searches = SMOKE["searches"]
+    return spring_fit.tables(found, method, volume_force, references, searches, runs or {1: None}, lambda *told: None)
 
 
 def test_one_modulus_is_found_where_one_was_used(found, own):
@@ -81,9 +81,7 @@ def test_fitted_to_all_presses_it_is_better_on_the_others(found, references):
 def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, references):
     """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
     one, smooth, best = (
-        spring_fit.find(
-            method, found, [found.fitness("top", references)], spring_fit.budget(SMOKE["searches"] | GRANTED), 1
-        ).fit
+        spring_fit.find(method, found, [found.fitness("top", references)], SMOKE["searches"] | GRANTED, 1)[1]
         for method in ("uniform", "gradient_smooth", "gradient")
     )
     assert one.fitness < smooth.fitness < best.fitness

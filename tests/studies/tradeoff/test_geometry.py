@@ -8,8 +8,8 @@ import pytest
 
 from palpate.benchmark import truth as truth_of_presses
 from palpate.benchmark.truth import OWN, Truth, ascend, truth_levels
+from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
-from palpate.bodies.smooth_surface import SmoothSurface
 from palpate.errors import NotConverged
 from palpate.studies.tradeoff.truth_table import GEOMETRY_COLUMNS, geometry_share, truth_table
 

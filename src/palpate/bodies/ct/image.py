@@ -1,16 +1,17 @@
-"""CT and MRI images on a right-handed grid in metres, from files and DICOM folders."""
+"""CT and MRI images on a right-handed grid in metres, and masks of their voxels, from files and DICOM folders."""
 
 import gzip
+import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 import numpy as np
 
-from palpate.bodies.ct.labels import choose, label_names
-from palpate.errors import InputError
+from palpate.errors import InputError, suggest
 
 if TYPE_CHECKING:
     import SimpleITK
@@ -25,7 +26,13 @@ _HEADERS = {
 _FLOATS = {16: "f4", 64: "f8"}
 
 
-def check(path: Path) -> None:
+def _byte_order(data: bytes) -> tuple[str, int]:
+    """Return the byte order of a NIfTI file and the size of its header, 0 if it is none."""
+    sizes = [(order, int(np.frombuffer(data, f"{order}i4", 1)[0])) for order in "<>" if len(data) >= 4]
+    return next((found for found in sizes if found[1] in _HEADERS), ("", 0))
+
+
+def _check(path: Path) -> None:
     """Raise InputError if a .nii or .nii.gz file is truncated, damaged, or holds NaN or infinity.
 
     Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
@@ -37,10 +44,9 @@ def check(path: Path) -> None:
         data = gzip.decompress(data) if data.startswith(_GZIP) else data  # which checks length and CRC
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(damaged) from error
-    order = next((o for o in "<>" if len(data) >= 4 and int(np.frombuffer(data, f"{o}i4", 1)[0]) in _HEADERS), None)
-    if order is None:
+    order, header = _byte_order(data)
+    if not header:
         return
-    header = int(np.frombuffer(data, f"{order}i4", 1)[0])
     if len(data) < header:
         raise InputError(damaged)
     (dims, kind), *places = _HEADERS[header]
@@ -62,25 +68,17 @@ FORMATS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mhd", ".mha")
 SAME_GRID = 1e-2
 
 
-@dataclass(frozen=True, eq=False)
-class Image:
-    """A CT or an MRI on a regular grid: x to the patient's left, y to the back, z to the head.
+class Grid:
+    """A regular grid of voxels: of a CT's image, or around a surface.
 
-    hu : (nz, ny, nx), int16 or float32; of a CT [HU] and nowhere below air, of an MRI grey values without a unit
     origin_m : (3,) [m], x y z of the centre of voxel (0, 0, 0)
     spacing_m : (3,) [m] between voxel centres along x, y and z
     source : its name in messages
-    modality : "ct" or "mri"; only the grey values of a CT say how dense tissue is
-    axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
-        own axes, which in an oblique scan are rotated against the patient's; a body is not affected.
     """
 
-    hu: np.ndarray
     origin_m: np.ndarray
     spacing_m: np.ndarray
-    source: str = "image"
-    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
-    modality: str = "ct"
+    source: str
 
     @property
     def voxel_m3(self) -> float:
@@ -94,6 +92,24 @@ class Image:
     def to_index(self, points: np.ndarray) -> np.ndarray:
         """Convert points, (n, 3) [m], to array indices, (n, 3) in z y x: the inverse of ``to_world``."""
         return ((np.asarray(points) - self.origin_m) / self.spacing_m)[..., ::-1]
+
+
+@dataclass(frozen=True, eq=False)
+class Image(Grid):
+    """A CT or an MRI on a regular grid: x to the patient's left, y to the back, z to the head.
+
+    hu : (nz, ny, nx), int16 or float32; of a CT [HU] and nowhere below air, of an MRI grey values without a unit
+    modality : "ct" or "mri"; only the grey values of a CT say how dense tissue is
+    axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
+        own axes, which in an oblique scan are rotated against the patient's; a body is not affected.
+    """
+
+    hu: np.ndarray
+    origin_m: np.ndarray
+    spacing_m: np.ndarray
+    source: str = "image"
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+    modality: str = "ct"
 
 
 def read(path: str | Path, modality: str = "ct") -> Image:
@@ -178,7 +194,7 @@ def _read_file(path: Path) -> "SimpleITK.Image":
     if not path.name.lower().endswith(FORMATS):
         raise InputError(f"{path}: its name ends in none of {', '.join(FORMATS)}; for DICOM give the folder.")
     if path.name.lower().endswith((".nii", ".nii.gz")):
-        check(path)
+        _check(path)
     try:
         image = SimpleITK.ReadImage(str(path))
     except RuntimeError as error:
@@ -221,3 +237,108 @@ def _axes(image: "SimpleITK.Image") -> np.ndarray:
 def _describe_grid(voxels: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> str:
     numbers = [*voxels.shape[::-1], *(1e3 * spacing), *(1e3 * origin)]
     return "{}×{}×{} voxels of {:.4g}×{:.4g}×{:.4g} mm from {:.4g}, {:.4g}, {:.4g} mm".format(*numbers)
+
+
+def label_names(path: Path, image: "SimpleITK.Image") -> dict[int, str]:
+    """Return the names of labels that a mask's file has, by their numbers; empty if it has none.
+
+    TotalSegmentator and Connectome Workbench write a table into the header of a NIfTI file (an XML extension), 3D
+    Slicer the keys ``Segment<n>_Name`` and ``Segment<n>_LabelValue`` into that of an NRRD file.
+    """
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        return _of_extensions(path)
+    found = {}
+    for key in image.GetMetaDataKeys():
+        if (match := re.fullmatch(r"Segment(\d+)_LabelValue", key)) and image.GetMetaData(key).strip().isdigit():
+            name = f"Segment{match[1]}_Name"
+            found[int(image.GetMetaData(key))] = image.GetMetaData(name).strip() if image.HasMetaDataKey(name) else ""
+    return {number: name for number, name in found.items() if name}
+
+
+def _of_extensions(path: Path) -> dict[int, str]:
+    """Read the label table in the extensions between a NIfTI file's header and its first voxel."""
+    with path.open("rb") as file:
+        packed = file.read(2) == _GZIP
+    with gzip.open(path) if packed else path.open("rb") as file:
+        data = file.read(max(_HEADERS))
+        order, header = _byte_order(data)
+        if not header:
+            return {}
+        place, kind = _HEADERS[header][-1]
+        first = int(np.frombuffer(data, f"{order}{kind}", 1, place)[0])
+        extensions = (data + file.read(max(first - len(data), 0)))[header:first]
+    table = re.search(rb"<LabelTable.*?</LabelTable>", extensions, re.DOTALL)
+    try:
+        labels = list(ElementTree.fromstring(table[0])) if table else []
+    except ElementTree.ParseError:
+        return {}
+    return {
+        int(label.get("Key", "")): label.text.strip()
+        for label in labels
+        if label.get("Key", "").isdigit() and label.text and label.text.strip()
+    }
+
+
+LISTED = 8
+"""Labels that a message lists, largest first."""
+
+
+def choose(
+    path: Path,
+    values: np.ndarray,
+    names: dict[int, str],
+    wanted: int | str | Sequence[int | str] | None,
+    voxel_m3: float,
+) -> np.ndarray:
+    """Return the voxels (nz, ny, nx) bool of the wanted labels; InputError if one is not there, or several could be.
+
+    values : (nz, ny, nx), 0 outside
+    names : of the labels, as far as the file has them; it may name labels that have no voxel
+    wanted : a number, a name, or several of either, joined; None takes the only label that there is
+    """
+    labels, counts = np.unique(values[values != 0], return_counts=True)
+    if not len(labels):
+        raise InputError(f"{path}: the mask is empty; give one that marks the organ.")
+    if len(labels) > 1 and (labels != np.round(labels)).any():
+        raise InputError(
+            f"{path}: its values are not whole numbers, so they are not labels; "
+            "give a mask with 0 outside and one whole number in each organ."
+        )
+    found = dict(zip(labels.tolist(), (1e6 * voxel_m3 * counts).tolist(), strict=True))
+    if wanted is None:
+        if len(found) > 1:
+            raise InputError(
+                f"{path}: the mask has {describe(found, names)}; "
+                "choose with label, a number or a name or a list of them to join."
+            )
+        return values != 0
+    chosen = [wanted] if isinstance(wanted, int | str) else wanted
+    return np.isin(values, [value for label in chosen for value in _numbers(path, label, found, names)])
+
+
+def describe(found: dict[int, float], names: dict[int, str]) -> str:
+    """List labels with their names and volumes [mL], largest first: "104 labels: 5 liver (1023 mL), … and 96 more"."""
+    largest = sorted(found, key=lambda label: (-found[label], label))
+    said = [f"{label:g} {names.get(label, '')}".strip() + f" ({_volume(found[label])})" for label in largest[:LISTED]]
+    more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
+    return f"{len(found)} label{'s' if len(found) > 1 else ''}: {', '.join(said)}{more}"
+
+
+def _numbers(path: Path, label: int | str, found: dict[int, float], names: dict[int, str]) -> list[int]:
+    """Return the numbers of a label that is given by number or name; two labels may have one name."""
+    numbers = [number for number in found if (names.get(number) if isinstance(label, str) else number) == label]
+    if numbers:
+        return numbers
+    there = [names[number] for number in found if number in names]
+    near = ""
+    if isinstance(label, str) and label in names.values():
+        near = ", though the file names it"
+    elif isinstance(label, str) and not there:
+        near = " (the file has no names, so give a number)"
+    elif isinstance(label, str) and (guess := suggest(label, there, "")).startswith("did"):
+        near = f" ({guess})"
+    raise InputError(f"{path}: the mask has no voxel of label {label}{near}; it has {describe(found, names)}.")
+
+
+def _volume(ml: float) -> str:
+    return f"{ml:.0f} mL" if ml >= 10 else f"{ml:.2g} mL"

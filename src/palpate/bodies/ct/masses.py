@@ -85,14 +85,12 @@ def raw_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndar
     return _trilinear(_densities(image), points, image)
 
 
-def element_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
-    """Compute masses (n_tetrahedra,) [kg]: volume times mean of the densities (n_nodes,) [kg/m³] at its nodes."""
-    return mesh.volumes * densities[mesh.tetrahedra].mean(axis=1)
-
-
 def node_masses(mesh: TetMesh, densities: np.ndarray) -> np.ndarray:
-    """Compute masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, eq. 4)."""
-    return lump_masses(mesh, element_masses(mesh, densities))
+    """Compute masses (n_nodes,) [kg]: a quarter of those of the tetrahedra around each node (paper 2, eq. 4).
+
+    A tetrahedron weighs its volume times the mean of the densities (n_nodes,) [kg/m³] at its nodes.
+    """
+    return lump_masses(mesh, mesh.volumes * densities[mesh.tetrahedra].mean(axis=1))
 
 
 def _densities(image: Image, where: np.ndarray | None = None) -> np.ndarray:

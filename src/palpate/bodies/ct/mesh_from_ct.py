@@ -91,11 +91,6 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
     return image, mask
 
 
-def mesh(entry: dict) -> TetMesh:
-    """Build the coarse mesh of a config entry of kind ct."""
-    return build(entry)[0]
-
-
 def build(entry: dict) -> tuple[TetMesh, Callable | None]:
     """Build the coarse mesh and, with ``entry["snap"]``, a function that snaps finer meshes to the CT's surface.
 

@@ -8,8 +8,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.interpolate import Akima1DInterpolator
 
-from palpate.bodies.ct.image import Image, read, read_mask
-from palpate.bodies.ct.labels import choose
+from palpate.bodies.ct.image import Image, choose, read, read_mask
 from palpate.bodies.ct.synthetic_abdomen import LABELS, abdomen, mri_abdomen
 from palpate.errors import InputError
 

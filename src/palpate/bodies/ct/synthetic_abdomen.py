@@ -43,7 +43,7 @@ LESION = ((-0.045, -0.047, 0.02), (0.018, 0.018, 0.018), 0.0)
 """Centre and half axes [m] of the lesion, and its rotation: a ball a centimetre below the liver's front."""
 
 
-def abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
+def abdomen(spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
     """Build a CT of ellipsoids with noise and partial volume, and the ground truth of its liver.
 
     spacing_m : (3,) [m] along x, y and z
@@ -52,18 +52,18 @@ def abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[I
     """
     origin, hu, truth = _draw(hu_of_shapes(), AIR_HU, spacing_m)
     truth["mass_kg"] = truth["volume_m3"] * float(density(LIVER_HU))
-    hu += np.random.default_rng(seed).normal(0.0, NOISE_HU, hu.shape)
+    hu += np.random.default_rng(SEED).normal(0.0, NOISE_HU, hu.shape)
     hu = np.maximum(np.rint(hu), AIR_HU).astype(np.int16)
     return Image(hu, origin, np.asarray(spacing_m, dtype=float), "the synthetic abdomen"), truth
 
 
-def mri_abdomen(seed: int = SEED, spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
+def mri_abdomen(spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
     """Build an MRI of the same ellipsoids, with Rician noise and uneven brightness, and the truth without a mass.
 
     Brightness grows by MRI_SLOPE, a logarithm, from the middle to the patient's left and to the head.
     """
     origin, grey, truth = _draw(_SIGNALS, 0, spacing_m)
-    spacing, random = np.asarray(spacing_m, dtype=float), np.random.default_rng(seed)
+    spacing, random = np.asarray(spacing_m, dtype=float), np.random.default_rng(SEED)
     x, y, z = (
         slope * (o + s * np.arange(n)) / half
         for slope, o, s, n, half in zip(MRI_SLOPE, origin, spacing, grey.shape[::-1], HALF_M, strict=True)

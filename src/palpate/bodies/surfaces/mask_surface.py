@@ -1,15 +1,15 @@
 """Closed surface of a mask: dense and smooth as in the CT, or coarse and filled with tetrahedra."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
+from palpate.bodies.ct.image import Grid
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.decimate import remesh
 from palpate.bodies.surfaces.tetrahedralize import Ball, label_shells, tetrahedralize
-from palpate.bodies.surfaces.triangles import area_normals, inflate, signed_volumes, volume
+from palpate.bodies.surfaces.triangles import area_normals, arrays, image_data, inflate, signed_volumes, volume
 from palpate.errors import InputError
 
 
@@ -24,26 +24,19 @@ def isosurface(
     interpolation along voxels' edges, normals by central differences that are interpolated likewise. Empty if nothing
     is above the level.
     """
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
 
-    grid, edges = vtkImageData(), vtkFlyingEdges3D()
-    grid.SetDimensions(samples.shape[::-1])
-    grid.SetSpacing(*spacing.tolist())
-    grid.SetOrigin(*origin.tolist())
-    grid.GetPointData().SetScalars(numpy_to_vtk(samples.ravel(), deep=True))
-    edges.SetInputData(grid)
+    edges = vtkFlyingEdges3D()
+    edges.SetInputData(image_data(samples, origin, spacing))
     edges.SetValue(0, level)
     edges.SetComputeNormals(normals)
     edges.Update()
     found = edges.GetOutput()
     if not found.GetNumberOfPolys():
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty((0, 3))
-    triangles = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
-    points = vtk_to_numpy(found.GetPoints().GetData()).astype(float)
     slopes = vtk_to_numpy(found.GetPointData().GetNormals()).astype(float) if normals else np.empty((0, 3))
-    return points, triangles, slopes
+    return *arrays(found), slopes
 
 
 # blur of the mask and spacing of the samples that a remeshing starts from, relative to the desired edge length
@@ -54,21 +47,6 @@ LOST_VOLUME, LOST_VOLUME_COARSE = 0.02, 0.1
 
 # search for the level that keeps the volume: initial levels, iterations at most, relative tolerance
 LEVELS, SECANTS, TOLERANCE = (0.45, 0.5), 8, 1e-4
-
-
-class Grid(Protocol):
-    """Places of a mask's voxels: a CT's image, or a grid around a surface."""
-
-    @property
-    def spacing_m(self) -> np.ndarray: ...
-
-    @property
-    def voxel_m3(self) -> float: ...
-
-    @property
-    def source(self) -> str: ...
-
-    def to_world(self, index: np.ndarray) -> np.ndarray: ...
 
 
 def surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarray, np.ndarray]:

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
+from palpate.bodies.mesh import components
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.bodies.surfaces.triangles import area_normals, arrays, polydata, signed_volumes, weld
@@ -33,8 +32,7 @@ def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     opened = edges[count == 1]
     if not len(opened):
         return []
-    graph = sparse.coo_array((np.ones(len(opened)), opened.T), shape=(len(points), len(points)))
-    label = connected_components(graph, directed=False)[1][opened[:, 0]]
+    label = components(opened, len(points))[opened[:, 0]]
     holes = []
     for number in np.unique(label):
         loop = opened[label == number]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import ndimage
 
+from palpate.bodies.ct.image import Grid
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.bodies.surfaces.triangles import area_normals, polydata
@@ -114,11 +115,10 @@ SMALL_HOLLOW = 0.005
 
 
 @dataclass
-class Solid:
+class Solid(Grid):
     """A body's interior on a grid, and places on its surface.
 
     mask : (nz, ny, nx) bool, of one piece; its hollows are in ``hollows``, each a mask, and filled in ``mask``
-    origin_m, spacing_m, source : the grid, as of a CT's image
     places, normals : spread over the surface, (k, 3) [m] and (k, 3), outward
     notes : what was left out, each a few words with numbers
     """
@@ -131,15 +131,6 @@ class Solid:
     places: np.ndarray
     normals: np.ndarray
     notes: list[str] = field(default_factory=list)
-
-    @property
-    def voxel_m3(self) -> float:
-        """Volume of a voxel [m³]."""
-        return float(np.prod(self.spacing_m))
-
-    def to_world(self, index: np.ndarray) -> np.ndarray:
-        """Convert array indices, (n, 3) in z y x, to coordinates, (n, 3) [m] in x y z."""
-        return self.origin_m + np.asarray(index)[..., ::-1] * self.spacing_m
 
 
 def solidify(source: str, mended: Mended) -> Solid:

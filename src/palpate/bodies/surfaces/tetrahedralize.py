@@ -6,10 +6,8 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, components
 from palpate.errors import InputError
 
 # gmsh has one global state per process, so only one thread may use it
@@ -97,9 +95,7 @@ def _sort_shells(points: np.ndarray, triangles: np.ndarray, source: str) -> list
 
 def label_shells(triangles: np.ndarray, n_points: int) -> np.ndarray:
     """Label each triangle with its connected piece of the surface, (n_triangles,)."""
-    ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]]).T
-    graph = sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(n_points, n_points))
-    return connected_components(graph, directed=False)[1][triangles[:, 0]]
+    return components(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]]), n_points)[triangles[:, 0]]
 
 
 def gmsh_mesh(gmsh: Any) -> tuple[np.ndarray, dict[int, np.ndarray]]:

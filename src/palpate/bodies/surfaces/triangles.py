@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from palpate.bodies.mesh import components
 
 # points closer than this fraction of the size are merged: an STL file repeats each corner, in single precision
 WELD = 1e-6
@@ -15,8 +15,7 @@ def weld(points: np.ndarray, triangles: np.ndarray, fraction: float = WELD) -> t
     """Merge points closer than a fraction of the size; drop the triangles that this degenerates, and unused points."""
     tolerance = fraction * np.ptp(points, axis=0).max()
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    group = connected_components(graph, directed=False)[1]
+    group = components(pairs, len(points))
     first = np.unique(group, return_index=True)[1]
     triangles = first[group][triangles]
     a, b, c = triangles.T
@@ -74,6 +73,19 @@ def polydata(points: np.ndarray, triangles: np.ndarray) -> Any:
     surface.SetPoints(places)
     surface.SetPolys(cells)
     return surface
+
+
+def image_data(samples: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> Any:
+    """Copy samples (nz, ny, nx) on a grid, by its first place and its spacing (3,) [m], into a vtkImageData."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    grid = vtkImageData()
+    grid.SetDimensions(samples.shape[::-1])
+    grid.SetSpacing(*spacing.tolist())
+    grid.SetOrigin(*origin.tolist())
+    grid.GetPointData().SetScalars(numpy_to_vtk(samples.ravel(), deep=True))
+    return grid
 
 
 def arrays(surface: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from palpate.bodies.body import Body
 from palpate.bodies.ct.image import Image
+from palpate.bodies.surfaces.triangles import image_data
 from palpate.report import panels, render, style, tables
 from palpate.studies.ct.imaging import BETWEEN, Pictures
 from palpate.studies.ct.ray_casting import front
@@ -162,19 +163,11 @@ def _volume(image: Image, mask: np.ndarray):
     components, so that classes must be encoded in one value.
     """
     import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  registers the caster's rendering backend
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkRenderingCore import vtkVolume
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
-    data = vtkImageData()
-    data.SetDimensions(*image.hu.shape[::-1])
-    data.SetSpacing(*image.spacing_m)
-    data.SetOrigin(*image.origin_m)
-    data.GetPointData().SetScalars(numpy_to_vtk(values(image, mask).ravel(), deep=True))
-
     mapper = vtkFixedPointVolumeRayCastMapper()
-    mapper.SetInputData(data)
+    mapper.SetInputData(image_data(values(image, mask), image.origin_m, image.spacing_m))
     mapper.SetAutoAdjustSampleDistances(False)
     mapper.SetImageSampleDistance(1.0)
     mapper.SetNumberOfThreads(1)
@@ -213,10 +206,7 @@ _MASK_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00")
 
 @style.figure("ct_imaging")
 def draw_ct_imaging(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure:
-    """Draw pictures of the synthetic abdomen by ray casting, its MRI with what is found, and interpolated masks.
-
-    mask_interpolation : the table of this name
-    """
+    """Draw pictures of the synthetic abdomen by ray casting, its MRI with what is found, and interpolated masks."""
     ray_cast = shown.taken.shape[0] / shown.taken.shape[1]
     figure = Figure(figsize=(_INCHES, _INCHES / 4 * (ray_cast + 0.75) + 0.9), layout="constrained")
     axes = figure.subplots(2, 4, height_ratios=(ray_cast, 0.75))
@@ -264,15 +254,8 @@ def _masks(axis: Axes, table: pd.DataFrame) -> None:
             rows = tables.where(table, body=body)
             rows = rows[(rows["method"] == BETWEEN) == (method == BETWEEN)].sort_values("every")
             label = body if method else None
-            axis.plot(
-                rows["every"],
-                rows["dice"],
-                line,
-                color=_MASK_COLOURS[i % len(_MASK_COLOURS)],
-                marker="o",
-                ms=3,
-                label=label,
-            )
+            colour = _MASK_COLOURS[i % len(_MASK_COLOURS)]
+            axis.plot(rows["every"], rows["dice"], line, color=colour, marker="o", ms=3, label=label)
     axis.axhline(0.95, color=style.FAINT, lw=0.8)
     axis.plot([], [], ":", color=style.INK, label="nearest drawn slice")
     axis.set(title="masks from every n-th slice", xlabel="n", ylabel="Dice against the whole mask")
@@ -286,10 +269,7 @@ _ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
 
 @style.figure("node_mass", tables=("node_mass",))
 def draw_node_mass(node_mass) -> Figure:
-    """Draw the deviation of the total mass, with and without the correction at the organ's rim, and the mean density.
-
-    node_mass : the table of this name
-    """
+    """Draw the deviation of the total mass, with and without correction at the organ's rim, and the mean density."""
     figure = Figure(figsize=(9.5, 3.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     for i, body in enumerate(tables.bodies(node_mass)):

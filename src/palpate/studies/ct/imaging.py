@@ -59,8 +59,7 @@ MASK_INTERPOLATION = Table(
 def mask_interpolation(name: str, image: Image, mask: np.ndarray, every: Sequence[int]) -> pd.DataFrame:
     """Compute the rows of mask_interpolation.csv: how far the mask of a body comes back from every n-th slice.
 
-    dice : 2 |a ∩ b| / (|a| + |b|), the lower of two ways to begin; volume_deviation : of the same, relative
-    method : the mask of the nearest drawn slice, or interpolated signed distances (``fill_between``)
+    dice : the lower of two ways to begin; method : the nearest drawn slice, or signed distances (``fill_between``)
     Slices are drawn across z. An organ with fewer than two drawn ones has no row.
     """
     rows = []
@@ -82,7 +81,7 @@ def only_every(mask: np.ndarray, n: int, first: int) -> np.ndarray:
 
 
 def dice(first: np.ndarray, second: np.ndarray) -> float:
-    """Return how far two masks agree: 1 if they are the same, 0 if they have no voxel in common."""
+    """Return how far two masks agree, 2 |a ∩ b| / (|a| + |b|): 1 if they are the same, 0 without a common voxel."""
     return float(2 * (first & second).sum() / (first.sum() + second.sum()))
 
 
@@ -175,8 +174,7 @@ def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tu
     """Compute the rows of segmented_scans.csv, and the MRI as it is and evened with what is found in each.
 
     ct, liver : the synthetic abdomen and its liver, (nz, ny, nx) bool
-    scan : what the grey values are of; dice, volume_deviation : of the segmentation by one range of grey values. Where
-    nothing is found, dice is 0.
+    Where nothing is found, dice is 0.
     """
     raw = mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
     rows, shown = [], []

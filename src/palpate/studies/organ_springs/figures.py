@@ -1,46 +1,29 @@
 """Error of an organ's springs and of their rivals, at fitted contacts and at others, and what their motion costs."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.errors import InputError
 from palpate.report import style, tables
 from palpate.report.style import DASHES, FITS, FORCES, Look
 
-
-@dataclass(frozen=True)
-class OrganLook(Look):
-    """A look with a ``short`` label, for axes."""
-
-    short: str = ""
-
-
-_SHORT = {
+SHORT = {
     "van_gelder": "Van Gelder",
     "lloyd": "Lloyd",
     "uniform": "one E",
     "genetic": "genetic",
     "cma_es": "CMA-ES",
     "gradient": "gradient",
+    "coarse_fem": "coarse FEM",
+    "shape_matching": "shapes",
 }
-LOOKS = {
-    "zero": OrganLook("no motion", "#9a9a9a", "x", "none"),
-    **{name: OrganLook(FITS[name].label, FITS[name].colour, FITS[name].marker, _SHORT[name]) for name in _SHORT},
-    "coarse_fem": OrganLook("coarse finite elements", "#222222", "^", "coarse FEM"),
-    "shape_matching": OrganLook("shape matching", "#56b4e9", "h", "shapes"),
+"""Labels for axes."""
+LOOKS = FITS | {
+    "zero": Look("no motion", "#9a9a9a", "x"),
+    "coarse_fem": Look("coarse finite elements", "#222222", "^"),
+    "shape_matching": Look("shape matching", "#56b4e9", "h"),
 }
 """Every model that may occur in the table."""
-
-
-def look(model: str) -> OrganLook:
-    """Look up the look of a model; raises InputError for an unknown one."""
-    try:
-        return LOOKS[model]
-    except KeyError:
-        raise InputError(f"model {model} has no colour: give it one in palpate/studies/organ_springs/figures") from None
 
 
 APART = 1.16
@@ -64,8 +47,8 @@ def draw_organ_springs(organ_springs) -> Figure:
         title = body.replace("_", " ")
         left.set_title(f"{title}: at the fitted contacts (filled) and at others")
         right.set_title(f"{title}: at contacts that no fit saw")
-    models = [model for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
-    handles = [Line2D([], [], ls="", marker=look(m).marker, color=look(m).colour, label=look(m).label) for m in models]
+    looks = [LOOKS[model] for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
+    handles = [Line2D([], [], ls="", marker=look.marker, color=look.colour, label=look.label) for look in looks]
     forces = sorted(set(organ_springs["volume_force"].astype(bool)))
     if len(forces) > 1:
         handles += [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in forces]
@@ -86,15 +69,15 @@ def _errors(axis, rows) -> None:
         best = found[~found["used_in_fit"]].groupby("step_s")["rmse_of_peak"].mean().idxmin()
         ways.append((model, bool(force), found[found["step_s"] == best]))
     for place, (model, force, found) in enumerate(ways):
-        for used, shift, fill in ((True, -0.18, look(model).colour), (False, 0.18, "none")):
+        for used, shift, fill in ((True, -0.18, LOOKS[model].colour), (False, 0.18, "none")):
             error = 100 * found[found["used_in_fit"] == used]["rmse_of_peak"]
-            axis.plot([place + shift] * len(error), error, "o", mfc=fill, mec=look(model).colour, ms=4)
+            axis.plot([place + shift] * len(error), error, "o", mfc=fill, mec=LOOKS[model].colour, ms=4)
             axis.plot(
                 [place + shift - 0.15, place + shift + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force]
             )
     zero = 100 * rows[rows["model"] == "zero"]["rmse_of_peak"].mean()
     axis.annotate(f"no motion: {zero:.0f} %", (1.0, 1.0), (-2, -8), "axes fraction", "offset points", ha="right")
-    labels = [look(model).short + (" + V" if force and len(ways) > 8 else "") for model, force, _ in ways]
+    labels = [SHORT[model] + (" + V" if force and len(ways) > 8 else "") for model, force, _ in ways]
     axis.set_xticks(range(len(ways)), labels, rotation=30, ha="right")
     axis.set(ylabel="RMSE [% of peak]", ylim=(0, None))
 
@@ -110,15 +93,8 @@ def _over_time(axis, rows) -> None:
         if model in places:
             alike = tested[tested["model"].isin(places) & (tested["volume_force"] == force)]
             mean["ms"] = np.median(alike["ms_a_second"]) * APART ** places[model]
-        kind = look(model)
-        looks = {
-            "marker": kind.marker,
-            "color": kind.colour,
-            "ls": DASHES[force],
-            "ms": 9,
-            "mec": "white",
-            "mew": 0.6,
-        }
+        kind = LOOKS[model]
+        looks = {"marker": kind.marker, "color": kind.colour, "ls": DASHES[force], "ms": 9, "mec": "white", "mew": 0.6}
         axis.plot(mean["ms"], 100 * mean["rmse_of_peak"], **looks)
     axis.axvline(1000.0, color=style.FAINT, lw=1)
     axis.annotate("real time", (1000.0, 0.0), (-3, 4), ("data", "axes fraction"), "offset points", ha="right")

@@ -7,7 +7,7 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.material import Report
 from palpate.report.words import percent, seconds, spaced
-from palpate.studies.organ_springs.figures import look
+from palpate.studies.organ_springs.figures import LOOKS
 
 TITLE = "Paper 2: springs of an organ"
 SEARCHES = ("genetic", "cma_es", "gradient")
@@ -54,7 +54,7 @@ def _of_body(springs: pd.DataFrame, masses: pd.DataFrame) -> dict[str, Any]:
     times = springs.groupby(["model", "step_s"])["ms_a_second"].median().groupby("model").min()
     return {
         "name": spaced(str(springs["body"].iloc[0])),
-        "searches": {look(name).label: found.loc[name, "tested"] for name in SEARCHES if name in found.index},
+        "searches": {LOOKS[name].label: found.loc[name, "tested"] for name in SEARCHES if name in found.index},
         "fem": found.loc["coarse_fem", "tested"],
         "shapes": found.loc["shape_matching", "tested"],
         "zero": found.loc["zero", "tested"],
@@ -72,7 +72,7 @@ def _worst(springs: pd.DataFrame) -> dict[str, Any]:
     errors = fitted[fitted["model"].isin(names)].pivot_table("rmse_of_peak", "contact", "model", aggfunc="median")
     worst = errors["van_gelder"].idxmax()
     others = errors.drop(index=worst).mean()
-    rows = [(look(name).label, errors.loc[worst, name], others[name]) for name in names]
+    rows = [(LOOKS[name].label, errors.loc[worst, name], others[name]) for name in names]
     return {"worst": worst, "gains": rows, "others": bool(others.notna().all())}
 
 
@@ -88,7 +88,7 @@ def _tabulated(springs: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "body": body,
-            "model": look(row.model).label + (" and volume force" if row.volume_force else ""),
+            "model": LOOKS[row.model].label + (" and volume force" if row.volume_force else ""),
             "step [ms]": f"{1e3 * row.step_s:.3g}",
             "search": seconds(row.offline_s) if row.offline_s else "",
             "ms a second": "" if row.model == "zero" else f"{row.ms_a_second:.3g}",

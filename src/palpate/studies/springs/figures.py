@@ -18,7 +18,6 @@ _POINTS = 200
 def draw_spring_fit(spring_history) -> Figure:
     """Draw −fitness over generations (left) and over time (right), without and with the volume force.
 
-    spring_history : the table of this name
     A line is the median of the seeds and a band their range. A method without a search is a marker at its time and a
     constant line from there.
     """
@@ -97,8 +96,6 @@ def draw_spring_errors(spring_errors) -> Figure:
 
     It is simulated minus reference, the median of the seeds. A row says how far anything moves, which is the error of
     an answer without motion.
-
-    spring_errors : the table of this name
     """
     errors = spring_errors
     # gradient_all is fitted to all presses, which is not counted here
@@ -133,8 +130,6 @@ def draw_spring_floor(spring_floor) -> Figure:
     """Draw the error over the reference's Poisson ratio, one panel for each press, with and without the volume force.
 
     The springs are fitted to all presses by gradient.
-
-    spring_floor : the table of this name
     """
     floor = spring_floor
     presses = list(dict.fromkeys(floor["press"]))

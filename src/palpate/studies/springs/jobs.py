@@ -15,7 +15,7 @@ def simulate_spring_reference(output, params):
 def fit_springs(input, output, params, wildcards, threads, say):
     use_threads(threads)  # before numba is imported
     from palpate.models.springs.experiment import experiment, load_references
-    from palpate.studies.springs.spring_fit import SEEDED, budget, tables
+    from palpate.studies.springs.spring_fit import SEEDED, tables
 
     calibration, method = params.calibration, wildcards.method
     seeds = range(params.seed, params.seed + (params.searches["seeds"] if method in SEEDED else 1))
@@ -24,7 +24,7 @@ def fit_springs(input, output, params, wildcards, threads, say):
         folder = Path(output[force][0]).parent
         found = tables(
             experiment(calibration, calibration["material"]["poisson"]), method, force == "volume", references,
-            budget(params.searches), {one: folder / f"state_{one}.npz" for one in seeds},
+            params.searches, {one: folder / f"state_{one}.npz" for one in seeds},
             rarely(say, f"{method}, {force}: seed, generation, best fitness"),
         )  # fmt: skip
         for path in output[force]:

@@ -48,14 +48,9 @@ def _found(fits: pd.DataFrame) -> list[dict[str, Any]]:
     rows = []
     for method in SEARCHES:
         runs = tables.where(fits, method=method, used_in_fit=True)
-        fitness = runs["fitness"]
-        ends = {
-            "median": fitness.median(),
-            "least": fitness.min(),
-            "most": fitness.max(),
-            "seeds": runs["seed"].nunique(),
-        }
-        rows.append({"name": look(method).label, "seconds": runs["seconds"].median()} | ends)
+        ends = runs["fitness"].agg(median="median", least="min", most="max").to_dict()
+        row = {"name": look(method).label, "seconds": runs["seconds"].median(), "seeds": runs["seed"].nunique()}
+        rows.append(row | ends)
     return rows
 
 

@@ -1,7 +1,6 @@
 """Methods for spring parameters on paper 2's cube, fitted to one press and evaluated on all, and the least error."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -9,8 +8,8 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs import evolution
-from palpate.models.springs.descent import descend, descend_smoothly
+from palpate.models.springs.descent import descend, descend_smoothly, value_and_gradient
+from palpate.models.springs.evolution import Rules, cma_es, evolve
 from palpate.models.springs.experiment import Experiment, Motion
 from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
 from palpate.models.springs.spring_motion import SpringModel, simulate
@@ -23,39 +22,20 @@ METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient
 presses and shows the accuracy that the model can reach when it sees them."""
 
 
-@dataclass(frozen=True)
-class Budget:
-    """Limits of the searches: generations and population of the genetic algorithm, evaluations of the others."""
-
-    population: int
-    generations: int
-    cma_es_evaluations: int
-    gradient_evaluations: int
-
-
-def budget(searches: dict) -> Budget:
-    """Return the config's limits."""
-    return Budget(**{field.name: searches[field.name] for field in fields(Budget)})
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A ``fit`` and the ``model`` that its moduli belong to."""
-
-    model: SpringModel
-    fit: Fit
-
-
 def find(
     method: str,
     trial: Experiment,
     fitnesses: list[Fitness],
-    budget: Budget,
+    searches: dict[str, int],
     seed: int,
     checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda count, best: None,
-) -> Fitted:
-    """Find the parameters by one of METHODS; all but gradient_all use the first of ``fitnesses`` only."""
+) -> tuple[SpringModel, Fit]:
+    """Find the parameters by one of METHODS, and the model that they belong to.
+
+    fitnesses : of the presses, of which all but gradient_all use the first only
+    searches : the config's limits: generations and population of the genetic algorithm, evaluations of the others
+    """
     model, fitness, limits, nodes = trial.model, fitnesses[0], trial.limits, len(trial.model.masses)
     if method in CLOSED:
         begin = perf_counter()
@@ -63,21 +43,19 @@ def find(
         seconds = perf_counter() - begin
         scored = Fitness(model, fitness.press, fitness.settings, fitness.positions, fitness.velocities)
         value = float(scored(young[None])[0])
-        return Fitted(model, Fit(young, value, np.array([[0, seconds, value]])))
+        return model, Fit(young, value, np.array([[0, seconds, value]]))
     if method == "genetic":
-        rules = evolution.Rules(budget.population, limits, seed)
-        return Fitted(model, evolution.evolve(fitness, nodes, rules, budget.generations, checkpoint, report))
+        rules = Rules(searches["population"], limits, seed)
+        return model, evolve(fitness, nodes, rules, searches["generations"], checkpoint, report)
     if method == "cma_es":
-        from palpate.models.springs.evolution import cma_es
-
-        return Fitted(model, cma_es(fitness, trial.start(), limits, budget.cma_es_evaluations, seed, report))
+        return model, cma_es(fitness, trial.start(), limits, searches["cma_es_evaluations"], seed, report)
     if method == "uniform":
         fit = uniform(fitness, nodes, limits)
-        return Fitted(model, Fit(fit.young, fit.fitness, fit.history[-1:]))
+        return model, Fit(fit.young, fit.fitness, fit.history[-1:])
     if method == "gradient_smooth":
-        return Fitted(model, descend_smoothly(fitness, trial.start(), limits, budget.gradient_evaluations))
+        return model, descend_smoothly(fitness, trial.start(), limits, searches["gradient_evaluations"])
     chosen = fitnesses if method == "gradient_all" else [fitness]
-    return Fitted(model, descend(chosen, trial.start(), limits, budget.gradient_evaluations)[0])
+    return model, descend(chosen, trial.start(), limits, searches["gradient_evaluations"])[0]
 
 
 SPRING_HISTORY = Table(
@@ -109,20 +87,18 @@ SPRING_FIT = Table(
 )
 
 
-def judge(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
-    """Evaluate the error of the key points over all steps, one row for each press.
-
-    rmse_m : over steps and key points; rmse_of_peak : the same / the reference's largest displacement; max_x_m … : the
-    largest error along each axis; used : the presses that were fitted
-    """
+def judge(
+    trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
+) -> pd.DataFrame:
+    """Evaluate the error of the key points over all steps, one row of SPRING_FIT a press; ``used`` were fitted."""
     rows = []
     rest = trial.settings.keys.of(trial.model.nodes)
     for press, (positions, velocities) in references.items():
-        error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
         rmse = float(np.sqrt((error**2).sum(axis=2).mean()))
         peak = float(np.linalg.norm(positions - rest, axis=2).max())
-        scored = Fitness(fitted.model, trial.presses[press], trial.settings, positions, velocities)
-        value = float(scored(fitted.fit.young[None])[0])
+        scored = Fitness(model, trial.presses[press], trial.settings, positions, velocities)
+        value = float(scored(young[None])[0])
         rows.append((press, press in used, rmse, rmse / peak, *np.abs(error).max(axis=(0, 1)), value))
     names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
     return pd.DataFrame(rows, columns=names.split())
@@ -141,16 +117,14 @@ SPRING_ERRORS = Table(
 )
 
 
-def errors(trial: Experiment, fitted: Fitted, references: dict[str, Motion], used: list[str]) -> pd.DataFrame:
-    """Evaluate errors along each axis, for each press and step (paper 2's figure 3).
-
-    error_x_m … : simulated minus reference, with its sign, of the key point that the press moves farthest
-    most_m, zero_m : the largest error along an axis of any key point, and the same if nothing moved
-    """
+def errors(
+    trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
+) -> pd.DataFrame:
+    """Evaluate errors along each axis, for each press and step: the rows of SPRING_ERRORS (paper 2's figure 3)."""
     tables = []
     rest = trial.settings.keys.of(trial.model.nodes)
     for press, (positions, _) in references.items():
-        error = simulate(fitted.model, fitted.fit.young, trial.presses[press], trial.settings)[0] - positions
+        error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
         point = int(np.linalg.norm(positions - rest, axis=2).max(axis=0).argmax())
         signed = pd.DataFrame(error[:, point], columns=["error_x_m", "error_y_m", "error_z_m"])
         signed.insert(0, "step", np.arange(1, len(error) + 1))
@@ -164,7 +138,7 @@ def tables(
     method: str,
     volume_force: bool,
     references: dict[str, Motion],
-    budget: Budget,
+    searches: dict[str, int],
     runs: dict[int, Path],
     report: Callable[[int, int, float], None],
 ) -> dict[str, pd.DataFrame]:
@@ -179,17 +153,17 @@ def tables(
     parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
     _warm_up(fitnesses[0], trial.start())
     for seed, checkpoint in runs.items():
-        fitted = find(method, trial, fitnesses, budget, seed, checkpoint, partial(report, seed))
-        rises = history(fitted.fit)
+        model, fit = find(method, trial, fitnesses, searches, seed, checkpoint, partial(report, seed))
+        rises = history(fit)
         last = rises.iloc[-1]
         labels = {"method": method, "volume_force": volume_force, "seed": seed}
-        judged = judge(trial, fitted, references, used).assign(
+        judged = judge(trial, model, fit.young, references, used).assign(
             generations=int(last["generation"]),
             evaluations=int(last["evaluations"]),
             seconds=last["seconds"],
             volume_n_m=trial.settings.volume_n_m,
         )
-        grown = errors(trial, fitted, references, used)
+        grown = errors(trial, model, fit.young, references, used)
         if checkpoint:
             checkpoint.unlink(missing_ok=True)
         for name, table in zip(parts, (judged, rises, grown), strict=True):
@@ -199,8 +173,6 @@ def tables(
 
 def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
     """Run the functions that a search calls once, so that compilation is not timed."""
-    from palpate.models.springs.descent import value_and_gradient
-
     fitness(young[None])
     value_and_gradient(fitness, young, fitness.settings.volume_n_m)
 
@@ -225,12 +197,12 @@ def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: floa
     The springs are fitted to all presses, so that the error is the least possible one and not that of a fit to one
     press.
     """
-    budget = Budget(population=0, generations=0, cma_es_evaluations=0, gradient_evaluations=evaluations)
-    alone = find("gradient_all", found, [found.fitness(press, references) for press in references], budget, seed=0)
-    fit, stiffness = _with_volume(found, references, alone.fit.young, stiffest_n_m, evaluations)
-    cases = ((found, alone, False), (found.with_volume(stiffness), Fitted(found.model, fit), True))
+    fitnesses = [found.fitness(press, references) for press in references]
+    alone, _ = descend(fitnesses, found.start(), found.limits, evaluations)
+    fit, stiffness = _with_volume(found, references, alone.young, stiffest_n_m, evaluations)
+    cases = ((found, alone, False), (found.with_volume(stiffness), fit, True))
     tables = [
-        judge(trial, fitted, references, list(references)).assign(
+        judge(trial, found.model, fitted.young, references, list(references)).assign(
             volume_force=force, volume_n_m=trial.settings.volume_n_m, poisson=found.particles.material.poisson
         )
         for trial, fitted, force in cases

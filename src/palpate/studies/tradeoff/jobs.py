@@ -56,7 +56,7 @@ def measure_bounds(input, params, wildcards):
 
 
 def check_truth(input, params, wildcards, say):
-    from palpate.bodies.smooth_surface import surface_of
+    from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share, other_element
 
     body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)

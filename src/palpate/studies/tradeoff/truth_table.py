@@ -11,8 +11,8 @@ from palpate.benchmark.comparison import KINDS
 from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, truth_levels
 from palpate.bodies.body import Body
+from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
-from palpate.bodies.smooth_surface import SmoothSurface
 from palpate.effects.patch_load import patch_at, spread
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table

@@ -3,6 +3,7 @@
 import os
 import platform
 import time
+import timeit
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -101,6 +102,13 @@ def measure(calls: Sequence[Call], repeats: int) -> Timing:
         raise NotConverged(failed, [])
     times = [seconds for each in timed.seconds for seconds in each]
     return Timing(float(np.median(times)), float(np.percentile(times, 95)), len(times))
+
+
+def processor_seconds(call: Call, least_s: float) -> float:
+    """Take the mean processor time of this thread [s] over as many calls as take about ``least_s``."""
+    timer = timeit.Timer(call, timer=time.thread_time)
+    number = max(1, int(least_s / timer.timeit(number=1)))
+    return timer.timeit(number=number) / number
 
 
 def timing_rows(

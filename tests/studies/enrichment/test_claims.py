@@ -35,18 +35,8 @@ def sweep(best_of_size):
         for sigma in 0.2 * np.geomspace(1e-3, 10, 41):
             error = 0.1 + np.log(sigma / (0.2 * best_of_size[body])) ** 2
             rows.append((body, "small", "paper", "samples", "ordered", "nonnegative_a", sigma, 5 * sigma, error))
-    columns = [
-        "body",
-        "regime",
-        "protocol",
-        "split",
-        "features",
-        "weights",
-        "sigma_m",
-        "sigma_relative",
-        "rmse_of_peak",
-    ]
-    return pd.DataFrame(rows, columns=columns)
+    names = "body regime protocol split features weights sigma_m sigma_relative rmse_of_peak"
+    return pd.DataFrame(rows, columns=names.split())
 
 
 def complexity(exponent_k):

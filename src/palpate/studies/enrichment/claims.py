@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.report.claims import BOUND, CONFIRMED, REFUTED, Claim, claims, geometric_mean, percent, verdict
+from palpate.report.claims import BOUND, Claim, claims, geometric_mean, percent, verdict
+from palpate.report.tables import where
 from palpate.studies.enrichment.premises import LOCAL
 
 CLEARLY = 0.8
@@ -15,7 +16,9 @@ ORDER_MARGIN = 0.25
 """A measured exponent agrees with the paper's order within this much, or within its confidence interval."""
 NEAR = 1.05
 """A width is as good as the best if its error is at most so many times the least one."""
-READINGS = ("nonnegative_a", "nonnegative_b")
+PAPERS = "nonnegative_a"
+READINGS = (PAPERS, "nonnegative_b")
+"""Of the non-negative weights, the paper's own first."""
 FEATURES = {"cylinder": "clearly better", "liver": "comparable"}
 """Contact-ordered against unordered features, figure 4."""
 SIGMA, UNIT_M = 0.2, {"cylinder": 0.2, "liver": 0.0309}
@@ -36,17 +39,27 @@ def method(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims; other bodies than the paper's are left out."""
     accuracy, moved = tables["enrichment_accuracy"], tables["premise_bodies"].set_index("premise")["moved_share"]
     yield from _sizes(tables["mesh_sizes"])
-    for (body, regime), rows in _where(accuracy, **LOADS).groupby(["body", "regime"], sort=False):
+    for (body, regime), rows in where(accuracy, **LOADS).groupby(["body", "regime"], sort=False):
         if body in FEATURES:
             error = rows.set_index("method")["rmse_of_peak"]
-            yield _features(error, body, regime, moved.get(body, np.nan))
-            yield _weights(error, body, regime, moved.get(body, np.nan))
-            yield _correspond(_where(accuracy, body=body, regime=regime, split="samples"), body, regime)
-    yield from _widths(_where(tables["sigma_sweep"], **LOADS, features="ordered", weights=READINGS[0]), moved)
+            yield _features(error, body, *_premise(body, regime, moved))
+            yield _weights(error, body, *_premise(body, regime, moved))
+            yield _correspond(where(accuracy, body=body, regime=regime, split="samples"), body, regime)
+    sweep = where(tables["sigma_sweep"], **LOADS, features="ordered", weights=PAPERS)
+    for (body, regime), rows in sweep.groupby(["body", "regime"], sort=False):
+        if body in UNIT_M:
+            yield _width(rows, body, *_premise(body, regime, moved))
     yield from _orders(tables["complexity"])
     for body, rows in tables["enrichment_timing"].groupby("body", sort=False):
         if body in TIMES_AS_FAST:
             yield from _times(body, rows.set_index("method")["mean_s"])
+
+
+def _premise(body: str, regime: str, shares: pd.Series) -> tuple[str, bool]:
+    """Describe how a body is held and loaded, how much of it moves and what is held out; say whether that is local."""
+    moved = shares.get(body, np.nan)
+    held = f"{body} {HELD[body]}" + (f", {percent(moved)} of the surface moves" if moved > 0.0 else "")
+    return f"{held}; {regime} loads; coarse nodes of the fine response; random samples held out", moved <= LOCAL
 
 
 def _sizes(sizes: pd.DataFrame) -> Iterator[Claim]:
@@ -62,7 +75,7 @@ def _sizes(sizes: pd.DataFrame) -> Iterator[Claim]:
         yield Claim(1, f"4, {table}", claim, premise, theirs, ours, verdict(theirs == ours))
 
 
-def _features(error: pd.Series, body: str, regime: str, moved: float) -> Claim:
+def _features(error: pd.Series, body: str, premise: str, local: bool) -> Claim:
     """Compare contact-ordered with unordered features, in both readings of the non-negative weights."""
     ratios = [error[f"ordered_{kind}"] / error[f"unordered_{kind}"] for kind in READINGS]
     ours = "; ".join(
@@ -74,22 +87,20 @@ def _features(error: pd.Series, body: str, regime: str, moved: float) -> Claim:
     else:
         holds = any(CLEARLY <= ratio <= 1 / CLEARLY for ratio in ratios)
     claim = f"contact-ordered features against unordered ones ({body})"
-    premise, found = _premise(body, regime, moved), verdict(holds, within=moved <= LOCAL)
-    return Claim(1, "4, figure 4", claim, premise, FEATURES[body], ours, found)
+    return Claim(1, "4, figure 4", claim, premise, FEATURES[body], ours, verdict(holds, local))
 
 
-def _weights(error: pd.Series, body: str, regime: str, moved: float) -> Claim:
+def _weights(error: pd.Series, body: str, premise: str, local: bool) -> Claim:
     """Compare non-negative weights with those that may be negative, both with contact-ordered features."""
     signed, best = error["ordered_signed"], min(error[f"ordered_{kind}"] for kind in READINGS)
     ours = f"non-negative {percent(best)} of peak, signed {percent(signed)}"
     claim = f"weights that may be negative harm, the nearest non-negative matrix is the remedy ({body})"
-    premise, found = _premise(body, regime, moved), verdict(best < signed, within=moved <= LOCAL)
-    return Claim(1, "3.2", claim, premise, "smaller error", ours, found)
+    return Claim(1, "3.2", claim, premise, "smaller error", ours, verdict(best < signed, local))
 
 
 def _correspond(rows: pd.DataFrame, body: str, regime: str) -> Claim:
     """Compare linear interpolation from a coarse mesh that was simulated with that from nodes of the fine one."""
-    error = _where(rows, method="interpolation").set_index("protocol")["rmse_of_peak"]
+    error = where(rows, method="interpolation").set_index("protocol")["rmse_of_peak"]
     ours = f"linear interpolation: {percent(error['live'])} from a simulated coarse mesh, {percent(error['paper'])} "
     claim = f"deformations that are simulated at both resolutions do not correspond ({body})"
     premise = f"{regime} loads, coarse mesh of linear elements"
@@ -97,23 +108,17 @@ def _correspond(rows: pd.DataFrame, body: str, regime: str) -> Claim:
     return Claim(1, "3", claim, premise, "so the paper subsamples", f"{ours}from the fine one", verdict(holds))
 
 
-def _widths(sweep: pd.DataFrame, moved: pd.Series) -> Iterator[Claim]:
+def _width(rows: pd.DataFrame, body: str, premise: str, local: bool) -> Claim:
     """Compare the error at the paper's width with the least one."""
-    for (body, regime), rows in sweep.groupby(["body", "regime"], sort=False):
-        if body not in UNIT_M:
-            continue
-        best = rows.loc[rows["rmse_of_peak"].idxmin()]
-        near = rows.loc[np.log(rows["sigma_m"] / (SIGMA * UNIT_M[body])).abs().idxmin()]
-        excess = near["rmse_of_peak"] / best["rmse_of_peak"]
-        ours = (
-            f"best σ {best['sigma_m'] / UNIT_M[body]:.2g} ({best['sigma_m']:.2g} m, {best['sigma_relative']:.2g} of "
-            f"the median distance); the σ nearest to {SIGMA} has {excess:.3g} times its error"
-        )
-        claim = f"the best σ of contact-ordered features ({body})"
-        published, premise = f"{SIGMA} in mesh units", _premise(body, regime, moved.get(body, np.nan))
-        yield Claim(
-            1, "4, figure 4", claim, premise, published, ours, verdict(excess <= NEAR, moved.get(body, np.nan) <= LOCAL)
-        )
+    best = rows.loc[rows["rmse_of_peak"].idxmin()]
+    near = rows.loc[np.log(rows["sigma_m"] / (SIGMA * UNIT_M[body])).abs().idxmin()]
+    excess = near["rmse_of_peak"] / best["rmse_of_peak"]
+    ours = (
+        f"best σ {best['sigma_m'] / UNIT_M[body]:.2g} ({best['sigma_m']:.2g} m, {best['sigma_relative']:.2g} of "
+        f"the median distance); the σ nearest to {SIGMA} has {excess:.3g} times its error"
+    )
+    claim = f"the best σ of contact-ordered features ({body})"
+    return Claim(1, "4, figure 4", claim, premise, f"{SIGMA} in mesh units", ours, verdict(excess <= NEAR, local))
 
 
 def _orders(complexity: pd.DataFrame) -> Iterator[Claim]:
@@ -158,19 +163,6 @@ def _times(body: str, seconds: pd.Series) -> Iterator[Claim]:
     yield Claim(1, "title", claim, premise, "real time", ours, verdict(whole <= INTERACTIVE_S))
 
 
-def _premise(body: str, regime: str, moved: float) -> str:
-    """Describe how a body is held and loaded, how much of it moves, and what is held out."""
-    held = f"{body} {HELD[body]}" + (f", {percent(moved)} of the surface moves" if moved > 0.0 else "")
-    return f"{held}; {regime} loads; coarse nodes of the fine response; random samples held out"
-
-
-def _where(table: pd.DataFrame, **values: str) -> pd.DataFrame:
-    for column, value in values.items():
-        table = table[table[column] == value]
-    return table
-
-
-KERNEL, LINEAR = "nonnegative_a", "linear"
 RISES = 0.8
 """Rank correlation from which on errors rise with the share of the surface that moves."""
 
@@ -183,7 +175,7 @@ def limit(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
     errors = rows.pivot_table(index="premise", columns=["features", "weights"], values="rmse_of_peak")
     moved = tables["premise_bodies"].set_index("premise")["moved_share"].reindex(errors.index)
-    yield _limit(errors["ordered", KERNEL], moved)
+    yield _limit(errors["ordered", PAPERS], moved)
     for features in ("ordered", "unordered"):
         yield _kernel(errors[features], features)
 
@@ -197,14 +189,13 @@ def _limit(error: pd.Series, moved: pd.Series) -> Claim:
     )
     ours = f"{', '.join(places)}; rank correlation {rank:.2f}"
     claim = "global deformation is the limit of contact-ordered features"
-    return Claim(
-        1, "5", claim, f"{len(error)} premises, contacts held out", "named as future work", ours, verdict(rank > RISES)
-    )
+    premise = f"{len(error)} premises, contacts held out"
+    return Claim(1, "5", claim, premise, "named as future work", ours, verdict(rank > RISES))
 
 
 def _kernel(errors: pd.DataFrame, features: str) -> Claim:
     """Compare the Gaussian kernel with the linear regressor, in the geometric mean."""
-    ratio = errors[KERNEL] / errors[LINEAR]
+    ratio = errors[PAPERS] / errors["linear"]
     mean = geometric_mean(ratio)
     ours = f"{mean:.2g} times its error in the geometric mean, smaller in {(ratio < 1).sum()} of {len(ratio)} premises"
     claim = "a Gaussian kernel does better than the linear regressor"
@@ -212,10 +203,6 @@ def _kernel(errors: pd.DataFrame, features: str) -> Claim:
     return Claim(1, "3.2", claim, premise, "used in its place", ours, verdict(mean < 1.0))
 
 
-PAPERS = "nonnegative_a"
-CLEARLY_BELOW = 0.8
-"""An error is clearly below another if their ratio is under this, and its whole interval under 1; it is on a par if the
-interval begins at the reciprocal or below."""
 BETTER, ALIKE = "clearly better", "on a par"
 CLAIMED = {"cylinder": BETTER, "liver": ALIKE}
 """What the paper claims of its bodies; of others, as of the cylinder, that features ordered by contact are better."""
@@ -244,66 +231,45 @@ def _described(about: Any) -> str:
     )
 
 
-def _verdict(holds: bool, about: Any) -> str:
-    return verdict(holds, within=about.moved_share <= LOCAL)
-
-
 def _errors(about: Any, rows: pd.DataFrame) -> Claim:
-    """Judge ordered against unordered features, by the ratio of their errors and its interval."""
+    """Judge ordered against unordered features, by the ratio of their errors and its interval.
+
+    An error is clearly below another if their ratio is under CLEARLY, and its whole interval under 1; it is on a par
+    if the interval begins at the reciprocal or below.
+    """
     claimed = CLAIMED.get(about.body, BETTER)
     most = rows.index.get_level_values("train").max()
     paper, strict = (rows.loc[(kind, most, "ordered")] for kind in ("samples", "contacts"))
-    holds = paper["ratio"] < CLEARLY_BELOW and paper["ratio_high"] < 1.0
+    holds = paper["ratio"] < CLEARLY and paper["ratio_high"] < 1.0
     if claimed == ALIKE:
-        holds = paper["ratio_low"] <= 1.0 / CLEARLY_BELOW
-    return Claim(
-        1,
-        "4, figure 4",
-        f"contact-ordered features: error {claimed} compared with unordered ones",
-        _described(about),
-        claimed,
-        f"{_ratio(paper)} times the error with samples held out, {_ratio(strict)} with contacts held out",
-        _verdict(bool(holds), about),
-    )
-
-
-def _ratio(row: pd.Series) -> str:
-    return f"{row['ratio']:.2f} [{row['ratio_low']:.2f}, {row['ratio_high']:.2f}]"
+        holds = paper["ratio_low"] <= 1.0 / CLEARLY
+    claim = f"contact-ordered features: error {claimed} compared with unordered ones"
+    ours, others = (f"{row['ratio']:.2f} [{row['ratio_low']:.2f}, {row['ratio_high']:.2f}]" for row in (paper, strict))
+    ours += f" times the error with samples held out, {others} with contacts held out"
+    found = verdict(bool(holds), about.moved_share <= LOCAL)
+    return Claim(1, "4, figure 4", claim, _described(about), claimed, ours, found)
 
 
 def _fewer(about: Any, rows: pd.DataFrame) -> Claim:
     """Judge whether ordered features with the fewest samples do as well as unordered ones with all."""
     train = rows.index.get_level_values("train")
-    few, many = rows.loc[(train.min(), "ordered")], rows.loc[(train.max(), "unordered")]
-    return Claim(
-        1,
-        "3.1",
-        "contact-ordered features need fewer samples, as one serves many contacts",
-        _described(about),
-        "fewer",
-        f"{100 * few['rmse_of_peak']:.3g} % with {train.min()} samples, unordered {100 * many['rmse_of_peak']:.3g} % "
-        f"with {train.max()}; contacts held out",
-        _verdict(bool(few["rmse_of_peak"] <= many["rmse_of_peak"]), about),
-    )
+    few = rows.loc[(train.min(), "ordered"), "rmse_of_peak"]
+    many = rows.loc[(train.max(), "unordered"), "rmse_of_peak"]
+    claim = "contact-ordered features need fewer samples, as one serves many contacts"
+    ours = f"{100 * few:.3g} % with {train.min()} samples, unordered {100 * many:.3g} % with {train.max()}"
+    found = verdict(bool(few <= many), about.moved_share <= LOCAL)
+    return Claim(1, "3.1", claim, _described(about), "fewer", f"{ours}; contacts held out", found)
 
 
 def _memory(memory: pd.DataFrame) -> Iterator[Claim]:
-    """Judge the memory of feature vectors, and of all that a query may need."""
-    for premise, rows in memory.groupby("premise", sort=False):
-        if premise not in CLAIMED:
-            continue
-        sizes = rows.set_index("features")
+    """Judge the memory of feature vectors, and of all that a query may need, for the paper's bodies."""
+    sizes = memory.set_index(["premise", "features"])
+    claim = "contact-ordered features need less memory"
+    for premise in [name for name in sizes.index.unique("premise") if name in CLAIMED]:
         for column, what in (("features_kb", "feature vectors"), ("total_kb", "all that a query may need")):
-            ordered, unordered = sizes.loc["ordered", column], sizes.loc["unordered", column]
-            yield Claim(
-                1,
-                "3.1",
-                "contact-ordered features need less memory",
-                f"{premise}: {what}",
-                "less",
-                f"{ordered:,.0f} kB against {unordered:,.0f} kB",
-                CONFIRMED if ordered < unordered else REFUTED,
-            )
+            ordered, unordered = (sizes.loc[(premise, kind), column] for kind in ("ordered", "unordered"))
+            ours = f"{ordered:,.0f} kB against {unordered:,.0f} kB"
+            yield Claim(1, "3.1", claim, f"{premise}: {what}", "less", ours, verdict(bool(ordered < unordered)))
 
 
 QUERY = "query alone, with the coarse response given, as the paper times it"
@@ -313,22 +279,15 @@ WHOLE = "query and the simulation of the coarse mesh, which a program needs"
 @claims("enrichment_timing")
 def speed(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield for each body that the paper times the speed-up of a query, and with the coarse simulation."""
-    timing = tables["enrichment_timing"].set_index(["body", "method"])
-    for body in timing.index.unique("body"):
-        times = timing.loc[body]
+    for body, rows in tables["enrichment_timing"].groupby("body", sort=False):
+        times = rows.set_index("method")
         ours, theirs = times["mean_s"], times["paper_mean_s"]
         published = theirs["fine_fem"] / theirs["contact_ordered"]
-        if not published > 0.0:
+        if np.isnan(published):
             continue
-        coarse_s = max(ours["live_all_in"] - ours["detail_correction"], 0.0)
-        for premise, seconds in ((QUERY, ours["contact_ordered"]), (WHOLE, ours["contact_ordered"] + coarse_s)):
+        query_s, coarse_s = ours["contact_ordered"], max(ours["live_all_in"] - ours["detail_correction"], 0.0)
+        claim = f"enrichment is hundreds of times as fast as fine FEM ({body})"
+        for premise, seconds in ((QUERY, query_s), (WHOLE, query_s + coarse_s)):
             ratio = ours["fine_fem"] / seconds
-            yield Claim(
-                1,
-                "4, tables 4 and 5",
-                f"enrichment is hundreds of times as fast as fine FEM ({body})",
-                premise,
-                f"{published:.0f} times",
-                f"{ratio:.0f} times",
-                verdict(bool(ratio >= published)),
-            )
+            stated, found = f"{published:.0f} times", f"{ratio:.0f} times"
+            yield Claim(1, "4, tables 4 and 5", claim, premise, stated, found, verdict(bool(ratio >= published)))

@@ -4,14 +4,14 @@ Responses are linear, so that one set of unit responses serves any number of spl
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, database_of
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
@@ -171,25 +171,10 @@ class Premise:
         chosen = np.random.default_rng(seed).choice(len(self.contacts), count, replace=False)
         row, share = np.repeat(chosen, len(magnitudes)), np.tile(magnitudes, count)
         newtons = share * peak_m / self.peaks[row]
-        mesh, surface, scale = self.body.coarse, self.body.fine.surface, newtons[:, None, None]
-        return Database(
-            nodes_fine_surface=self.body.fine.nodes[surface],
-            triangles=np.searchsorted(surface, self.body.fine.triangles),
-            coarse_nodes=mesh.nodes,
-            coarse_tetrahedra=mesh.tetrahedra,
-            coarse_surface=mesh.surface,
-            prolongation=self.body.prolongation[surface].tocsr(),
-            contact_normals=mesh.normals[mesh.surface],
-            contact=self.contacts[row],
-            force=newtons[:, None] * self.directions[row],
-            fine=scale * self.fine[row],
-            coarse_paper=scale * self.coarse[row],
-            coarse_live=scale * self.coarse[row],
-            residual=np.zeros(len(row)),
-            seconds=np.zeros(len(row)),
-            material=self.body.material,
-            config_digest=self.name,
-        )
+        scale, none = newtons[:, None, None], np.empty((0, *self.body.fine.nodes.shape))
+        meshes = database_of(self.body, self.contacts[row], newtons[:, None] * self.directions[row], none, none)
+        coarse = scale * self.coarse[row]
+        return replace(meshes, fine=scale * self.fine[row], coarse_paper=coarse, coarse_live=coarse)
 
 
 def prepare(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any]) -> Premise:
@@ -214,8 +199,7 @@ def prepare(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any]) -> 
 def changed(premise: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entry of a premise's body with what the premise replaces; a bed alone takes the anchors' place."""
     own = {key: premise[key] for key in ("anchors", "bed", "refinements") if key in premise}
-    left_out = {"anchors"} if "bed" in own and "anchors" not in own else set()
-    return {key: value for key, value in entry.items() if key not in left_out} | own
+    return {key: value for key, value in entry.items() if key != "anchors" or "bed" not in own} | own
 
 
 def _pressed(body: Body, premise: Mapping[str, Any], contacts: np.ndarray, along: np.ndarray) -> tuple:

@@ -107,8 +107,7 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
     """Tabulate the errors of one premise: their means, and how sure these and their ratios to unordered features are.
 
     errors : with the columns held_out, train, split, features, weights, sample, contact, rmse_of_peak
-    Returns held_out, train, features, weights, splits, rmse_of_peak, error_low, error_high, and the ratio to unordered
-    features with the same weights, ratio, ratio_low, ratio_high; intervals hold the middle 90 % of draws of contacts.
+    Returns the columns of PREMISES after the first.
     """
     rows = []
     for (kind, train), table in errors.groupby(["held_out", "train"], sort=False):
@@ -117,8 +116,7 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
         for (features, weights), mean in means.items():
             row = [kind, train, features, weights, table["split"].nunique(), mean]
             row += np.quantile(draws.loc[(features, weights)], RANGE).tolist()
-            against = ("unordered", weights)
-            if against in means.index:
+            if (against := ("unordered", weights)) in means.index:
                 ratios = draws.loc[(features, weights)] / draws.loc[against]
                 row += [mean / means[against], *np.quantile(ratios, RANGE)]
             else:
@@ -172,11 +170,7 @@ FEATURE_VECTORS = Table(
 
 
 def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
-    """Tabulate each kind of feature of two samples that are pressed alike: features, press, contact, node, axis …
-
-    node : place of a coarse node in the vector; axis : 0, 1 or 2, of the world or of the contact's own frame
-    share_of_peak : displacement over the largest one of the sample
-    """
+    """Tabulate each kind of feature of two samples that are pressed alike; axis is 0, 1 or 2."""
     tables = []
     for name, kind in kinds(db, neighbours).items():
         for press, sample in enumerate(choose_alike(db), 1):
@@ -199,9 +193,7 @@ DATABASE_MEMORY = Table(
 
 
 def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:
-    """Tabulate for each kind of feature the memory [kB] of the feature vectors, of the fine displacements, of the
-    matrix A, and of the orders of nodes around every coarse surface node, which any query may need.
-    """
+    """Tabulate the memory [kB] that a query needs with each kind of feature; orders are those of all contacts."""
     training = gather(db, train, "paper", options)
     rows = []
     for name, features in kinds(db, options.neighbours).items():
@@ -263,19 +255,33 @@ def compare(
     progress : wraps the sequence of names, as ``tqdm`` does
     """
     found: dict[str, list[pd.DataFrame]] = {table.name: [] for table in TABLES}
+    options, neighbours = settings.options, settings.options.neighbours
     for name in progress([*databases, *premises]):
         if name in premises:
-            tables = _linear(name, premises[name], bodies[premises[name]["body"]], settings)
-        else:
-            tables = _nonlinear(name, databases[name], bodies[name], settings)
-        for table, rows in tables.items():
-            found[table].append(rows.assign(premise=name))
-    joined = {name: pd.concat(rows) for name, rows in found.items()}
-    return {name: table[["premise", *table.columns.drop("premise")]] for name, table in joined.items()}
+            about, counts, drawn, every = _linear(name, premises[name], bodies[premises[name]["body"]], settings)
+        else:  # each split holds out others of the same samples
+            every, counts = databases[name], (bodies[name]["train"], bodies[name]["test"])
+            about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
+        about += [len(np.unique(every.contact)), moved_share(every.fine)]
+        parts = (
+            _summary(drawn, counts, settings),
+            pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
+            feature_rows(every, neighbours),
+            memory_rows(drawn[0], np.arange(counts[0]), options),
+        )
+        for table, rows in zip(TABLES, parts, strict=True):
+            found[table.name].append(rows.assign(premise=name))
+    return {table.name: pd.concat(found[table.name])[table.columns] for table in TABLES}
 
 
-def _linear(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], settings: Settings) -> dict:
-    """Return the tables of a premise with linear responses; each split presses other contacts."""
+def _linear(
+    name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], settings: Settings
+) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
+    """Press the body of a premise with linear responses, other contacts for each split.
+
+    Returns the beginning of its row of PREMISE_BODIES, samples to train on and to hold out, the samples of each split,
+    and one sample of every contact.
+    """
     magnitudes, *counts = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
     prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in SAMPLED})
     peak_m = settings.peak_of_size * prepared.body.fine.size
@@ -283,34 +289,15 @@ def _linear(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], set
     drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
     every = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
     held = "as the body" if not {"anchors", "bed"} & set(premise) else "otherwise"
-    about = [premise["body"], "linear", premise["made_of"], held, len(every.contact), moved_share(every.fine)]
-    return {
-        "premises": _summary(drawn, counts, settings),
-        "premise_bodies": pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
-        "feature_vectors": feature_rows(every, settings.options.neighbours),
-        "database_memory": memory_rows(drawn[0], np.arange(counts[0]), settings.options),
-    }
+    return [premise["body"], "linear", premise["made_of"], held], tuple(counts), drawn, every
 
 
-def _nonlinear(name: str, db: Database, entry: Mapping[str, Any], settings: Settings) -> dict:
-    """Return the tables of the study's own samples; each split holds out others."""
-    counts = (entry["train"], entry["test"])
-    about = [name, "nonlinear", "solid", "as the body", len(np.unique(db.contact)), moved_share(db.fine)]
-    return {
-        "premises": _summary([db] * settings.splits, counts, settings),
-        "premise_bodies": pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
-        "feature_vectors": feature_rows(db, settings.options.neighbours),
-        "database_memory": memory_rows(db, np.arange(counts[0]), settings.options),
-    }
-
-
-def _summary(databases: Sequence[Database], counts: Sequence[int], settings: Settings) -> pd.DataFrame:
+def _summary(databases: Sequence[Database], counts: tuple[int, int], settings: Settings) -> pd.DataFrame:
     """Average the errors of one split of each database."""
-    train, test = counts
     errors: list[pd.DataFrame] = []
     for number, db in enumerate(databases):
-        errors += split_errors(db, (train, test), number, settings.options)
-        errors += growing_errors(db, (train, test), number, settings.options, settings.training_shares)
+        errors += split_errors(db, counts, number, settings.options)
+        errors += growing_errors(db, counts, number, settings.options, settings.training_shares)
     return summarise(pd.concat(errors))
 
 

@@ -29,12 +29,7 @@ SIGMA_SWEEP = Table(
 
 
 def sweep_rows(
-    db: Database,
-    train: np.ndarray,
-    test: np.ndarray,
-    protocol: str,
-    options: FitOptions,
-    labels: Mapping[str, str],
+    db: Database, train: np.ndarray, test: np.ndarray, protocol: str, options: FitOptions, labels: Mapping[str, str]
 ) -> pd.DataFrame:
     """Tabulate sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
     training = gather(db, train, protocol, options)
@@ -49,17 +44,6 @@ def sweep_rows(
             for sigma in known.sigmas:
                 blends = BlendWeights(kind, known.squared, sigma)(squared)
                 rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])
-                rows.append(
-                    {
-                        **labels,
-                        "protocol": protocol,
-                        "split": options.split,
-                        "features": features_name,
-                        "weights": kind,
-                        "sigma_m": sigma,
-                        "sigma_relative": sigma / known.scale,
-                        "rmse_m": rmse.mean(),
-                        "rmse_of_peak": (rmse / db.peaks[test]).mean(),
-                    }
-                )
-    return pd.DataFrame(rows)[SIGMA_SWEEP.columns]
+                which = [labels["body"], labels["regime"], protocol, options.split, features_name, kind]
+                rows.append([*which, sigma, sigma / known.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
+    return SIGMA_SWEEP.frame(rows)

@@ -5,8 +5,6 @@ its order can only hold for the assembly of Φ. Sizes are large enough for the c
 where the whole of building A is measured: there feature lengths are those of the paper, as there the inversion counts.
 """
 
-import time
-import timeit
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -18,7 +16,7 @@ from scipy import stats
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
 from palpate.benchmark.presses import nodal_forces
-from palpate.benchmark.timing import Call, measure, timing_rows
+from palpate.benchmark.timing import Call, measure, processor_seconds, timing_rows
 from palpate.bodies.body import Body
 from palpate.models.enrichment.features import nearest_first
 from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
@@ -91,16 +89,9 @@ def complexity(samples: Sequence[int], seed: int) -> pd.DataFrame:
         for name, operation in OPERATIONS.items():
             sizes = [(r, k) for r in operation.lengths for k in samples]
             calls = [operation.prepare(r, k, random) for r, k in sizes]
-            seconds = np.min([[_seconds(call) for call in calls] for _ in range(3)], axis=0)
+            seconds = np.min([[processor_seconds(call, 2e-3) for call in calls] for _ in range(3)], axis=0)
             rows += [(name, r, k, taken) for (r, k), taken in zip(sizes, seconds, strict=True)]
     return pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"])
-
-
-def _seconds(call: Callable[[], object]) -> float:
-    """Take the mean over as many calls as take about 2 ms."""
-    timer = timeit.Timer(call, timer=time.thread_time)
-    number = max(1, int(2e-3 / timer.timeit(number=1)))
-    return timer.timeit(number=number) / number
 
 
 def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:

@@ -59,11 +59,7 @@ DEFORMATION_MODES = Table(
 
 
 def deformation_modes() -> pd.DataFrame:
-    """Compute the goal of every particle of a block, by deformation and mode, with β = 1.
-
-    The columns are deformation, mode, particle, rest_x_m … rest_z_m, x_m … z_m, goal_x_m … goal_z_m, and left: the root
-    mean square distance from goals to particles over that from rest to particles.
-    """
+    """Compute the goal of every particle of a block, by deformation and mode, with β = 1."""
     body, tables = block(), []
     q = body.nodes - body.nodes.mean(axis=0)
     for deformation, displace in DEFORMATIONS.items():
@@ -106,7 +102,7 @@ CLUSTERS = Table(
 
 
 def clustered_column(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
-    """Compute the equilibrium of every particle: clusters, force_n, particle, rest_x_m … rest_z_m, x_m, y_m, z_m.
+    """Compute the equilibrium of every particle of a column in each number of clusters.
 
     The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; ``force_n`` [N] on the top
     layer bends it along x. ``alpha`` and ``beta`` are its stiffness and deformation.

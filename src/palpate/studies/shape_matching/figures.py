@@ -21,16 +21,12 @@ _LOOKS = {
 
 @style.figure("integrator_stability", tables=("integrator_stability",))
 def draw_integrator_stability(integrator_stability) -> Figure:
-    """Draw the growth per step over the step, by formulas (lines) and simulations (markers), and their difference.
-
-    integrator_stability : the table of this name
-    """
-    stability = integrator_stability
+    """Draw the growth per step over the step, by formulas (lines) and simulations (markers), and their difference."""
     figure = Figure(figsize=(7.5, 5.2), layout="constrained")
     growth, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     handles = []
     for scheme, looks in _LOOKS.items():
-        cases = stability[stability["scheme"] == scheme].groupby("alpha", dropna=False)
+        cases = integrator_stability[integrator_stability["scheme"] == scheme].groupby("alpha", dropna=False)
         for (alpha, rows), (colour, marker) in zip(cases, looks, strict=False):
             x, expected, found = (rows[c] for c in ("h_over_sqrt_m_k", "spectral_radius", "growth_measured"))
             growth.plot(x, expected, color=colour)
@@ -39,7 +35,7 @@ def draw_integrator_stability(integrator_stability) -> Figure:
             error.plot(x, np.maximum(np.abs(found / expected - 1.0), 1e-16), marker, color=colour, ms=3.5)
             label = _NAMES[scheme] + (f", α = {alpha:g}" if np.isfinite(alpha) else "")
             handles.append(Line2D([], [], color=colour, marker=marker, ms=5, mec="white", mew=0.5, label=label))
-    _threshold(growth, stability)
+    _threshold(growth, integrator_stability)
     growth.set(xscale="log", yscale="log", ylabel="growth per step", title="one mass on a spring")
     error.set(yscale="log", xlabel="h / sqrt(m/k)", ylabel="relative\ndifference", xlim=(0.009, 110))
     style.plain_log(error.xaxis)
@@ -67,10 +63,7 @@ _SEEN_FROM = np.array([[0.9, 0.43, 0.0], [-0.15, 0.31, 0.94]])
 
 @style.figure("deformation_modes", tables=("deformation_modes",))
 def draw_deformation_modes(deformation_modes) -> Figure:
-    """Draw a row for each mode and a column for each deformation: the block as it is in grey, and its goals.
-
-    deformation_modes : the table of this name
-    """
+    """Draw a row for each mode and a column for each deformation: the block as it is in grey, and its goals."""
     table = deformation_modes
     deformations = list(dict.fromkeys(table["deformation"]))
     figure = Figure(figsize=(1.7 * len(deformations) + 0.6, 2.5 * len(_MODE_COLOURS)), layout="constrained")
@@ -113,10 +106,7 @@ _COLOURS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e6b400")
 
 @style.figure("clusters", tables=("clusters",))
 def draw_clusters(clusters) -> Figure:
-    """Draw one column per panel from the side, its particles coloured by displacement, and its rest shape in grey.
-
-    clusters : the table of this name
-    """
+    """Draw one column per panel from the side, its particles coloured by displacement, and its rest shape in grey."""
     groups = list(clusters.groupby("clusters"))
     figure = Figure(figsize=(2.0 * len(groups) + 2.6, 4.2), layout="constrained")
     axes = figure.subplots(1, len(groups) + 1, width_ratios=[2.0] * len(groups) + [2.4])
@@ -176,10 +166,7 @@ _GOALS = {"mean": ("goals averaged", "#8cc4e6"), "sum": ("pulls added", "#0072b2
 
 @style.figure("cluster_goals", tables=("cluster_goals",))
 def draw_cluster_goals(cluster_goals) -> Figure:
-    """Draw the α from which on each variant is unstable, and the largest displacement of the loaded column.
-
-    cluster_goals : the table of this name
-    """
+    """Draw the α from which on each variant is unstable, and the largest displacement of the loaded column."""
     figure = Figure(figsize=(8.0, 3.8), layout="constrained")
     limits, tips = figure.subplots(1, 2)
     kinds = list(dict.fromkeys(cluster_goals["kind"]))
@@ -210,11 +197,7 @@ def draw_cluster_goals(cluster_goals) -> Figure:
     return figure
 
 
-_MODE_MARKERS = {
-    "rigid": ("#0072b2", "o", 7),
-    "linear": ("#009e73", "s", 4),
-    "quadratic": ("#d55e00", "D", 4),
-}
+_MODE_MARKERS = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}
 """Colour, marker and its size; rigid and linear cost the same, so that one marker must surround the other."""
 
 _THESIS_MS, _NS = 20.0, 20.0
@@ -224,10 +207,7 @@ _THESIS_MS, _NS = 20.0, 20.0
 def draw_shape_matching_timing(shape_matching_timing) -> Figure:
     """Draw objects of 100 particles, one panel for each number of clusters, and one object of many particles.
 
-    Exponents are fitted from FEWEST particles on, below which the cost of calling compiled functions matters.
-
-    shape_matching_timing : the table of this name
-    """
+    Exponents are fitted from FEWEST particles on, below which the cost of calling compiled functions matters."""
     table = shape_matching_timing
     many, one = table[table["particles"] == 100], table[table["objects"] == 1]
     counts = sorted(many["clusters"].unique())
@@ -265,15 +245,9 @@ def _mark_headline(axis, milliseconds: float) -> None:
     """Mark the thesis' time for 100 quadratic objects, and this machine's."""
     particles = HEADLINE["objects"] * HEADLINE["particles"]
     axis.plot(particles, _THESIS_MS, "*", color=style.INK, ms=9)
-    axis.annotate(
-        f"thesis: {_THESIS_MS:g} ms\nhere: {milliseconds:.2g} ms",
-        (particles, _THESIS_MS),
-        xytext=(-8, 0),
-        textcoords="offset points",
-        ha="right",
-        va="center",
-        fontsize=8,
-    )
+    text = f"thesis: {_THESIS_MS:g} ms\nhere: {milliseconds:.2g} ms"
+    at = (particles, _THESIS_MS)
+    axis.annotate(text, at, (-8, 0), textcoords="offset points", ha="right", va="center", fontsize=8)
     axis.plot([particles] * 2, [milliseconds, _THESIS_MS], color=style.INK, lw=0.8, ls="--")
 
 
@@ -282,22 +256,19 @@ _SHADES = ("#c5e29f", "#8cc63f", "#3f6b12")  # the hue of body springs in style.
 
 @style.figure("body_springs", tables=("body_springs",))
 def draw_body_springs(body_springs) -> Figure:
-    """Draw the displacement at the end of the hold over the distance from the poke, and the largest one over time.
-
-    body_springs : the table of this name
-    """
+    """Draw the displacement at the end of the hold over the distance from the poke, and the largest one over time."""
     figure = Figure(figsize=(9.5, 3.9), layout="constrained")
     local, back = figure.subplots(1, 2)
     handles, shades = [], iter(_SHADES)
     for (case, stiffness), rows in body_springs.groupby(["case", "body_springs_n_m"], sort=False):
         colour, dashes, label = _look(case, stiffness, shades)
-        held = rows[rows["phase"] == "hold"]
-        held = held[held["time_s"] == held["time_s"].max()]
-        peak = held["max_displacement_m"].max()
-        local.plot(1e3 * held["distance_m"], 1e3 * held["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
+        end = rows[rows["phase"] == "hold"]
+        end = end[end["time_s"] == end["time_s"].max()]
+        peak = end["max_displacement_m"].max()
+        local.plot(1e3 * end["distance_m"], 1e3 * end["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
         over = rows.groupby("time_s")["max_displacement_m"].max() / peak
         back.plot(over.index, 100 * over, ls=dashes, color=colour)
-        share = held["moved"].sum() / held["nodes"].sum()
+        share = end["moved"].sum() / end["nodes"].sum()
         label = f"{label}\n{100 * share:.0f} % of nodes moved, {1e3 * peak:.1f} mm"
         handles.append(Line2D([], [], color=colour, ls=dashes, marker="o", ms=4, label=label))
     released = body_springs.loc[body_springs["phase"] == "hold", "time_s"].max()
@@ -325,10 +296,7 @@ def _look(case: str, stiffness: float, shades) -> tuple[str, str, str]:
 
 @style.figure("maxwell_creep", tables=("maxwell_creep",))
 def draw_maxwell_creep(maxwell_creep) -> Figure:
-    """Draw the displacement over time, simulated and in closed form, and below the difference of the two.
-
-    maxwell_creep : the table of this name
-    """
+    """Draw the displacement over time, simulated and in closed form, and below the difference of the two."""
     table = maxwell_creep
     figure = Figure(figsize=(6.5, 4.6), layout="constrained")
     moved, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))

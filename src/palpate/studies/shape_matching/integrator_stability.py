@@ -8,6 +8,7 @@ nearly a circle. It is reset to a small value after each step, so that the sprin
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -95,8 +96,8 @@ def explicit_radius(step: float) -> float:
     return max(abs(1.0 - (step**2 + sign * root) / 2.0) for sign in (1, -1))
 
 
-def goal_radius(alpha: float) -> float:
-    """Compute the spectral radius of [[1, −α/h], [h, 1 − α]] (paper 3), which does not depend on h."""
+def goal_radius(alpha: float, step: float = 1.0) -> float:
+    """Compute the spectral radius of [[1, −α/h], [h, 1 − α]] (paper 3), which does not depend on the step h."""
     root = np.sqrt(complex(alpha**2 - 4.0 * alpha))
     return max(abs(1.0 - alpha / 2.0 + sign * root / 2.0) for sign in (1, -1))
 
@@ -110,14 +111,9 @@ def cases(alphas: list[float]) -> list[Case]:
     """Return the schemes that are compared."""
     return [
         Case("symplectic_euler", symplectic_euler.make, explicit_radius),
-        *(Case("goal_position", goal_position.make, _constant(goal_radius(a)), a) for a in alphas),
+        *(Case("goal_position", goal_position.make, partial(goal_radius, a), a) for a in alphas),
         Case("backward_euler", backward_euler.make, implicit_radius),
     ]
-
-
-def _constant(radius: float) -> Callable[[float], float]:
-    """Return a radius that is the same for every step."""
-    return lambda step: radius
 
 
 def _sizes(case: Case, integrator: Integrator, step: float) -> np.ndarray:

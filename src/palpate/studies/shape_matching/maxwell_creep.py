@@ -36,8 +36,7 @@ MAXWELL_CREEP = Table(
 def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
     """Tabulate maxwell_creep.csv: one row for each frame of ``motion``, of a scene with springs, maxwell and push.
 
-    load : the load over its largest; creep_m : displacement of the node that moves farthest in the closed solution,
-        in its direction; closed_m : the closed solution; springs_m : the same without dampers
+    Displacements are those of the node that moves farthest in the closed solution, in its direction.
     """
     times = np.linspace(0.0, scene.duration_s, INSTANTS)
     system = compose(scene, particles)

@@ -1,20 +1,20 @@
 """Cost of a step of shape matching (paper 3's figure 3.12), and how it grows with particles."""
 
-import time
-import timeit
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.timing import processor_seconds
 from palpate.effects import shape_matching
 from palpate.effects.shape_matching import TERMS
 from palpate.scenes.matched_boxes import DIVISIONS, stepper
 from palpate.table import Table
 
 OBJECTS = (1, 10, 30, 100, 300, 1000)
+TIMED_S = 5e-3
+"""About how long calls are repeated for each time."""
 
 TIMING = Table(
     "shape_matching_timing",
@@ -30,8 +30,7 @@ TIMING = Table(
 def measure(repeats: int) -> pd.DataFrame:
     """Measure the milliseconds of a goal-position step: medians of ``repeats`` passes over all rows, on one thread.
 
-    The columns are particles and clusters of an object, mode, objects, all_particles and memberships of all objects
-    together, ms_per_step and threads. Objects of 100 particles vary in number, clusters and mode; one object of 8
+    Objects of 100 particles vary in number, clusters and mode; one object of 8
     clusters varies in particles. Times are processor times, which exclude other processes.
     """
     scans = [(100, objects, clusters) for clusters in (1, 8, 18) for objects in OBJECTS]
@@ -44,7 +43,7 @@ def measure(repeats: int) -> pd.DataFrame:
             sizes = {"particles": particles, "clusters": len(matched.ranks) // objects, "mode": mode}
             members = len(matched.clusters.members)
             rows.append(sizes | {"objects": objects, "all_particles": particles * objects, "memberships": members})
-    seconds = np.median([[_seconds(step) for step in steppers] for _ in range(repeats)], axis=0)
+    seconds = np.median([[processor_seconds(step, TIMED_S) for step in steppers] for _ in range(repeats)], axis=0)
     return pd.DataFrame(rows).assign(ms_per_step=1e3 * seconds, threads=1)
 
 
@@ -52,15 +51,8 @@ def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> fl
     """Measure the speed-up of ``rotations`` over batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
     matrices = np.random.default_rng(seed).normal(size=(count, 3, 3))
     calls = partial(shape_matching.rotations, matrices), partial(np.linalg.svd, matrices)
-    fast, lapack = np.median([[_seconds(call) for call in calls] for _ in range(repeats)], axis=0)
+    fast, lapack = np.median([[processor_seconds(call, TIMED_S) for call in calls] for _ in range(repeats)], axis=0)
     return float(lapack / fast)
-
-
-def _seconds(call: Callable[[], object]) -> float:
-    """Time a call as the mean over about 5 ms of calls."""
-    timer = timeit.Timer(call, timer=time.thread_time)
-    number = max(1, int(5e-3 / timer.timeit(number=1)))
-    return timer.timeit(number=number) / number
 
 
 HEADLINE: dict[str, Any] = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
@@ -71,10 +63,7 @@ FEWEST = 3000
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slope of log ms_per_step over log all_particles for objects of 100 particles.
-
-    The columns are mode, clusters and exponent.
-    """
+    """Fit the slope of log ms_per_step over log all_particles for objects of 100 particles, by mode and clusters."""
     kept = table[(table["particles"] == 100) & (table["all_particles"] >= FEWEST)]
     rows = []
     for (mode, clusters), group in kept.groupby(["mode", "clusters"], sort=False):

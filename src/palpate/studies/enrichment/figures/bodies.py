@@ -1,22 +1,19 @@
 """Pictures of paper 1's bodies: meshes, deformed samples, and where methods are wrong."""
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
-import h5py
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from palpate.benchmark.database import Database
 from palpate.bodies.body import Body
-from palpate.errors import InputError
 from palpate.files import read_hdf5
 from palpate.report import panels, render, style, turnable
 
 
-@dataclass(frozen=True, eq=False)
-class Prediction:
+class Prediction(NamedTuple):
     """One method's predictions.
 
     sample : (s,) int, row numbers into the samples of the same body and regime's database
@@ -30,22 +27,11 @@ class Prediction:
 def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dict[str, Prediction]:
     """Read ``sample`` and ``predicted`` of the groups ``/{protocol}/{split}/{method}`` of a predictions.h5.
 
-    Raises InputError naming the file and the group if one is missing or of a wrong shape.
+    Raises InputError naming the file if it or one of the groups is missing.
     """
     with read_hdf5(path) as file:
-        return {m: _one(file, f"{protocol}/{split}/{m}", path) for m in methods}
-
-
-def _one(file: h5py.File, group: str, path) -> Prediction:
-    if f"{group}/sample" not in file or f"{group}/predicted" not in file:
-        raise InputError(f"{path}: group {group} lacks sample or predicted; delete the file and type make.")
-    sample, predicted = file[f"{group}/sample"][:], file[f"{group}/predicted"][:]
-    if predicted.ndim != 3 or predicted.shape[2] != 3 or len(sample) != len(predicted) or not len(sample):
-        raise InputError(
-            f"{path}: {group}/predicted has shape {predicted.shape} instead of ({len(sample)}, nodes, 3); "
-            "delete the file and type make."
-        )
-    return Prediction(sample, predicted)
+        groups = {method: file[f"{protocol}/{split}/{method}"] for method in methods}
+        return {method: Prediction(group["sample"][:], group["predicted"][:]) for method, group in groups.items()}
 
 
 _MESH_PIXELS, _MESH_INCHES = 640, 2.9
@@ -101,13 +87,13 @@ _PIXELS, _INCHES = 480, 1.75
 
 @style.figure("deformed_bodies")
 def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, Prediction], rows: int = 3) -> Figure:
-    """Draw rest, fine FEM, coarse FEM and METHODS, for ``rows`` test samples from small to large peak.
+    """Draw rest, fine FEM, coarse FEM and DEFORMED_BY, for ``rows`` test samples from small to large peak.
 
-    predictions : of METHODS, all for the same test samples. The colour scale is shared and ends at the largest
+    predictions : of DEFORMED_BY, all for the same test samples. The colour scale is shared and ends at the largest
     displacement of fine FEM in the samples shown; the arrow is the load, dark balls are held nodes, grey lines the
     outline at rest. Displacements are to scale.
     """
-    peaks = np.linalg.norm(database.fine, axis=2).max(axis=1)
+    peaks = database.peaks
     chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact, rows)
     limit = peaks[chosen].max() * 1e3
     views = render.same_scale([_view_of_sample(database, i) for i in chosen])
@@ -211,7 +197,6 @@ def _sample_caption(database, i, what, moved, peak) -> str:
 JUDGED = ["interpolation", style.PAPERS, "detail_correction"]
 """One row each: interpolation, which costs least, the paper's method, and detail correction."""
 
-_PIXELS, _INCHES = 480, 1.75
 _DECADES = 3
 
 
@@ -219,7 +204,7 @@ _DECADES = 3
 def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[str, Prediction]]) -> Figure:
     """Draw three columns (best, median, worst) for each group and one row for each method, on one logarithmic scale.
 
-    groups : maps a heading such as "paper protocol, samples held out" to predictions of METHODS
+    groups : maps a heading such as "paper protocol, samples held out" to predictions of JUDGED
     Samples are ranked for each method by itself, by RMSE over the fine surface nodes / peak.
     """
     shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in JUDGED}
@@ -268,9 +253,8 @@ def ranked(database, prediction) -> list[tuple]:
 
 def camera(database, i, moved) -> render.View:
     """Choose the camera of a sample: its contact is visible, its deformed body complete."""
-    normal = database.contact_normals[np.searchsorted(database.coarse_surface, database.contact[i])]
     rest = database.nodes_fine_surface
-    return render.frame(render.directions(rest, normal), [rest + moved])
+    return render.frame(render.directions(rest, _normal(database, i)), [rest + moved])
 
 
 def _coloured(stage, view, body, database, percent, moved, limits) -> np.ndarray:
@@ -293,12 +277,11 @@ _START = 1  # the first method's median sample; its contact is visible in the ch
 
 
 def write(database: Database, predictions: dict[str, Prediction], path: str | Path) -> None:
-    """Write, for each of METHODS, its best, median and worst test sample, coloured by the error.
+    """Write, for each of JUDGED, its best, median and worst test sample, coloured by the error.
 
     The body is shown as fine FEM deforms it, on one logarithmic scale of three decades in % of the sample's peak.
     """
-    methods = JUDGED
-    picks = [pick for method in methods for pick in ranked(database, predictions[method])]
+    picks = [pick for method in JUDGED for pick in ranked(database, predictions[method])]
     scale = limits([field for _, field, _, _ in picks])
     norm = LogNorm(*scale)
     rest = database.nodes_fine_surface
@@ -315,7 +298,7 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
             turnable.legend("error [% of the sample's peak displacement]", norm, style.ERROR),
             {
                 "choices": {
-                    "method": [style.short(method).replace("\n", " ") for method in methods],
+                    "method": [style.short(method).replace("\n", " ") for method in JUDGED],
                     "test sample": list(RANKS),
                 },
                 "notes": notes,

@@ -14,7 +14,6 @@ from palpate.report.words import seconds as written
 def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
     """Draw a row for the most global and the most local premise, and a column for each kind of feature.
 
-    feature_vectors, premise_bodies : the tables of these names
     Lines are the two presses; a title has the distance of their vectors over the length of the first.
     """
     about = premise_bodies.sort_values("moved_share", ascending=False, kind="stable")
@@ -49,7 +48,6 @@ def draw_sigma_sweep(
 ) -> Figure:
     """Draw a row for each body and regime, a column for each feature vector, a line for each kind of weights.
 
-    sigma_sweep, enrichment_accuracy : the tables of these names
     published : the paper's numbers; ``sigma`` holds its σ and the length of a unit of its meshes here [m]
     Marks are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond), and the error of
     linear interpolation, which has no σ (dashed).
@@ -125,7 +123,6 @@ SHOWN = (0.08, 30.0)
 def draw_premises(premises, premise_bodies, *, held_out: str = "contacts") -> Figure:
     """Draw a row for each premise, the most local first: errors on the left, ratios to unordered features on the right.
 
-    premises, premise_bodies : the tables of these names
     Whiskers hold 90 % of draws of splits and contacts. Left of the line ordered features pay; ratios beyond SHOWN are
     arrows at its end.
     """
@@ -207,10 +204,7 @@ _COLOURS = {"r": "#0072b2", "k": "#d55e00"}
 
 @style.figure("complexity", tables=("complexity",))
 def draw_complexity(complexity) -> Figure:
-    """Draw fitted exponents with confidence intervals (discs) and the paper's (diamonds).
-
-    complexity : the table of this name
-    """
+    """Draw fitted exponents with confidence intervals (discs) and the paper's (diamonds)."""
     figure = Figure(figsize=(7.5, 0.62 * len(complexity) + 1.2), layout="constrained")
     axis = figure.subplots()
     for y, row in enumerate(complexity.to_dict("records")):
@@ -218,16 +212,8 @@ def draw_complexity(complexity) -> Figure:
             value = row[f"exponent_{letter}"]
             reach = np.abs([[row[f"exponent_{letter}_{end}"] - value] for end in ("low", "high")])
             axis.errorbar(value, y + shift, xerr=reach, fmt="o", color=_COLOURS[letter], capsize=3)
-            axis.plot(
-                row[f"paper_exponent_{letter}"],
-                y + shift,
-                "D",
-                mfc="none",
-                mec=style.INK,
-                ms=9,
-                mew=0.9,
-                zorder=3,
-            )
+            paper = row[f"paper_exponent_{letter}"]
+            axis.plot(paper, y + shift, "D", mfc="none", mec=style.INK, ms=9, mew=0.9, zorder=3)
     names = zip(complexity["operation"], complexity["paper_order"], strict=True)
     labels = [f"{style.OPERATIONS.get(o, o)}\n{order.replace('^2', '²')}" for o, order in names]
     axis.set_yticks(range(len(complexity)), labels)
@@ -244,10 +230,7 @@ def draw_complexity(complexity) -> Figure:
 
 @style.figure("timing_bars", tables=("enrichment_timing",))
 def draw_timing_bars(enrichment_timing) -> Figure:
-    """Draw two bars for each method on a logarithmic scale; dots are the five deformations.
-
-    enrichment_timing : the table of this name
-    """
+    """Draw two bars for each method on a logarithmic scale; dots are the five deformations."""
     timing = enrichment_timing
     names = tables.bodies(timing)
     figure = Figure(figsize=(10, 0.5 * len(set(timing["method"])) + 1.3), layout="constrained")
@@ -287,7 +270,6 @@ BUDGETS_S = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
 def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost, *, split: str = "contacts") -> Figure:
     """Draw one column for each body and one row for each protocol and regime, for one ``split``.
 
-    enrichment_accuracy, online_cost, fem_cost : the tables of these names
     The whisker ends at the 95th percentile of the time. The stepped line is the Pareto front. A method without a
     finite error or time is named in its panel as failed.
     """
@@ -310,11 +292,7 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost, *, 
     low, high = grid[0, 0].get_ylim()
     grid[0, 0].set_ylim(low / 6, high)  # room for the names of lines and failures
     style.plain_log(grid[0, 0].yaxis)
-    figure.legend(
-        handles=_method_legend(joined["method"]),
-        loc="outside right center",
-        title="less of both is better",
-    )
+    figure.legend(handles=_method_legend(joined["method"]), loc="outside right center", title="less of both is better")
     return figure
 
 
@@ -354,13 +332,7 @@ def _method_legend(present) -> list[Line2D]:
     """Return the handles of every method in table order, then of the front."""
     handles = [
         Line2D(
-            [],
-            [],
-            ls="",
-            marker=look.marker,
-            color=look.colour,
-            ms=9 if look.marker == "*" else 6,
-            label=look.label,
+            [], [], ls="", marker=look.marker, color=look.colour, ms=9 if look.marker == "*" else 6, label=look.label
         )
         for method, look in style.METHODS.items()
         if method in set(present)
@@ -387,14 +359,7 @@ def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
             label = f"{regime} loads: median {rows['seconds'].median():.2g} s, most {rows['seconds'].max():.2g} s"
             for axis, value in zip(column, ("seconds", "newton_iterations"), strict=True):
                 axis.plot(
-                    1e3 * rows["peak_m"],
-                    rows[value],
-                    marker,
-                    color=colour,
-                    ms=4,
-                    mec="white",
-                    mew=0.4,
-                    label=label,
+                    1e3 * rows["peak_m"], rows[value], marker, color=colour, ms=4, mec="white", mew=0.4, label=label
                 )
         column[0].set(xscale="log", yscale="log")
         column[0].set_title(body, pad=32)

@@ -282,14 +282,14 @@ def _linear(
     Returns the beginning of its row of PREMISE_BODIES, samples to train on and to hold out, the samples of each split,
     and one sample of every contact.
     """
-    magnitudes, *counts = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
+    magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
     prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in SAMPLED})
     peak_m = settings.peak_of_size * prepared.body.fine.size
-    contacts, seed = sum(counts) // len(magnitudes), settings.options.seed
+    contacts, seed = (train + test) // len(magnitudes), settings.options.seed
     drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
     every = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
     held = "as the body" if not {"anchors", "bed"} & set(premise) else "otherwise"
-    return [premise["body"], "linear", premise["made_of"], held], tuple(counts), drawn, every
+    return [premise["body"], "linear", premise["made_of"], held], (train, test), drawn, every
 
 
 def _summary(databases: Sequence[Database], counts: tuple[int, int], settings: Settings) -> pd.DataFrame:

@@ -63,7 +63,8 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert main(["try", *words]) == 0
     printed = capsys.readouterr().out
     whole, small = (
-        complete(yaml.safe_load((folder / name).read_text()), folder / name) for name in ("config.yaml", "try.yaml")
+        complete(yaml.safe_load((folder / name).read_text(encoding="utf-8")), folder / name)
+        for name in ("config.yaml", "try.yaml")
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]
@@ -74,7 +75,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert small["regimes"] == {"large": whole["regimes"]["large"]}
     assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]
     assert "given    it is held where its x is smallest" in printed and "a unit of the file" not in printed
-    assert "unit [m], given; the longest side is 30 cm" in (folder / "config.yaml").read_text()
+    assert "unit [m], given; the longest side is 30 cm" in (folder / "config.yaml").read_text(encoding="utf-8")
     assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed
     assert re.search(r"make CONFIG=\S*organ/config\.yaml\n", printed)
     assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
@@ -116,12 +117,12 @@ def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, 
     assert capsys.readouterr().err == said
     assert [path.name for path in other.iterdir()] == ["thesis.txt"]
     for name in ("config.yaml", "try.yaml"):
-        text = (own / name).read_text()
-        (own / name).write_text(text.replace("young_pa: 3000", "young_pa: 5000"))
-        assert main([*words, str(own)]) == 1 and "young_pa: 5000" in (own / name).read_text()
+        text = (own / name).read_text(encoding="utf-8")
+        (own / name).write_text(text.replace("young_pa: 3000", "young_pa: 5000"), encoding="utf-8")
+        assert main([*words, str(own)]) == 1 and "young_pa: 5000" in (own / name).read_text(encoding="utf-8")
         said = rf"error: {own}/config\.yaml or try\.yaml was changed and is kept; run it with .*make CONFIG=\S+\.\n"
         assert re.fullmatch(said, capsys.readouterr().err)
-        (own / name).write_text(text)
+        (own / name).write_text(text, encoding="utf-8")
     assert len(ran) == 3
 
 
@@ -218,5 +219,5 @@ def test_a_guessed_unit_is_said_with_the_size_it_makes_and_doubted_where_others_
     assert len(warned) == (others is not None)
     if others:
         assert others in warned[0] and "; compare the length with the organ's, and give --scale" in warned[0]
-    scale = yaml.safe_load((tmp_path / "new/config.yaml").read_text())["bodies"]["bar"]["scale_m"]
+    scale = yaml.safe_load((tmp_path / "new/config.yaml").read_text(encoding="utf-8"))["bodies"]["bar"]["scale_m"]
     assert scale == pytest.approx(unit)

@@ -169,13 +169,13 @@ def test_where_no_bound_is_small_enough_the_least_one_answers(case, load):
 def test_contacts_that_a_stage_prepares_are_charged_to_the_setting_that_is_asked(case, load):
     class Prepares(Known):
         def precede(self, load):
-            case.charge("contacts", 3.0)
+            case.charge("its contact", 3.0)
 
     fresh = replace(case, used={})
     solver = of(case, 0.5, (Prepares(case), 0.0, False))
     solver._case = fresh
     solver.precede(load)
-    assert fresh.used["contacts"] == 3.0 and solver.memory_mb > 0.0
+    assert fresh.used["its contact"] == 3.0 and solver.memory_mb > 0.0
 
 
 def test_a_stage_without_an_answer_is_passed_over_while_another_has_one(case, load):

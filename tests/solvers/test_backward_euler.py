@@ -14,7 +14,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import gravity, held, linear_elements, rayleigh, velocity_damping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError, NotConverged
-from palpate.scenes.run_scene import STARTS, initial_positions, run
+from palpate.scenes.run_scene import initial_positions, run
 from palpate.scenes.scene import Scene
 from palpate.solvers import backward_euler, bdf2
 from palpate.solvers.bdf2 import Bdf2
@@ -45,7 +45,7 @@ def total(system, x, v) -> float:
     return system.energy(x) + 0.5 * float(np.vdot(system.masses[:, None] * v, v))
 
 
-@pytest.mark.parametrize("start", [s for s in STARTS if s != "rest"])
+@pytest.mark.parametrize("start", ["inverted", "random", "plane", "line", "point"])
 @pytest.mark.parametrize("anchored", [True, False])
 def test_no_step_makes_energy_from_any_start(body, start, anchored):
     moved = system(body, (1.0, 0.0, -2.0), anchored)

@@ -11,10 +11,14 @@ from scipy import sparse
 from palpate.bodies.material import Material, Tissue, uniform
 from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.refinement import midpoints_between, refine
-from palpate.bodies.supports import Bed
+from palpate.bodies.supports import Bed, inner_nodes
 
 if TYPE_CHECKING:  # it checks the quality of bodies
     from palpate.bodies.organs import SmoothSurface
+
+
+SHAPE_LEVEL = 1
+"""The level whose surface is moved to that of a file or a CT; all finer ones keep its shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +64,11 @@ class Body:
         parts = count // len(self.regions.region)
         return Tissue(self.regions.materials, np.repeat(self.regions.region, parts))
 
+    def supported(self, level: int) -> np.ndarray:
+        """Return the nodes of a level that are held or lie on the bed, increasing."""
+        held = self.anchors[level]
+        return held if self.bed is None else np.union1d(held, inner_nodes(self.levels[level], self.bed))
+
     def up_to(self, level: int) -> "Body":
         """Return the body without the levels finer than ``level``, counted from 0."""
         count = level + 1
@@ -93,17 +102,19 @@ def nest(
 
     ``regions`` is the tissue of the coarse tetrahedra, if they are of several materials.
 
-    ``snap``, if given, moves new nodes: it takes a finer mesh and the number of its first new node. Displacements are
+    ``snap``, if given, moves the new nodes of the first refinement: it takes a finer mesh and the number of its first
+    new node. Finer levels keep that shape, facets and all, so that answers on them have a limit. Displacements are
     still interpolated linearly; only the rest positions then are not. ``smooth`` is for a body whose every level,
     later ones too, is snapped to a surface that has a formula.
     """
-    snap = snap if smooth is None else smooth.snap
     levels: list[TetMesh | Sheet] = [coarse]
     prolongations: list[sparse.csr_array] = []
     held = [np.unique(anchors)]
     for _ in range(refinements):
         finer, prolongation = refine(levels[-1])
-        if snap is not None:
+        if smooth is not None:
+            finer = smooth.snap(finer, len(levels[-1].nodes))
+        elif snap is not None and len(levels) == SHAPE_LEVEL:
             finer = snap(finer, len(levels[-1].nodes))
         levels.append(finer)
         prolongations.append(prolongation)

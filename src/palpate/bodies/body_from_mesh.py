@@ -1,7 +1,7 @@
 """Bodies from mesh files: as they are, or remeshed to few surface nodes with finer meshes on the file's surface."""
 
 import warnings
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from palpate.bodies.mesh_quality import LEAST_DEG, check_boundary, check_closed,
 from palpate.bodies.regions import balls_of
 from palpate.bodies.surfaces.mend import Mended, mend
 from palpate.bodies.surfaces.remeshed import NODES, Remeshed, Snap, remesh_solid
-from palpate.bodies.surfaces.solid import solidify
+from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 
@@ -25,8 +25,9 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     well, are remeshed. Warns of all that was assumed and changed; raises InputError if no body can be made.
     """
     path, nodes = Path(entry["path"]), entry.get("surface_nodes")
-    points, triangles, tetrahedra = load_shape(path)
-    points = points * choose_scale(str(path), points, entry.get("scale_m"))
+    points, triangles, tetrahedra = _loaded(path, _changed(path))
+    scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+    points = points * scale_m
     count = len(np.unique(triangles))
     if tetrahedra is not None and count <= (nodes or count):
         return _given_tetrahedra(path, points, tetrahedra, count), None, False
@@ -34,7 +35,7 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
         kept = _kept(path, points, triangles, entry, asked=nodes is not None)
         if kept is not None:
             return kept, None, False
-    made = _remesh(path, points, triangles, None if nodes is None or count <= nodes else nodes, entry.get("snap", True))
+    made = _remesh(path, scale_m, None if nodes is None or count <= nodes else nodes, entry.get("snap", True))
     if nodes is None:
         _warn(
             f"{path}: its surface of {count} nodes is remeshed to {made.nodes}; give surface_nodes to choose another "
@@ -73,15 +74,43 @@ def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, as
     return mesh if asked or dihedral_angles(mesh).min() >= LEAST_DEG else None
 
 
-def _remesh(path: Path, points: np.ndarray, triangles: np.ndarray, nodes: int | None, snap: bool) -> Remeshed:
-    mended: Mended = mend(str(path), points, triangles)
-    solid = solidify(str(path), mended)
+def solid_of(path: Path, scale_m: float) -> tuple[Mended, Solid]:
+    """Return the mended surface of a file, and the solid in it [m]; InputError if it encloses none."""
+    return _solid(path, scale_m, _changed(path))
+
+
+def _changed(path: Path) -> int:
+    """Return when a file was changed last [ns], 0 if it is missing: what is read or made of it holds until then."""
+    return path.stat().st_mtime_ns if path.exists() else 0
+
+
+# meshes of several sizes, and the body itself, are made of the same file one after another
+@lru_cache(maxsize=1)
+def _loaded(path: Path, changed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    return load_shape(path)
+
+
+@lru_cache(maxsize=1)
+def _solid(path: Path, scale_m: float, changed: int) -> tuple[Mended, Solid]:
+    points, triangles, _ = _loaded(path, changed)
+    mended = mend(str(path), points * scale_m, triangles)
+    return mended, solidify(str(path), mended)
+
+
+@lru_cache(maxsize=4)
+def _remeshed(path: Path, scale_m: float, nodes: int | None, snap: bool, changed: int) -> Remeshed:
+    mended, solid = _solid(path, scale_m, changed)
+    return remesh_solid(solid, mended, nodes, snap)
+
+
+def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Remeshed:
+    mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
-    made = remesh_solid(solid, mended, nodes, snap)
+    made = _remeshed(path, scale_m, nodes, snap, _changed(path))
     found = made.fidelity
     if snap and not found.close:
         _warn(
-            f"{path}: with {made.nodes} surface nodes, refined twice, the body's surface is up to "
+            f"{path}: with {made.nodes} surface nodes the refined body's surface is up to "
             f"{in_words(found.away * found.size_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
             f"volume differs by {100 * found.volume:+.2g} %, as thin or sharp parts are lost; give more surface_nodes."
         )

@@ -34,6 +34,29 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
     return np.sort(able[spread_over(body.coarse.nodes[able], count)])
 
 
+def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:
+    """Draw ``count`` contacts that samples may press, each as likely as its area is large, in the order of drawing.
+
+    A body that has fewer gives all.
+    """
+    able = pressed_contacts(body, contacts_of(body))
+    # first arrivals of Poisson processes, so that more contacts are the same and others (Efraimidis and Spirakis 2006)
+    return able[np.argsort(np.random.default_rng(seed).exponential(size=len(able)) / body.coarse.areas[able])[:count]]
+
+
+def sampled_contacts(body: Body, count: int | None, seed: int) -> np.ndarray:
+    """Choose contacts to press, in increasing order: all, or ``count``, half well spread and half drawn by area.
+
+    Those that lie farthest from each other are rims and corners; a finger falls on faces and the middles of ends, too.
+    A body that has fewer gives all.
+    """
+    if count is None:
+        return kept_contacts(body, None)
+    spread = kept_contacts(body, -(-count // 2))
+    drawn = contacts_by_area(body, count + len(spread), seed)
+    return np.sort(np.append(spread, drawn[~np.isin(drawn, spread)][: count - len(spread)]))
+
+
 def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
     """Choose ``count`` fine surface nodes (k,) that are no coarse ones, each the farthest from all before it.
 

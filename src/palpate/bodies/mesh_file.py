@@ -9,6 +9,7 @@ import numpy as np
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_coordinates, check_indices
 from palpate.bodies.mesh_readers import RawMesh, read, tagged
+from palpate.bodies.settings import POSSIBLE_M
 from palpate.bodies.surfaces.triangles import drop_unused, weld
 from palpate.errors import InputError
 
@@ -18,8 +19,8 @@ ORGAN_M = (0.02, 0.6)
 UNITS = {"millimetre": 1e-3, "centimetre": 1e-2, "metre": 1.0, "micrometre": 1e-6}
 # units that are never guessed, and may be meant
 RARE_UNITS = {"inch": 0.0254}
-# sizes [m] that a given scale may make without a warning, and at all
-USUAL_M, POSSIBLE_M = (0.01, 1.0), (0.002, 5.0)
+# sizes [m] that a given scale may make without a warning
+USUAL_M = (0.01, 1.0)
 
 
 def guess_scale(size: float) -> tuple[str, float] | None:
@@ -83,6 +84,8 @@ def _guessed(source: str, size: float, guess: tuple[str, float] | None) -> float
     return scale
 
 
+# least extent of points over their largest up to which they lie in one plane
+FLAT = 1e-6
 # a surface with more nodes is remeshed unless the entry says otherwise
 KEPT_NODES = 400
 
@@ -95,6 +98,7 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
     """
     raw = _read(path)
+    _check_not_flat(path, raw.points)
     others = sorted(set(raw.solids) - {"tetra"})
     if others:
         raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
@@ -103,6 +107,16 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         nodes, tetrahedra = drop_unused(raw.points, raw.solids["tetra"])
         return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
     return *weld(raw.points, _triangles(path, raw)), None
+
+
+def _check_not_flat(path: Path, points: np.ndarray) -> None:
+    """Raise InputError for points (n, 3) that lie in one plane."""
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
+    if len(points) and extents[2] <= FLAT * extents[0]:
+        raise InputError(
+            f"{path}: all of its points lie in one plane, so it encloses no body; give a closed surface or tetrahedra, "
+            "or for a cloth a body of kind sheet."
+        )
 
 
 def load_tagged(path: Path, tag: int | str) -> np.ndarray:

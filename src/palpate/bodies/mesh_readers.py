@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.bodies.mesh_quality import check_coordinates
 from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
-from palpate.bodies.vtk_readers import CUT, SURFACES, check_whole, is_polydata, read_surface
+from palpate.bodies.vtk_readers import CUT, SURFACES, check_kind, check_whole, is_polydata, read_surface
 from palpate.errors import InputError, suggest
 
 KNOWN = ("gmsh:physical", "medit:ref", "CellEntityIds", "cell_tags", "region", "label")
@@ -125,6 +125,7 @@ def read(path: Path) -> RawMesh:
         raise InputError(f"{path}: this mesh file does not exist; correct the body's path.")
     try:
         data = path.read_bytes()
+        check_kind(suffix, data)
         check_whole(suffix, data)
         if suffix == ".msh":
             return _read_gmsh(path)
@@ -141,7 +142,7 @@ def read(path: Path) -> RawMesh:
     # a damaged file can make a reader raise any exception, and meshio may even exit
     except (Exception, SystemExit) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        if reason.startswith("it is cut off"):
+        if reason.startswith(("it is cut off", "it holds")):
             raise InputError(f"{path}: {reason}.") from error
         raise InputError(f"{path}: malformed {suffix} file ({reason}); write it again or convert it.") from error
 

@@ -34,6 +34,8 @@ from palpate.setting_types import (
 Label = Count | Text
 Labels = Label | Some[Label]
 Law = Annotated[str, Field(pattern=rf"^({'|'.join(LAWS)}|.+\.py)$")]
+POSSIBLE_M = (0.002, 5.0)
+"""Longest sides [m] that a body may have; others are taken for a wrong unit."""
 Refinements = Annotated[Whole, Field(ge=0, le=3)]
 Magnitudes = Some[Positive]
 
@@ -149,8 +151,8 @@ class File(_Compared):
         ge=12,
     )
     snap: Switch = key(
-        "Whether refinement moves its new surface nodes to the file's surface, if that is remeshed; otherwise every "
-        "level has the file's volume and flat facets",
+        "Whether the first refinement moves its new surface nodes to the file's surface, if that is remeshed; "
+        "otherwise every level has the file's volume and the coarse facets",
         True,
     )
     spacing_m: Positive = optional("Edge length [m] aimed at inside a surface that is kept and filled with tetrahedra")
@@ -188,7 +190,7 @@ class Ct(_Compared):
     even_brightness: Switch = key("Whether slow changes of an MRI's brightness are evened out first (N4)", False)
     crop_m: Pair[Vector] = optional("Two opposite corners [m] of the box that is looked at, in the image's frame")
     surface_nodes: Whole = key("Nodes of the coarse surface", 140, ge=12)
-    snap: Switch = key("Whether refinement moves its new surface nodes to the CT's surface", False)
+    snap: Switch = key("Whether the first refinement moves its new surface nodes to the CT's surface", False)
     masses: Literal["ct", "uniform"] = key(
         "What the nodes weigh: ct takes the densities of the voxels, uniform takes density_kg_m3, as an MRI always "
         "does, whose voxels have none",
@@ -223,8 +225,24 @@ def check_laws(place: str, laws: list[str], folder: Path) -> None:
             check_source(place, folder / law, LAW_FUNCTIONS, "see docs/add-a-law.md")
 
 
+def longest_m(body: dict) -> float | None:
+    """Return the longest side [m] of a body by its entry; None of one whose mesh is read."""
+    return max(body.get("sizes_m", [body.get("length_m", 0.0)])) or None
+
+
+def _check_size(place: str, body: dict) -> None:
+    size, (least, most) = longest_m(body), POSSIBLE_M
+    if size is not None and not least <= size <= most:
+        key = "sizes_m" if "sizes_m" in body else "length_m"
+        raise InputError(
+            f"{place}.{key} makes a body {size:g} m long, and bodies are {least:g} to {most:g} m long here; give it in "
+            "metres."
+        )
+
+
 def check_body(place: str, body: dict, folder: Path) -> None:
     """Raise InputError for what single settings of a body do not show, and for files that are not there."""
+    _check_size(place, body)
     keys = ("magnitudes", "train", "test")
     missing = [key for key in keys if key not in body]
     if 0 < len(missing) < len(keys):

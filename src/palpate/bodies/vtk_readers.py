@@ -14,6 +14,17 @@ import numpy as np
 from palpate.bodies.surfaces.triangles import arrays
 
 CUT = "it is cut off: {}; download or export it again"
+SIGNATURES = {
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"GIF8": "a GIF picture",
+    b"%PDF": "a PDF document",
+    b"PK\x03\x04": "a ZIP archive",
+    b"\x1f\x8b": "a gzip archive",
+    b"<!DOCTYPE": "a web page",
+    b"<html": "a web page",
+}
+"""How files begin that are often named as meshes, and what they are."""
 _PLY_TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
     "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
@@ -21,6 +32,16 @@ _PLY_TYPES = {
 }  # fmt: skip
 # (name, count, [(type of the list's length or None, type of the value)])
 _Element = tuple[str, int, list[tuple[str | None, str]]]
+
+
+def check_kind(kind: str, data: bytes) -> None:
+    """Raise ValueError if a file's content is of another kind than its suffix, ``kind``, says."""
+    for signature, what in SIGNATURES.items():
+        if data[: len(signature)].lower() == signature.lower():
+            raise ValueError(f"it holds {what} and no mesh; give the file of the mesh, or unpack or export it")
+    first = data.lstrip()[:5].lower()
+    if kind == ".stl" and len(data) >= 84 and first != b"solid" and b"\0" not in data and data.isascii():
+        raise ValueError("it holds a text that does not begin with solid, and so is no STL file; give that of the mesh")
 
 
 def check_whole(kind: str, data: bytes) -> None:

@@ -32,6 +32,8 @@ class BedSprings(Energy, Stiffness):
     or, of ``order`` 2, quadratic ones, whose nodes are the mesh's and then the midpoints of its ``edges``.
 
     beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may hold
+    couples : (m, k) the nodes of each triangle; rest : (n, 3) [m]
+    scalar : (n, n) [N/m], the stiffness, which is the same along x, y and z
     """
 
     def __init__(self, mesh: Mesh, beds: Bed | Sequence[tuple[Bed, np.ndarray]], order: int = 1):
@@ -40,22 +42,34 @@ class BedSprings(Energy, Stiffness):
         self.couples = np.concatenate([couples for couples, _ in parts])
         self._blocks = np.concatenate([blocks for _, blocks in parts])
         count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
-        self._rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
+        self.rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
         rows = np.repeat(self.couples, self.couples.shape[1], axis=1).ravel()
         columns = np.tile(self.couples, (1, self.couples.shape[1])).ravel()
-        self._scalar = sparse.coo_array((self._blocks.ravel(), (rows, columns)), shape=(count, count)).tocsr()
+        self.scalar = sparse.coo_array((self._blocks.ravel(), (rows, columns)), shape=(count, count)).tocsr()
 
     @cached_property
     def matrix(self) -> sparse.bsr_array:
         """The stiffness (3n, 3n) [N/m] in 3 × 3 blocks."""
-        return sparse.bsr_array(sparse.kron(self._scalar, np.eye(3), format="bsr"))
+        return sparse.bsr_array(sparse.kron(self.scalar, np.eye(3), format="bsr"))
+
+    @cached_property
+    def roots(self) -> np.ndarray:
+        """Rows r of each triangle (m, k, k) [√(N/m)] such that its energy is ½ Σ |r u|², with u (k, 3) of its nodes."""
+        values, vectors = np.linalg.eigh(self._blocks)
+        # rounding makes an eigenvalue of 0 slightly negative
+        return np.sqrt(np.maximum(values, 0.0))[:, :, None] * vectors.transpose(0, 2, 1)
+
+    @cached_property
+    def lumped(self) -> np.ndarray:
+        """The stiffness of each node (n,) [N/m] that resists a displacement of the whole body as the springs do."""
+        return np.asarray(self.scalar.sum(axis=1)).ravel()
 
     def energy(self, x: np.ndarray) -> float:
-        moved = x - self._rest
-        return 0.5 * float(np.vdot(moved, self._scalar @ moved))
+        moved = x - self.rest
+        return 0.5 * float(np.vdot(moved, self.scalar @ moved))
 
     def add_force(self, x: np.ndarray, v: np.ndarray | None, force: np.ndarray) -> None:
-        force -= self._scalar @ (x - self._rest)
+        force -= self.scalar @ (x - self.rest)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         """Add the constant stiffness to ``values`` (n_blocks, 3, 3) [N/m]; it is positive semidefinite."""

@@ -83,40 +83,41 @@ def second(s, mu, lam, curvatures, flips, twists):
 
 BLOCK = 256
 """Deformation gradients in one block: their F and R stay in the first cache."""
-_FEWEST, _MOST = 4, 8
+_CERTAIN_STEPS, _MOST_STEPS = 4, 8
 _ROUNDING = 1e-14
 ARITHMETIC = {"contract", "nsz", "arcp"}
 
 
 @numba.njit(cache=True, error_model="numpy")
-def rotations(f, r, count, sure):
-    """Write the rotations of the first ``count`` columns of ``f`` into ``r``, and which of them are ``sure``.
+def rotations(f, r, count, accepted):
+    """Find the rotations of the polar decompositions F = R S of the first ``count`` columns of ``f``, by iteration.
 
-    f, r : (9, BLOCK); sure : (BLOCK,) bool
+    f, r : (9, BLOCK), a column the rows of a 3 × 3 matrix; accepted : (BLOCK,) bool, written: which iterations have
+    converged to a rotation, which those of matrices with det F < 0 never do
     """
     for i in range(9):
         for k in range(count):
             r[i, k] = f[i, k]
-    for _ in range(_FEWEST):
+    for _ in range(_CERTAIN_STEPS):
         _step(r, count)
-    for _ in range(_FEWEST, _MOST):
-        if _settled(f, r, count, sure) == count:
+    for _ in range(_CERTAIN_STEPS, _MOST_STEPS):
+        if _settled(f, r, count, accepted) == count:
             break
         _step(r, count)
-    _settled(f, r, count, sure)
+    _settled(f, r, count, accepted)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def stresses(f, p, count, mu, lam, energies, sure):
+def stresses(f, p, count, mu, lam, energies, accepted):
     """Write P = ∂Ψ/∂F [Pa] of the first ``count`` columns of ``f`` into ``p``, and Ψ [J/m³] into ``energies``.
 
     f, p : (9, BLOCK); mu, lam : (count,) Lamé's constants of each column [Pa]; energies : (BLOCK,)
-    sure : (BLOCK,) bool, scratch
+    accepted : (BLOCK,) bool, scratch
     """
-    rotations(f, p, count, sure)
+    rotations(f, p, count, accepted)
     _polar_stresses(f, p, count, mu, lam, energies)
     for k in range(count):
-        if not sure[k]:
+        if not accepted[k]:
             energies[k] = _principal_stress(f, p, k, mu[k], lam[k])
 
 
@@ -136,8 +137,8 @@ def _step(r, count):
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _settled(f, r, count, sure):
-    """Return the number of columns that need no further step, among them those of det F < 0, which are not sure."""
+def _settled(f, r, count, accepted):
+    """Return the number of columns that need no further step, among them those of det F < 0, which are not accepted."""
     settled = 0
     for k in range(count):
         f00, f01, f02 = f[0, k], f[1, k], f[2, k]
@@ -147,7 +148,7 @@ def _settled(f, r, count, sure):
         norm = r[0, k] * r[0, k] + r[1, k] * r[1, k] + r[2, k] * r[2, k] + r[3, k] * r[3, k] + r[4, k] * r[4, k]
         norm += r[5, k] * r[5, k] + r[6, k] * r[6, k] + r[7, k] * r[7, k] + r[8, k] * r[8, k]
         done, proper = norm - 3.0 < _ROUNDING, f00 * c0 + f01 * c1 + f02 * c2 > 0.0
-        sure[k] = done & proper
+        accepted[k] = done & proper
         settled += 1 if done or not proper else 0
     return settled
 
@@ -201,21 +202,21 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
     definite : replaces negative eigenvalues of ∂²Ψ/∂F² by zero (Smith, de Goes, Kim 2019, section 5)
     rotated : (15, BLOCK), scratch
     """
-    sure, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
-    rotations(f, rotated, count, sure)
+    accepted, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
+    rotations(f, rotated, count, accepted)
     if definite:
-        _without_clamp(f, rotated, count, mu, lam, sure)
-    _twists(f, gradients, shares, count, mu, lam, rotated)
+        _without_clamp(f, rotated, count, mu, lam, accepted)
+    turned(f, gradients, shares, count, mu, lam, rotated)
     for pair in range(6):
         _polar_blocks(rotated, shares, count, mu, lam, pair, blocks)
     for k in range(count):
-        if not sure[k]:
+        if not accepted[k]:
             _principal_blocks(f, gradients, shares[k], k, mu[k], lam[k], definite, scratch, blocks)
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _without_clamp(f, r, count, mu, lam, sure):
-    """Leave only those columns sure whose Hessian has no negative eigenvalue.
+def _without_clamp(f, r, count, mu, lam, accepted):
+    """Leave only those columns accepted whose Hessian has no negative eigenvalue.
 
     Those that can be negative are 2μ + 2c/(sᵢ + sⱼ) with c = λ tr(S − I) − 2μ: none is if G + c/μ I is positive
     semidefinite, where G = tr(S) I − S has the eigenvalues sᵢ + sⱼ.
@@ -231,11 +232,11 @@ def _without_clamp(f, r, count, mu, lam, sure):
         a00, a11, a22 = s11 + s22 + shift, s00 + s22 + shift, s00 + s11 + shift
         minor = a00 * a11 - a01 * a01
         det = a22 * minor - a12 * (a00 * a12 - a01 * a02) + a02 * (a01 * a12 - a11 * a02)
-        sure[k] = sure[k] & (a00 >= 0.0) & (minor >= 0.0) & (det >= 0.0)
+        accepted[k] = accepted[k] & (a00 >= 0.0) & (minor >= 0.0) & (det >= 0.0)
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _twists(f, gradients, shares, count, mu, lam, rotated):
+def turned(f, gradients, shares, count, mu, lam, rotated):
     """Replace the rotations in ``rotated`` by the rotated gradients R g, and write c V (R G Rᵀ)⁻¹ into rows 9 to 14."""
     for k in range(count):
         r00, r01, r02 = rotated[0, k], rotated[1, k], rotated[2, k]
@@ -267,7 +268,7 @@ def _twists(f, gradients, shares, count, mu, lam, rotated):
 def _polar_blocks(rotated, shares, count, mu, lam, pair, blocks):
     """Write the block V (2μ g·h I + λ g hᵀ) + [g]ᵀ M [h] of rotated gradients g and h; [g] is the matrix of g ×.
 
-    M is what ``_twists`` has written: the derivative of R turns by G⁻¹ times the axis of Rᵀ δF − δFᵀ R.
+    M is what ``turned`` has written: the derivative of R turns by G⁻¹ times the axis of Rᵀ δF − δFᵀ R.
     """
     c, d = PAIRS[pair]
     for k in range(count):

@@ -22,14 +22,14 @@ from palpate.linalg.block_pattern import BlockPattern
 def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, force):
     """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
     f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
-    energies, sure, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
+    energies, accepted, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
     for begin in range(0, len(tetrahedra), BLOCK):
         count = min(BLOCK, len(tetrahedra) - begin)
         for k in range(count):
             write_gradient(x, tetrahedra, gradients, begin + k, f, k)
         mus, lams = mu[begin : begin + count], lam[begin : begin + count]
         if shape is None:
-            stresses(f, p, count, mus, lams, energies, sure)
+            stresses(f, p, count, mus, lams, energies, accepted)
         else:
             principal.stresses(f, p, count, 1, mus, lams, shape, measure, volume, energies)
         for k in range(count):

@@ -11,7 +11,7 @@ from palpate.errors import InputError
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push":
     """Make the loads of ``settings["loads"]``, each on the surface node nearest to its ``at_m`` (3,) [m] at rest.
 
-    Raises InputError for a load farther from the body than the body is long, and for one on a held node.
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
     """
     return Push([_Load(particles, _contact(particles, i, load), load) for i, load in enumerate(settings["loads"])])
 
@@ -65,18 +65,34 @@ def _ramp(t: float, duration: float) -> float:
     return q * q * (3.0 - 2.0 * q)
 
 
+OFF = 0.1
+"""Share of the body's size by which a load may lie off its surface, beyond what lies between two nodes."""
+
+
 def _contact(particles: Particles, i: int, load: dict) -> int:
+    if load["radius_m"] > particles.size:
+        raise InputError(
+            f"{particles.name}: push.loads[{i}].radius_m is {load['radius_m']:g} m, and the whole body is "
+            f"{particles.size:.3g} m long; give the radius of what presses it, in metres."
+        )
     distance = np.linalg.norm(particles.nodes[particles.surface] - np.array(load["at_m"], dtype=float), axis=1)
     nearest = int(np.argmin(distance))
-    if not distance[nearest] <= particles.size:
-        raise InputError(
-            f"{particles.name}: push.loads[{i}].at_m is {distance[nearest]:.3g} m from the body, which is "
-            f"{particles.size:.3g} m long; give a point near its surface, in metres."
-        )
     contact = int(particles.surface[nearest])
+    if not distance[nearest] <= OFF * particles.size + _between(particles, contact):
+        raise InputError(
+            f"{particles.name}: push.loads[{i}].at_m is {distance[nearest]:.3g} m from the nearest node of its "
+            f"surface, {np.round(particles.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
+        )
     if contact in particles.held:
         raise InputError(
             f"{particles.name}: push.loads[{i}].at_m is nearest to node {contact}, which is held; "
             "press farther from the anchors."
         )
     return contact
+
+
+def _between(particles: Particles, contact: int) -> float:
+    """Return the largest distance [m] of a point of the triangles at a node from the nearest of their corners."""
+    corners = particles.nodes[particles.triangles[(particles.triangles == contact).any(axis=1)]]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return float(edges.max(initial=0.0)) / np.sqrt(3.0)

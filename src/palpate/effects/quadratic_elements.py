@@ -29,14 +29,15 @@ BATCH = BLOCK // N_POINTS
 def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, force):
     """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
     places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
-    f, p, energies, sure = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_)
+    f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
+    energies, accepted = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_)
     total = 0.0
     for begin in range(0, len(ten), BATCH):
         count = min(BATCH, len(ten) - begin)
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
         deformation_gradients(places, slopes, g, pulls, f)
         if shape is None:
-            stresses(f, p, BLOCK, shares[1], shares[2], energies, sure)
+            stresses(f, p, BLOCK, shares[1], shares[2], energies, accepted)
         else:
             principal.stresses(f, p, BLOCK, group, shares[1], shares[2], shape, measure, volume, energies)
         forces(p, slopes, g, shares[0], pulls, places)

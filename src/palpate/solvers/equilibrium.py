@@ -19,7 +19,11 @@ from palpate.linalg.conjugate_gradients import linear_response
 from palpate.linalg.multigrid import Factor, Multigrid
 from palpate.solvers.lbfgs import Descent, descend
 from palpate.solvers.newton import Product, Solution, minimise
+from palpate.solvers.stability import NEUTRAL, joined, made_stable, slide, softest, solution_of
 
+GIVES_WAY = 0.01
+"""Softest value of the tangent over the state at rest below which a body that has no answer yet is taken to buckle: of
+a bent column it is 1e-4 to 3e-3, of bodies that are pressed hard 0.05 and more."""
 EASY_POISSON = 0.4
 """Poisson's ratio of the preconditioner of nearly incompressible bodies; between 0.3 and 0.45 it hardly matters."""
 
@@ -141,15 +145,38 @@ class Equilibrium:
         return respond
 
     def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Find the equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖ on free nodes.
+        """Find the stable equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖.
 
         The search begins at ``start`` (default: rest). If it does not converge under the full load, the load is applied
         in steps, which are halved as needed. Raises NotConverged once a step is below 1/64. If Newton's method stops
         above the tolerance, but below the effect of rounding the positions, as happens under a small load or for a
-        nearly incompressible body, its result is the best that floating point allows, and is returned.
+        nearly incompressible body, its result is the best that floating point allows, and is returned. An equilibrium
+        that is not stable is left along the direction in which the body gives way.
         """
+        solution, self._load = self._settle(load, tolerance, start), load
+        if not load[~self._held].any():
+            return solution
+        return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
+
+    def check_stable(self, x: np.ndarray) -> None:
+        """Raise NotConverged if the body, under the load that force counts, gives way at ``x`` (n_nodes, 3) [m]."""
+        found = softest(self, self.at_rest(), x, self.mesh.size)
+        if found.value < -NEUTRAL:
+            raise NotConverged("the equilibrium is not stable: the body buckles", [found.value])
+
+    def _slide(self, x: np.ndarray, tolerance: float) -> Solution:
+        return slide(self, self.at_rest(), x, self._scale(self._load), tolerance)
+
+    def at_rest(self) -> Product:
+        """Return the preconditioner of the state at rest, a positive definite map from forces to displacements."""
+        if self._multigrid is not None and self._follows:
+            self._multigrid.update(self._stiffness(self.mesh.nodes, definite=False))
+        return self._precondition
+
+    def _settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None) -> Solution:
+        """Find an equilibrium, stable or not; the arguments and errors of ``solve``."""
         rest = self.mesh.nodes
-        scale = float(np.linalg.norm(load[~self._held]))
+        scale = self._scale(load)
         if scale == 0.0:
             return Solution(rest.copy(), [0.0], [0.0])
         x = rest if start is None else start
@@ -161,6 +188,8 @@ class Equilibrium:
                 minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
             except NotConverged as failure:
                 if not solution.history[-1] * scale <= self._rounding:
+                    if step == 1.0 and (slid := self._buckled(solution, tolerance)) is not None:
+                        return slid
                     step *= 0.5
                     x = rest if reached == 0.0 else x
                     if step < 1 / 64:
@@ -170,6 +199,20 @@ class Equilibrium:
             x, reached = solution.x, reached + step
             if last:
                 return solution
+
+    def _buckled(self, solution: Solution, tolerance: float) -> Solution | None:
+        """Return where the body goes from where Newton's method has stopped, if it gives way there; otherwise None."""
+        if not (np.isfinite(solution.x).all() and self.least_det(solution.x) > 0.0):
+            return None
+        if softest(self, self.at_rest(), solution.x, self.mesh.size).value > GIVES_WAY:
+            return None
+        try:
+            return joined(solution, self._slide(solution.x, tolerance))
+        except NotConverged:
+            return None
+
+    def _scale(self, load: np.ndarray) -> float:
+        return float(np.linalg.norm(load[~self._held]))
 
     def approach(
         self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
@@ -181,7 +224,7 @@ class Equilibrium:
         NotConverged if an iteration fails, but not because there are too few of them.
         """
         solution = Solution(self.mesh.nodes.copy(), [0.0], [0.0])
-        scale = float(np.linalg.norm(load[~self._held]))
+        scale = self._scale(load)
         if scale == 0.0:
             return solution
         solution.history, solution.seconds, self._load = [], [], load
@@ -252,9 +295,9 @@ class FastEquilibrium(Equilibrium):
     In a ``Solution`` of it each iteration counts as one product.
     """
 
-    def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Find the equilibrium under ``load`` (n_nodes, 3) [N], as ``Equilibrium.solve`` does; the same errors."""
-        newton = super().solve
+    def _settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None) -> Solution:
+        """Find an equilibrium by L-BFGS, and otherwise as the base does; the same errors."""
+        newton = super()._settle
         return self.descend_or(lambda begin: newton(load, tolerance, begin), load, tolerance, start)
 
     def descend_or(
@@ -273,8 +316,8 @@ class FastEquilibrium(Equilibrium):
             return Solution(self.mesh.nodes.copy(), [0.0], [0.0])
         way = self._descend(load, tolerance * scale, start, MAX_ITERATIONS, _is_worth_it)
         if way.forces[-1] <= tolerance * scale and way.convex:
-            return _solution(way, scale)
-        return _after(way, scale, otherwise(way.x if way.convex else start))
+            return solution_of(way, scale)
+        return joined(solution_of(way, scale), otherwise(way.x if way.convex else start))
 
     def approach(
         self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
@@ -286,7 +329,7 @@ class FastEquilibrium(Equilibrium):
         scale = self._scale(load)
         if scale == 0.0:
             return Solution(self.mesh.nodes.copy(), [0.0], [0.0])
-        return _solution(self._descend(load, tolerance * scale, start, iterations), scale)
+        return solution_of(self._descend(load, tolerance * scale, start, iterations), scale)
 
     def _descend(
         self,
@@ -300,22 +343,16 @@ class FastEquilibrium(Equilibrium):
         begin = self.mesh.nodes if start is None else start
         return descend(self, self._precondition, begin, tolerance_n, iterations, callback)
 
-    def _scale(self, load: np.ndarray) -> float:
-        return float(np.linalg.norm(load[~self._held]))
+
+class Unbuckled(FastEquilibrium):
+    """The same for presses that are to have one answer: where a body gives way, the side is its mesh's choice."""
+
+    def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
+        """Find the equilibrium as ``FastEquilibrium`` does, but raise NotConverged where that is not stable."""
+        solution, self._load = self._settle(load, tolerance, start), load
+        self.check_stable(solution.x)
+        return solution
 
 
 def _is_worth_it(way: Descent) -> bool:
     return way.convex and (len(way.forces) <= WINDOW or way.forces[-1] <= PACE * way.forces[-1 - WINDOW])
-
-
-def _solution(way: Descent, scale: float) -> Solution:
-    return Solution(way.x, [force / scale for force in way.forces], way.seconds, products=len(way.forces) - 1)
-
-
-def _after(way: Descent, scale: float, newton: Solution) -> Solution:
-    """Return Newton's solution with what was spent before it."""
-    spent = _solution(way, scale)
-    newton.history = spent.history[:-1] + newton.history
-    newton.seconds = spent.seconds[:-1] + [spent.seconds[-1] + each for each in newton.seconds]
-    newton.products += spent.products
-    return newton

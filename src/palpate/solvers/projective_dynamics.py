@@ -2,13 +2,15 @@
 
 After Bouaziz and others (2014), seen as Liu, Bouaziz and Kavan (2017) do: projecting each element on its rotation and
 solving with the constant matrix Σ (2μ + λ) V G Gᵀ, which is the same for x, y and z, is a descent along that matrix'
-inverse times the force. With a memory of the last steps it is theirs, L-BFGS; without, it is the original.
+inverse times the force. With a memory of the last steps it is theirs, L-BFGS; without, it is the original. The
+stiffness of a bed is constant, and the same for x, y and z, too: it is added to the matrix.
 """
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements
 from palpate.solvers.lbfgs import descend
 
@@ -17,16 +19,18 @@ TOLERANCE = 1e-10
 
 
 class ProjectiveDynamics:
-    """Descent from one projection of ``elements`` to the next; ``held`` (n,) bool."""
+    """Descent from one projection of ``elements`` to the next, on a ``bed`` or None; ``held`` (n,) bool."""
 
-    def __init__(self, elements: LinearElements, held: np.ndarray):
-        self._elements, self._held = elements, held
+    def __init__(self, elements: LinearElements, held: np.ndarray, bed: BedSprings | None = None):
+        self._effects: list[LinearElements | BedSprings] = [elements] if bed is None else [elements, bed]
+        self._held = held
         mu, lam = elements.moduli
         weights = (2.0 * mu + lam) * elements.volumes
         blocks = np.einsum("e,eai,ebi->eab", weights, elements.gradients, elements.gradients)
         couples, count = elements.tetrahedra, len(held)
         rows, columns = np.repeat(couples, 4, axis=1).ravel(), np.tile(couples, 4).ravel()
         matrix = sparse.csc_array((blocks.ravel(), (rows, columns)), shape=(count, count))
+        matrix = matrix if bed is None else (matrix + bed.scalar).tocsc()
         self._free = np.flatnonzero(~held)
         self._lu = splu(matrix[self._free][:, self._free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         self._load = np.zeros((count, 3))
@@ -44,10 +48,12 @@ class ProjectiveDynamics:
         return descend(self, self._solve, x, tolerance_n, iterations, kept=memory).x, x
 
     def energy(self, x: np.ndarray) -> float:
-        return self._elements.energy(x) - float(np.vdot(self._load, x - self._rest))
+        return sum(each.energy(x) for each in self._effects) - float(np.vdot(self._load, x - self._rest))
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        force = self._elements.force(x) + self._load
+        force = self._load.copy()
+        for each in self._effects:
+            each.add_force(x, None, force)
         force[self._held] = 0.0
         return force
 

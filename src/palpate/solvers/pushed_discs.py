@@ -3,8 +3,11 @@
 The energy is minimised among the positions in which the weighted mean displacement of each disc is the one asked for:
 Newton's method on that subspace, with conjugate gradients that are projected to it by the constraint preconditioner of
 Gould, Hribar and Nocedal (2001, SIAM J. Sci. Comput. 23, 1376). No force is guessed, so that a disc may be pushed past
-a load at which a given force would make the body snap.
+a load at which a given force would make the body snap. A column that is pushed along its axis buckles all the same, and
+later than under a force, as its end is held from the side: the answer has to be stable among those positions.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy import sparse
@@ -13,6 +16,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, Solution, minimise
+from palpate.solvers.stability import made_stable, slide
 
 BEGIN_TOLERANCE, PART_TOLERANCE = 1e-2, 1e-4
 """Relative residuals of the linear response that a search begins at, and of an equilibrium on the way."""
@@ -58,24 +62,28 @@ class Pushed:
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
         """Return the products with the stiffness at ``x`` and with a preconditioner, both on the subspace."""
-        multiply, precondition, _ = self._projected(x, definite)
-        return multiply, precondition
+        multiply, precondition = self._body.linearise(x, definite)
+        return lambda step: self._free(multiply(step)), self._projected(precondition)[0]
+
+    def at_rest(self) -> Product:
+        """Return the preconditioner of the state at rest on the subspace."""
+        return self._projected(self._body.at_rest())[0]
 
     def begin(self, x: np.ndarray, moved: np.ndarray) -> np.ndarray:
         """Return positions near ``x`` (n_nodes, 3) [m] in which the discs have moved by ``moved`` (k, 3) [m].
 
         What is missing is added as the body linearised at ``x`` gives way, so this is Newton's first step, too.
         """
-        multiply, precondition, follow = self._projected(x, False)
+        multiply, precondition = self._body.linearise(x)
+        within, follow = self._projected(precondition)
         step = follow(moved - self.means(x - self._body.mesh.nodes))
-        right = self.force(x) - multiply(step)
+        right = self.force(x) - self._free(multiply(step))
         if np.linalg.norm(right) > 0.0:
-            step += conjugate_gradients(multiply, precondition, right, BEGIN_TOLERANCE, 200)[0]
+            step += conjugate_gradients(lambda a: self._free(multiply(a)), within, right, BEGIN_TOLERANCE, 200)[0]
         return x + step
 
-    def _projected(self, x: np.ndarray, definite: bool) -> tuple[Product, Product, Product]:
-        """Return both products, and the map from (k, 3) [m] to displacements that move the discs so far."""
-        multiply, precondition = self._body.linearise(x, definite)
+    def _projected(self, precondition: Product) -> tuple[Product, Callable[[np.ndarray], np.ndarray]]:
+        """Return the preconditioner on the subspace, and what makes displacements that move the discs by (k, 3) [m]."""
         units = np.eye(3 * self._weights.shape[0]).reshape(-1, self._weights.shape[0], 3)
         give = np.array([precondition(self._spread @ unit) for unit in units])
         stiffness = np.linalg.inv(np.array([self.means(each).ravel() for each in give]).T)
@@ -87,7 +95,7 @@ class Pushed:
             step = precondition(right)
             return step - follow(self.means(step))
 
-        return lambda step: self._free(multiply(step)), within, follow
+        return within, follow
 
     def _free(self, forces: np.ndarray) -> np.ndarray:
         """Return what is left of ``forces`` (n_nodes, 3) without those that act on the discs as a whole."""
@@ -103,12 +111,13 @@ def push(
     iterations: int | None = None,
     start: np.ndarray | None = None,
 ) -> tuple[Solution, np.ndarray]:
-    """Find the equilibrium with k discs pushed by ``moved`` (k, 3) [m] under ``load`` (n_nodes, 3) [N] elsewhere.
+    """Find a stable equilibrium with k discs pushed by ``moved`` (k, 3) [m] under ``load`` (n_nodes, 3) [N] elsewhere.
 
     weights : as in ``Pushed``
     tolerance : of the residual, over the norm of all nodal forces
     iterations : cap on Newton's iterations; with one, the answer is what the last one reached, as in
-        ``Equilibrium.approach``, and otherwise both are applied in parts where needed, as in ``Equilibrium.solve``
+        ``Equilibrium.approach``, stable or not, and otherwise both are applied in parts where needed, and what is not
+        stable is left, as in ``Equilibrium.solve``
     start : positions (n_nodes, 3) [m] to begin at, default rest
     Returns the solution, and the forces (k, 3) [N] that the discs bear. Raises NotConverged as those do, InputError
     for two discs at the same place.
@@ -136,7 +145,17 @@ def push(
             continue
         x, reached = solution.x, reached + step
         if last:
-            return solution, problem.found(x)
+            solution = made_stable(
+                problem, problem.at_rest, body.mesh.size, solution, lambda x: _slide(problem, x, tolerance)
+            )
+            return solution, problem.found(solution.x)
+
+
+def _slide(problem: Pushed, x: np.ndarray, tolerance: float) -> Solution:
+    """Find the equilibrium that ``x`` (n_nodes, 3) [m] comes to from beside an unstable one."""
+    solution = slide(problem, problem.at_rest(), x, problem.scale(x), tolerance)
+    _settle(problem, solution.x, tolerance, solution)
+    return solution
 
 
 def _settle(problem: Pushed, begin: np.ndarray, tolerance: float, solution: Solution) -> None:

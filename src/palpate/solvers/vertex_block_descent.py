@@ -8,6 +8,7 @@ Without inertia the fixed point is the equilibrium itself.
 import numba
 import numpy as np
 
+from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.polar import nearest
 
@@ -15,15 +16,16 @@ from palpate.linalg.polar import nearest
 class VertexBlockDescent:
     """Sweeps over the free nodes of ``elements``, in their order.
 
-    held : (n,) bool
+    held : (n,) bool; bed : what they lie on, or None
     """
 
-    def __init__(self, elements: LinearElements, held: np.ndarray):
+    def __init__(self, elements: LinearElements, held: np.ndarray, bed: BedSprings | None = None):
         self._elements, self._free = elements, np.flatnonzero(~held)
         couples = elements.tetrahedra
         around = np.argsort(couples.ravel(), kind="stable")
         self._around = around // 4, around % 4
         self._starts = np.searchsorted(couples.ravel()[around], np.arange(len(held) + 1))
+        self._springs = None if bed is None else (bed.scalar.indptr, bed.scalar.indices, bed.scalar.data, bed.rest)
 
     def relax(
         self, x: np.ndarray, load: np.ndarray, sweeps: int, radius: float, before: np.ndarray | None = None
@@ -42,7 +44,7 @@ class VertexBlockDescent:
             reached = x.copy()
             _sweep(
                 reached, load, self._free, self._starts, *self._around, elements.tetrahedra, elements.gradients,
-                elements.volumes, *elements.moduli, turns,
+                elements.volumes, *elements.moduli, turns, self._springs,
             )  # fmt: skip
             if np.vdot(reached - x, x - before) < 0.0:
                 number = 0
@@ -66,7 +68,7 @@ DELAY = 10
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns):
+def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs):
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     block, slope, along = np.empty((3, 3)), np.empty(3), np.empty(3)
     for node in free:
@@ -89,9 +91,23 @@ def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volume
                 block[i, i] += 2.0 * mu[e] * volumes[e] * square
                 for j in range(3):
                     block[i, j] += lam[e] * volumes[e] * along[i] * along[j]
+        if springs is not None:  # compiled without a branch
+            _resist(x, node, springs, block, slope)
         _step(block, slope, along)
         for i in range(3):
             x[node, i] += along[i]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _resist(x, node, springs, block, slope):
+    """Add the springs of the bed at ``node`` to its ``block`` (3, 3) and its force ``slope`` (3,)."""
+    starts, others, stiffness, rest = springs
+    for k in range(starts[node], starts[node + 1]):
+        other = others[k]
+        for i in range(3):
+            slope[i] -= stiffness[k] * (x[other, i] - rest[other, i])
+            if other == node:
+                block[i, i] += stiffness[k]
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -4,12 +4,14 @@ The two terms of the law are constraints of each element with a compliance (Mack
 neo-Hookean law): ‖F − R‖ with 1/(2 μ V), tr(RᵀF) − 3 with 1/(λ V). Both are met at once, by the two equations that
 couple them (Ton-That, Kry and Andrews 2023). Multipliers accumulate over the iterations of a step (Macklin, Müller,
 Chentanez 2016). The motion is stopped whenever its kinetic energy falls, so that it settles without a damping to be
-chosen. A step with too few iterations settles elsewhere; shorter steps need fewer.
+chosen. A step with too few iterations settles elsewhere; shorter steps need fewer. The springs of a bed are constraints
+of its triangles: three combinations of the corners' displacements, whose squares are the energy.
 """
 
 import numba
 import numpy as np
 
+from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.polar import nearest
 
@@ -20,11 +22,11 @@ LEAST_DISTANCE = 1e-12
 class Xpbd:
     """Steps of ``elements`` in which each element's constraints are met in turn.
 
-    masses : (n,) [kg]; held : (n,) bool
+    masses : (n,) [kg]; held : (n,) bool; bed : what they lie on, or None
     """
 
-    def __init__(self, elements: LinearElements, masses: np.ndarray, held: np.ndarray):
-        self._elements, self._masses = elements, masses
+    def __init__(self, elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None = None):
+        self._elements, self._masses, self._bed = elements, masses, bed
         self._inverse = np.where(held, 0.0, 1.0 / masses)
 
     def relax(
@@ -40,9 +42,10 @@ class Xpbd:
 
         load : (n, 3) [N]; before : positions a step before ``x``, with which a motion goes on, or None for none
         """
-        elements, x = self._elements, x.copy()
+        elements, bed, x = self._elements, self._bed, x.copy()
         parts = elements.tetrahedra, elements.gradients, elements.volumes, *elements.moduli
         multipliers, turns = np.zeros((len(elements.tetrahedra), 2)), np.zeros((len(elements.tetrahedra), 4))
+        pulls = None if bed is None else np.zeros((*bed.couples.shape, 3))
         push = step_s**2 * self._inverse[:, None] * load
         moved = np.zeros_like(x) if before is None else x - before
         energy = self._energy(moved)
@@ -50,8 +53,12 @@ class Xpbd:
             start = x.copy()
             x += moved + push
             multipliers[:] = 0.0
+            if pulls is not None:
+                pulls[:] = 0.0
             for _ in range(iterations):
                 _meet(x, *parts, multipliers, turns, self._inverse, step_s)
+                if bed is not None:
+                    _pull(x, bed.rest, bed.couples, bed.roots, pulls, self._inverse, step_s)
             moved = x - start
             energy_before, energy = energy, self._energy(moved)
             if energy < energy_before:
@@ -115,3 +122,22 @@ def _meet(x, tetrahedra, gradients, volumes, mu, lam, multipliers, turns, invers
             w = inverse[tetrahedra[e, k]]
             for i in range(3):
                 x[tetrahedra[e, k], i] += w * (shape[k, i] * first + swell[k, i] * second)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _pull(x, rest, couples, roots, multipliers, inverse, step_s):
+    """Correct the constraints of each triangle of a bed once: its ``roots`` times displacements, of compliance 1."""
+    soft = 1.0 / step_s**2
+    for t in range(len(couples)):
+        for c in range(couples.shape[1]):
+            row, stiff = roots[t, c], soft
+            for k in range(couples.shape[1]):
+                stiff += inverse[couples[t, k]] * row[k] ** 2
+            for i in range(3):
+                left = soft * multipliers[t, c, i]
+                for k in range(couples.shape[1]):
+                    left += row[k] * (x[couples[t, k], i] - rest[couples[t, k], i])
+                change = -left / stiff
+                multipliers[t, c, i] += change
+                for k in range(couples.shape[1]):
+                    x[couples[t, k], i] += inverse[couples[t, k]] * row[k] * change

@@ -73,9 +73,13 @@ class Grid:
 
     origin_m : (3,) [m], x y z of the centre of voxel (0, 0, 0)
     spacing_m : (3,) [m] between voxel centres along x, y and z
-    source : its name in messages
+    source : its name in messages; too_thin : what is wrong with a body that its voxels do not resolve, and the remedy
     """
 
+    too_thin = (
+        "the organ is too thin for its slices, and falls apart when they are smoothed; give thinner slices or another "
+        "mask"
+    )
     origin_m: np.ndarray
     spacing_m: np.ndarray
     source: str
@@ -131,12 +135,31 @@ def read(path: str | Path, modality: str = "ct") -> Image:
     if hu.min() == hu.max():
         wanted = "a CT in Hounsfield units" if modality == "ct" else "an MRI"
         raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give {wanted}.")
+    if _holds_labels(hu):
+        raise InputError(
+            f"{path}: its values are a few whole numbers from 0 to {hu.max():g}, as of a mask and not of an image; "
+            "give the image first, and then the mask."
+        )
     if modality == "ct" and hu.min() >= 0:
         raise InputError(
             f"{path}: no voxel is below 0 HU, so this is not a CT in Hounsfield units; "
             "give one, with its rescale slope and intercept applied, or say modality: mri."
         )
     return Image(np.maximum(hu, AIR_HU) if modality == "ct" else hu, *_grid(image), str(path), _axes(image), modality)
+
+
+LABELS, VOXELS_OF_LABEL = 150, 100
+"""Values that a mask has at most, and voxels that it has at least for each of them."""
+
+
+def _holds_labels(values: np.ndarray) -> bool:
+    """Test whether the values of voxels are those of a mask: 0 and a few other whole numbers above it."""
+    if values.min() != 0 or values.max() != np.round(values.max()):
+        return False
+    found = np.unique(values)
+    return (
+        len(found) <= LABELS and VOXELS_OF_LABEL * len(found) <= values.size and bool((found == np.round(found)).all())
+    )
 
 
 def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | str] | None = None) -> np.ndarray:
@@ -170,6 +193,12 @@ def read_labels(path: str | Path) -> dict[int | str, int]:
     numbers, counts = np.unique(_array(file), return_counts=True)
     found = {names.get(int(n), int(n)): int(count) for n, count in zip(numbers, counts, strict=True) if n}
     return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def name_of_label(path: str | Path, number: int) -> str:
+    """Return the name that a mask's file has for a label, or "" if it has none."""
+    path = Path(path)
+    return label_names(path, _read_file(path)).get(number, "")
 
 
 def _uncropped(mask: np.ndarray, origin: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarray]:
@@ -299,6 +328,11 @@ def choose(
     labels, counts = np.unique(values[values != 0], return_counts=True)
     if not len(labels):
         raise InputError(f"{path}: the mask is empty; give one that marks the organ.")
+    if labels[0] < 0:
+        raise InputError(
+            f"{path}: it has values below 0, as a CT has and no mask; give the CT first, and then the mask, with 0 "
+            "outside the organ."
+        )
     if len(labels) > 1 and (labels != np.round(labels)).any():
         raise InputError(
             f"{path}: its values are not whole numbers, so they are not labels; "

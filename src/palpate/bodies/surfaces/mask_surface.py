@@ -87,10 +87,7 @@ def dense_surface(mask: np.ndarray, image: Grid) -> tuple[np.ndarray, np.ndarray
     mask_volume = mask.sum() * image.voxel_m3
     points, triangles = _find_level(*_blur(mask, image, 0.0), mask_volume)[1]
     if volume(points, triangles) < (1 - LOST_VOLUME) * mask_volume:
-        raise InputError(
-            f"{image.source}: the organ is too thin for its slices, and falls apart when they are smoothed; "
-            "give thinner slices or another mask."
-        )
+        raise InputError(f"{image.source}: {image.too_thin}.")
     return points, triangles
 
 

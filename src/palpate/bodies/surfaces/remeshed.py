@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
+from palpate.bodies.body import SHAPE_LEVEL
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
 from palpate.bodies.refinement import refine
@@ -18,15 +19,15 @@ from palpate.bodies.surfaces.solid import Solid, distances, sample
 from palpate.bodies.surfaces.triangles import inflate, vertex_normals
 from palpate.errors import InputError
 
-# the fine level that bodies usually have, on which their shape is judged
+# the finest level on which elements are judged; those of still finer ones have the same shapes
 LEVEL = 2
 MOST_AWAY, MOST_VOLUME = 0.01, 0.02
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """Smallest dihedral angle on any level [°]; on level 2, greatest distance between the surfaces, either way, over
-    the size, and volume over the solid's, minus 1."""
+    """Smallest dihedral angle on any level [°]; of the refined body, greatest distance between the surfaces, either
+    way, over the size, and volume over the solid's, minus 1."""
 
     least_deg: float
     away: float
@@ -52,18 +53,23 @@ class Fidelity:
 def fidelity(mesh: TetMesh, snap: Callable[[TetMesh, int], TetMesh] | None, solid: Solid, mended: Mended) -> Fidelity:
     """Refine and snap a coarse mesh as a body is, and compare it with the surface it was made from."""
     least = float(dihedral_angles(mesh).min())
-    for _ in range(LEVEL):
+    for level in range(1, LEVEL + 1):
         finer, _ = refine(mesh)
-        mesh = finer if snap is None else snap(finer, len(mesh.nodes))
+        mesh = snap(finer, len(mesh.nodes)) if snap is not None and level == SHAPE_LEVEL else finer
         least = min(least, float(dihedral_angles(mesh).min()))
     size = float(np.ptp(solid.places, axis=0).max())
-    ours = sample(mesh.nodes, mesh.triangles, size / 100)[0]
-    away = max(
-        distances(solid.places, mesh.nodes, mesh.triangles).max(),
-        distances(ours, mended.points, mended.triangles).max(),
-    )
-    volume = (solid.mask.sum() - sum(hollow.sum() for hollow in solid.hollows)) * solid.voxel_m3
-    return Fidelity(least, float(away) / size, float(mesh.volumes.sum() / volume - 1), size)
+    away = apart(mesh, solid.places, mended.points, mended.triangles) / size
+    return Fidelity(least, away, float(mesh.volumes.sum() / solid.volume_m3 - 1), size)
+
+
+def apart(mesh: TetMesh, places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> float:
+    """Return the greatest distance [m], either way, between the surface of ``mesh`` and another.
+
+    places : (k, 3) [m] spread over the other; points, triangles : (n, 3) [m] and (m, 3) of it
+    """
+    ours = sample(mesh.nodes, mesh.triangles, mesh.size / 100)[0]
+    away = distances(places, mesh.nodes, mesh.triangles).max(), distances(ours, points, triangles).max()
+    return float(max(away))
 
 
 # numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them

@@ -123,6 +123,10 @@ class Solid(Grid):
     notes : what was left out, each a few words with numbers
     """
 
+    too_thin = (
+        "the body is too thin beside its length to be remeshed; give a thicker one, tetrahedra that another program "
+        "made, or for a cloth a body of kind sheet"
+    )
     mask: np.ndarray
     hollows: list[np.ndarray]
     origin_m: np.ndarray
@@ -131,6 +135,11 @@ class Solid(Grid):
     places: np.ndarray
     normals: np.ndarray
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def volume_m3(self) -> float:
+        """The volume without the hollows."""
+        return float((self.mask.sum() - sum(hollow.sum() for hollow in self.hollows)) * self.voxel_m3)
 
 
 def solidify(source: str, mended: Mended) -> Solid:
@@ -171,7 +180,8 @@ def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
             f"{source}: it has {len(sizes)} separate pieces, the largest of {1e6 * voxel_m3 * sizes.max():.0f} and "
             f"{1e6 * voxel_m3 * rest[0]:.0f} mL; give each body a file of its own."
         )
-    return [f"{len(rest)} separate pieces dropped ({1e6 * voxel_m3 * rest.sum():.2g} mL)"]
+    pieces = "1 separate piece" if len(rest) == 1 else f"{len(rest)} separate pieces"
+    return [f"{pieces} dropped ({1e6 * voxel_m3 * rest.sum():.2g} mL)"]
 
 
 def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[str]:

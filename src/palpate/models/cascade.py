@@ -17,19 +17,20 @@ import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.conformal import bound_factor
-from palpate.benchmark.load import Answer, Load, displacement_of, loads_of
+from palpate.benchmark.load import Answer, Doubted, Load, displacement_of, loads_of
 from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
 from palpate.benchmark.truth import RATIOS, doubt, limit, ratio
 from palpate.bodies.contacts import row_of
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.warped_compliance import WarpedResponse
+from palpate.models.warped_response import WarpedResponse
+from palpate.solvers.equilibrium import FastEquilibrium
 
 PREPARED, REDUCES, LAW = True, "p2", "the body's"
 _SHARE = (1 / 3, 1 / 1.2)
 """Of the last halving's change, what all further ones add: ratios of convergence of 4 and of 2.2, where two levels
 show none."""
-_TOLERANCE = 1e-3
+_TOLERANCE = 1e-4
 """Relative residual of the elements of the levels below, whose own error is far larger."""
 
 
@@ -44,7 +45,7 @@ class Limits:
     def __init__(self, case: Case):
         db, last = case.use_training(), len(case.body.levels) - 1
         below = [
-            (Simulation(case, level, _TOLERANCE, order=2), to_surface(case.body, level, 2))
+            (Simulation(case, level, _TOLERANCE, order=2, solver=FastEquilibrium), to_surface(case.body, level, 2))
             for level in range(max(0, last - 2), last)
         ]
         contact, self.loads, fine, beyond, unknown = [], [], [], [], []
@@ -53,12 +54,12 @@ class Limits:
                 levels = np.array([*(up @ level.displacement(load) for level, up in below), answer])
             except NotConverged:
                 continue
-            found, far = _limit(levels)
+            extrapolated, uncertainty = _limit(levels)
             contact.append(at)
             self.loads.append(load)
-            fine.append(found)
-            beyond.append(distance(answer, found))
-            unknown.append(distance(found + far, found))
+            fine.append(extrapolated)
+            beyond.append(distance(answer, extrapolated))
+            unknown.append(distance(extrapolated + uncertainty, extrapolated))
         self.contact, self.fine = np.array(contact), np.array(fine)
         self.beyond = float(np.median(beyond)) if beyond else np.inf
         self.unknown = bound_factor(np.array(unknown), self.contact)
@@ -73,9 +74,9 @@ def _limit(levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return levels[-1] + 0.5 * (least + most) * change, 0.5 * (most - least) * change
 
 
-def distance(moved: np.ndarray, fine: np.ndarray) -> float:
+def distance(answer: np.ndarray, reference: np.ndarray) -> float:
     """Return the RMS distance of two displacements (n_surface, 3) [m] over the peak of the second."""
-    return float(np.sqrt(np.mean(np.sum((moved - fine) ** 2, axis=1))) / np.linalg.norm(fine, axis=1).max())
+    return float(np.sqrt(np.mean(np.sum((answer - reference) ** 2, axis=1))) / np.linalg.norm(reference, axis=1).max())
 
 
 _LEAST = 1e-6
@@ -90,11 +91,13 @@ class CascadeStage(NamedTuple):
     """A prepared model and the factor of its estimate.
 
     own : whether the estimate is the model's own, which is known once it has answered
+    seconds : the longest that it takes for a training sample [s], each asked twice, as the first time may compile
     """
 
     solver: Solver
     factor: float
     own: bool
+    seconds: float = 0.0
 
 
 class Turning:
@@ -124,8 +127,8 @@ class Turning:
             row_of(self._contacts, contact)
         near, bent = self._known[contact]
         products = (force[:, None] * force).ravel()
-        moved = force @ near @ force
-        return self._floor + (sqrt(max(products @ bent @ products, 0.0) / moved) if moved > 0 else 0.0)
+        squared = force @ near @ force
+        return self._floor + (sqrt(max(products @ bent @ products, 0.0) / squared) if squared > 0 else 0.0)
 
 
 def _second_order(answer: Any, small: float) -> np.ndarray:
@@ -136,22 +139,23 @@ def _second_order(answer: Any, small: float) -> np.ndarray:
         return 0.5 * (answer(force) + answer(-force)) - rest
 
     own = [square(each) for each in unit]
-    found = np.empty((3, 3, *rest.shape))
+    derivatives = np.empty((3, 3, *rest.shape))
     for i in range(3):
-        found[i, i] = own[i]
+        derivatives[i, i] = own[i]
         for j in range(i):
-            found[i, j] = found[j, i] = 0.5 * (square(unit[i] + unit[j]) - own[i] - own[j])
-    return found / small**2
+            derivatives[i, j] = derivatives[j, i] = 0.5 * (square(unit[i] + unit[j]) - own[i] - own[j])
+    return derivatives / small**2
 
 
 def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> CascadeStage:
     """Prepare the model of an ``entry`` of the grid, and find its factor; what it does not answer is no part of it."""
     solver = _prepared(case, entry["model"], entry.get("setting", {}))
-    contact, errors, turned, own = [], [], [], []
+    contact, errors, turned, own, longest = [], [], [], [], 0.0
     for at, load, fine in zip(limits.contact, limits.loads, limits.fine, strict=True):
-        try:
-            answer = solver.respond(load)
-        except NotConverged:
+        solver.precede(load)
+        answer, seconds = _timed(solver, load)
+        longest = max(longest, min(seconds, _timed(solver, load)[1]))
+        if answer is None:
             continue
         contact.append(at)
         errors.append(distance(displacement_of(answer), fine))
@@ -159,10 +163,20 @@ def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[
         own.append(own_estimate(answer))
     by_itself = bool(contact) and bool(np.isfinite(own).all())
     factor = bound_factor(np.array(errors) / np.array(own if by_itself else turned), np.array(contact))
-    return CascadeStage(solver, factor, by_itself)
+    return CascadeStage(solver, factor, by_itself, longest)
 
 
-def _prepared(case: Case, name: str, given: Mapping[str, Any]) -> Solver:
+def _timed(solver: Solver, load: Load) -> tuple[np.ndarray | Answer | None, float]:
+    """Return a model's answer, None if it has none that it believes, and what that has taken [s]."""
+    begin = perf_counter()
+    try:
+        answer: np.ndarray | Answer | None = solver.respond(load)
+    except NotConverged:
+        answer = None
+    return answer, perf_counter() - begin
+
+
+def _prepared(case: Case, name: str, options: Mapping[str, Any]) -> Solver:
     """Prepare the model of a stage; InputError for a setting that it does not have, and for one that learns.
 
     Bounds are found on the training contacts, which a stage that learns from them has seen.
@@ -170,7 +184,7 @@ def _prepared(case: Case, name: str, given: Mapping[str, Any]) -> Solver:
     from palpate.models.model_registry import model
 
     stage, last, place = model(name, {}), len(case.body.levels) - 1, f"tradeoff.settings.cascade.stages: {name}"
-    setting = {key: last if (key, value) == ("level", LAST) else value for key, value in given.items()}
+    setting = {key: last if (key, value) == ("level", LAST) else value for key, value in options.items()}
     if setting.get("level", 0) not in range(last + 1):
         raise InputError(f"{place}.level is {setting['level']}; the body has the levels 0 to {last}, or {LAST}.")
     limits = case.used.pop("training", None)
@@ -204,8 +218,10 @@ class Prepared(NamedTuple):
 
 
 def settings(case: Case) -> list[Setting]:
-    """List the errors that are asked for, the largest first."""
-    return [{"asked": error} for error in sorted(case.grid["cascade"]["asked_errors"], reverse=True)]
+    """List the errors that are asked for, the largest first, and then the last one within each budget."""
+    grid = case.grid["cascade"]
+    limits = [{"asked": error} for error in sorted(grid["asked_errors"], reverse=True)]
+    return limits + [limits[-1] | {"budget_ms": budget} for budget in sorted(grid["budgets_ms"])]
 
 
 class Offline(Stage):
@@ -223,15 +239,19 @@ class Offline(Stage):
             stages = [prepared_stage(case, turning, limits, entry) for entry in case.grid["cascade"]["stages"]]
             case.charge("stages", perf_counter() - begin)
             self._prepared = Prepared(turning, limits.unknown, stages, case)
-        return Cascade(self.case, self._prepared, setting["asked"])
+        return Cascade(self.case, self._prepared, setting["asked"], setting.get("budget_ms", np.inf))
 
 
 class Cascade(Solver):
-    """Try one stage after another; where none is sure enough the surest answers, and says how sure it is."""
+    """Try one stage after another; where none is sure enough the surest answers, and says how sure it is.
 
-    def __init__(self, case: Case, prepared: Prepared, asked: float):
-        """Take the case to charge, what was prepared, and the error that is asked for."""
-        self._case, self._prepared, self._asked = case, prepared, asked
+    A stage is left out that has taken longer, for any training sample, than is left of the budget. What stages before
+    it have taken counts as the longest that they have taken, so that the same load gets the same answer every time.
+    """
+
+    def __init__(self, case: Case, prepared: Prepared, asked: float, budget_ms: float = np.inf):
+        """Take the case to charge, what was prepared, the error that is asked for, and the time there is."""
+        self._case, self._prepared, self._asked, self._budget_ms = case, prepared, asked, budget_ms
         self._charge()
 
     @property
@@ -246,31 +266,58 @@ class Cascade(Solver):
         self._charge()
 
     def respond(self, load: Load) -> Answer:
-        """Return the displacement (n_surface, 3) [m] with the bound of its error; errors as the last that was tried."""
+        """Return the displacement (n_surface, 3) [m] with the bound of its error; errors as the last that was tried.
+
+        Doubted where a stage that might be sure does not fit the budget.
+        """
         turned, stages = self._prepared.turning.of(load), self._prepared.stages
-        left: list[tuple[float, int, Answer | None]] = []
+        untried: list[tuple[float, int, Answer | None]] = []
+        spent, late, doubted = 0.0, "", None
         for place, stage in enumerate(stages):
             bound, answer = 0.0 if stage.own else self._bound(stage, turned), None
+            if why := self._too_late(stage, spent):
+                late = late or why
+                continue
             if bound <= self._asked:
+                spent += stage.seconds
                 try:
                     answer = self._answer(stage, load, turned)
-                except NotConverged:
+                except NotConverged as failure:
+                    doubted = failure.answer if isinstance(failure, Doubted) else doubted
                     continue
                 bound = np.inf if answer.error is None else answer.error
                 if bound <= self._asked:
                     return answer
-            left.append((bound, -place, answer))
-        return self._surest(sorted(left, key=lambda each: each[:2]), load, turned)
+            untried.append((bound, -place, answer))
+        try:
+            surest = self._surest(sorted(untried, key=lambda each: each[:2]), load, turned, spent)
+        except NotConverged:
+            if not late or doubted is None:
+                raise
+            surest = doubted
+        if late:
+            raise Doubted(late, [spent], surest)
+        return surest
 
-    def _surest(self, left: list[tuple[float, int, Answer | None]], load: Load, turned: float) -> Answer:
-        """Return the answer of the least bound, of those given and those that are still to be asked for."""
+    def _surest(
+        self, candidates: list[tuple[float, int, Answer | None]], load: Load, turned: float, spent: float
+    ) -> Answer:
+        """Return the answer of the least bound, of those given and those that there is still time to ask for."""
         failure = NotConverged("no stage of the cascade has an answer", [float("nan")])
-        for _, place, answer in left:
+        for _, place, answer in candidates:
+            stage = self._prepared.stages[-place]
+            if answer is None and self._too_late(stage, spent):
+                continue
             try:
-                return answer or self._answer(self._prepared.stages[-place], load, turned)
+                return answer or self._answer(stage, load, turned)
             except NotConverged as failed:
                 failure = failed
         raise failure
+
+    def _too_late(self, stage: CascadeStage, spent: float) -> str:
+        """Return that a stage may take longer than what is left after ``spent`` [s], or nothing; no time is in it."""
+        late = 1e3 * (spent + stage.seconds) > self._budget_ms
+        return f"a surer stage does not fit the budget of {self._budget_ms:g} ms" if late else ""
 
     def _answer(self, stage: CascadeStage, load: Load, turned: float) -> Answer:
         """Return a stage's answer with the bound of its error, if the training contacts are enough for one."""

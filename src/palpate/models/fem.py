@@ -6,11 +6,13 @@ from typing import Protocol
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Kept, Setting, Solver, distinct, one_stage
+from palpate.benchmark.model import Case, Kept, Setting, Solver, distinct
 from palpate.bodies.contacts import row_of
 from palpate.effects.patch_load import Patch
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
+from palpate.models.limit import TO_LIMIT, with_limit
+from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.equilibrium import Equilibrium
 
 LAW = "the body's"
@@ -40,24 +42,28 @@ class Rest:
         """Do what happened before this query was asked; not timed."""
 
 
+def stored_columns(case: Case, simulation: Simulation, elements: tuple[int, int]) -> np.ndarray:
+    """Return linear responses (n_contacts, 3, n_nodes, 3) [m/N] of ``elements``, by level and order, of one case."""
+    name = "columns", case.database, *elements
+    return case.share(name, lambda: simulation.linear_columns(case.prepared_contacts), "columns")
+
+
 class LinearStart(Rest):
     """Begin at the linear response of the same elements, whose columns were stored for each prepared contact."""
 
     def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
-        self._contacts = case.prepared_contacts
-        name = "columns", case.database, *elements
-        self._columns = case.share(name, lambda: simulation.linear_columns(self._contacts), "columns")
+        self._contacts, self._columns = case.prepared_contacts, stored_columns(case, simulation, elements)
 
     def at(self, load: Load) -> np.ndarray | None:
         """Return the linear response; InputError for a contact that is not prepared.
 
         To a depth, whose force is not known, a search begins at its own linear response.
         """
-        given, pushed = load.parted()
-        rows = [row_of(self._contacts, contact) for contact, _ in given + pushed]
-        if pushed:
+        by_force, to_depth = load.parted()
+        rows = [row_of(self._contacts, contact) for contact, _ in by_force + to_depth]
+        if to_depth:
             return None
-        parts = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, given, strict=True)]
+        parts = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, by_force, strict=True)]
         return np.sum(parts, axis=0)
 
 
@@ -100,26 +106,27 @@ STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Rest]] = {
 def settings(case: Case, order: int) -> list[Setting]:
     """List for each level, from coarse to fine, the starts, and for each of them how far the mesh is solved.
 
-    From rest there are caps on Newton's iterations, and tolerances; from the linear response and from the frame before
-    fewer caps, and no more than the loose tolerances. Quadratic elements on the finest level, which have many more
-    nodes than all others and take seconds, are solved from rest to the loosest tolerance, which is far below their own
-    error; ``finest_warm_iterations`` adds caps from the frame before.
+    Quadratic elements on the finest level, which have many more nodes than all others and take seconds, are solved from
+    rest to the loosest tolerance, which is far below their own error; ``finest_warm_iterations`` adds caps from the
+    frame before. What most iterations from that frame answer is brought to the limit of the levels, too.
     """
     grid, last = case.grid["fem"], len(case.body.levels) - 1
-    tolerances = [{"tolerance": tolerance} for tolerance in grid["tolerances"]]
-    cold, warm = ([{"iterations": n} for n in grid[name]] for name in ("iterations", "warm_iterations"))
-    found: list[Setting] = []
+    runs: list[Setting] = []
     for level in range(last + 1):
-        end = {"tolerance": case.tolerance}
         if order == 2 and level == last:
-            parts = [("frame", [{"iterations": n} for n in grid["finest_warm_iterations"]])]
-            end = (tolerances or [end])[0]
+            warm, cold = _stops(grid["finest_warm_iterations"], []), _stops([], grid["tolerances"][:1])
+            parts = [("frame", warm), ("rest", cold)]
         else:
-            linear = [("linear", warm + tolerances)] if len(case.prepared_contacts) else []
-            parts = [*linear, ("frame", warm + tolerances), ("rest", cold + tolerances)]
-        parts.append(("rest", [end]))
-        found += [{"level": level, "start": start} | far for start, fars in parts for far in fars]
-    return distinct(found)
+            warm = _stops(grid["warm_iterations"], grid["warm_tolerances"])
+            linear = [("linear", warm)] if len(case.prepared_contacts) else []
+            limit = [{"iterations": grid["warm_iterations"][-1]} | TO_LIMIT] if linear else []
+            parts = [*linear, ("frame", warm + limit), ("rest", _stops(grid["iterations"], grid["tolerances"]))]
+        runs += [{"level": level, "start": start} | far for start, fars in parts for far in fars]
+    return distinct(runs)
+
+
+def _stops(iterations: list[int], tolerances: list[float]) -> list[Setting]:
+    return [{"iterations": n} for n in iterations] + [{"tolerance": tolerance} for tolerance in tolerances]
 
 
 class Fem(Solver):
@@ -135,8 +142,11 @@ class Fem(Solver):
     def __init__(self, case: Case, setting: Setting, order: int, solver: type[Equilibrium] = Equilibrium):
         level, tolerance = setting["level"], setting.get("tolerance", case.tolerance)
         self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order, solver)
-        self._start = STARTS[setting["start"]](case, self._simulation, (level, order))
+        self._elements = level, order
+        self._start = STARTS[setting["start"]](case, self._simulation, self._elements)
         self._up = to_surface(case.body, level, order)
+        # stopped early it is no equilibrium whose stability could be looked at
+        self._buckling = NearBuckling(case) if "iterations" in setting else None
 
     def precede(self, load: Load) -> None:
         """Find the frame before, for a setting that starts from it; not timed."""
@@ -149,10 +159,21 @@ class Fem(Solver):
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
 
-        Errors as ``Solver``.
+        Errors as ``Solver``; Doubted where it is stopped early near the load under which the body buckles.
         """
-        moved, forces = self._simulation.answer(load, self._start.at(load))
-        return self._up @ moved if forces is None else Answer(self._up @ moved, forces)
+        displacement, forces = self._simulation.answer(load, self._start.at(load))
+        answer = self._up @ displacement if forces is None else Answer(self._up @ displacement, forces)
+        if self._buckling is None or any(press.node < 0 for press in load.presses):
+            return answer
+        acting = load.with_found(np.empty(0)) if forces is None else forces
+        return self._buckling.checked(zip([press.node for press in load.presses], acting, strict=True), answer)
+
+    def surface_columns(self, case: Case) -> np.ndarray:
+        """Return the linear responses (n_contacts, 3, n_surface, 3) [m/N] of these elements to unit forces."""
+        if self._elements == (len(case.body.levels) - 1, 2):
+            return case.use_compliance().fine
+        columns = stored_columns(case, self._simulation, self._elements)
+        return np.array([[self._up @ column for column in contact] for contact in columns])
 
 
-offline = one_stage(Fem)
+offline = with_limit(Fem, Fem.surface_columns)

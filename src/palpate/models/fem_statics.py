@@ -143,6 +143,8 @@ class ContactShares:
         self._body, self._level, self._order, self._radius_m = body, key[0], order, case.radius_m
         self._able = surface_contacts(body)
         self._shares: dict[int, tuple[np.ndarray, np.ndarray]] = case.share(("patches", body, *key), dict)
+        # places are those of one model's queries, and no other's
+        self._placed: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for contact in case.prepared_contacts:
             self.of(int(contact))
 
@@ -156,6 +158,8 @@ class ContactShares:
 
     def of(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
         """Return node numbers and shares of a press at one node; InputError if it cannot be pressed."""
+        if contact in self._placed:
+            return self._placed[contact]
         if contact not in self._shares:
             row_of(self._able, contact)
             self._shares[contact] = self._integrate(contact)
@@ -164,7 +168,7 @@ class ContactShares:
     def place(self, number: int, patch: Patch) -> int:
         """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
         name = -1 - number
-        self._shares[name] = patch_shares(self._body.levels[self._level], patch, self._order)
+        self._placed[name] = patch_shares(self._body.levels[self._level], patch, self._order)
         return name
 
     def _integrate(self, contact: int) -> tuple[np.ndarray, np.ndarray]:

@@ -6,10 +6,12 @@ Linear responses superpose; for prescribed disc displacements the forces follow 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting, Solver, held_mb, one_stage
+from palpate.benchmark.model import Case, Setting, Solver, aims_at_limit, held_mb, one_stage
 from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
 from palpate.models.enrichment.fitting import Fitting
+from palpate.models.limit import TO_LIMIT, at_limit
+from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.compliance import Compliance
 
 
@@ -44,32 +46,34 @@ PREPARED, REDUCES, LAW = True, "p2", "linear"
 
 
 def settings(case: Case) -> list[Setting]:
-    """List the one setting there is."""
-    return [{}]
+    """List the responses of the fine mesh, and their limit."""
+    return [{}, TO_LIMIT]
 
 
 class Linear(Solver):
     """Three stored columns for each contact."""
 
     def __init__(self, case: Case, setting: Setting):
-        self._linear, self._discs = LinearFem(case.use_compliance()), Discs(case)
+        case = at_limit(case) if aims_at_limit(setting) else case
+        self._linear, self._discs, self._buckling = LinearFem(case.use_compliance()), Discs(case), NearBuckling(case)
 
     @property
     def memory_mb(self) -> float:
         """The memory that is held between queries [MB]."""
-        return held_mb(self._linear)
+        return held_mb((self._linear, self._buckling))
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
 
-        InputError for a contact that is not prepared, Refused where forces do not follow from the depths.
+        InputError for a contact that is not prepared, Refused where forces do not follow from the depths, Doubted near
+        the load under which the body buckles.
         """
-        given, pushed = load.parted()
-        if not pushed:
-            return self._linear.superpose(given)
+        by_force, to_depth = load.parted()
+        if not to_depth:
+            return self._buckling.checked(by_force, self._linear.superpose(by_force))
         forces = self._discs.linear_forces(load)
         presses = [(press.node, force) for press, force in zip(load.presses, forces, strict=True)]
-        return Answer(self._linear.superpose(presses), forces)
+        return self._buckling.checked(presses, Answer(self._linear.superpose(presses), forces))
 
 
 offline = one_stage(Linear)

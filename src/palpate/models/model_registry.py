@@ -88,12 +88,12 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
     Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``keywords`` of
     ``load_model``, which is all that a job needs to measure it.
     """
-    found: dict[str, dict[str, dict[str, Any]]] = {}
+    groups: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:
         near = BESIDE[name] if BESIDE.get(name) in names else name
         family = name if name in own else MODELS[near][0].rpartition(".")[2]
-        found.setdefault(family, {})[name] = _recipe(name, own)
-    return found
+        groups.setdefault(family, {})[name] = _recipe(name, own)
+    return groups
 
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:

@@ -14,10 +14,11 @@ from palpate.benchmark.load import Answer, Doubted, Load, loads_of
 from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
+from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, is_positive, softness
 from palpate.models.contact_modes.snapshots import DEPENDENT
-from palpate.models.contact_modes.workshop import Workshop
+from palpate.models.contact_modes.workshop import Workshop, reduced_level
 from palpate.models.fem_statics import ContactShares, Simulation
+from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.equilibrium import FastEquilibrium
 
 
@@ -45,9 +46,11 @@ RESIDUAL = 1e-3
 """Residual of an answer over its load, and of the volume that is found to a sample."""
 CHOOSING_SAMPLES, PARTS = 8, (1.0, 0.5)
 """Samples, spread over all, that cells are chosen by, and the parts of their way at which cells pull as all do."""
-LEAST_DET, LARGEST_NORM = 0.4, 2.0
-"""Smallest det F of an answer's cells, and its largest energy norm over that of the farthest sample; beyond either the
-model says that it does not know."""
+LEAST_DET, LARGEST_NORM, LEAST_STIFFNESS = 0.4, 2.0, 0.15
+"""Smallest det F of an answer's cells, its largest energy norm over that of the farthest sample, and its least
+stiffness over that of the softest motion at rest; beyond any the model says that it does not know."""
+LARGEST_SHARE = 0.9
+"""Share of the load under which the body buckles, in shapes that samples may lack, above which it does not know."""
 
 
 class Volumes(NamedTuple):
@@ -76,10 +79,11 @@ class Offline(Stage):
 
     def online(self, setting: Setting) -> "PodGalerkin":
         """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
-        case, sizes = self.case, (self.case.radius_m, self.case.grid["pod_galerkin"]["nodes"])
+        case, level = self.case, reduced_level(self.case.body, self.case.grid["pod_galerkin"]["nodes"])
+        what = case.body, case.radius_m, level
         case.use_training()
-        shop = case.share(("galerkin", case.body, *sizes), lambda: Workshop(case.body, *sizes))
-        name = "volumes", case.database, *sizes
+        shop = case.share(("galerkin", *what), lambda: Workshop(*what))
+        name = "volumes", case.database, case.radius_m, level
         return PodGalerkin(case, setting, shop, case.share(name, lambda: _volumes(case, shop.level)))
 
 
@@ -96,10 +100,11 @@ class PodGalerkin(Solver):
         mixes, coordinates = energy_pod(elements, volumes.answers, setting["modes"])
         self._modes = np.stack(volumes.answers, axis=2) @ mixes
         self._surface = np.tensordot(database.fine[volumes.rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
-        self._shares = ContactShares(case, shop.level, 2)
+        self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
+        self._shares, self._buckling = ContactShares(case, shop.level, 2), NearBuckling(case, LARGEST_SHARE)
         self._pulls: dict[int, np.ndarray] = {}
-        asked = zip(database.contact[volumes.rows], database.force[volumes.rows], strict=True)
-        pulls = np.stack([force @ self._pull(int(contact)) for contact, force in asked], axis=1)
+        loads = zip(database.contact[volumes.rows], database.force[volumes.rows], strict=True)
+        pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)
         self._reduced = _reduced(elements, self._modes, coordinates, pulls, setting["thinned"])
         self._reach = float(np.linalg.norm(coordinates, axis=0).max())
         for contact in case.prepared_contacts:
@@ -108,9 +113,9 @@ class PodGalerkin(Solver):
     @property
     def memory_mb(self) -> float:
         """The memory [MB] held for queries, with the modes of all nodes that places never prepared need."""
-        return held_mb((self._modes, self._reduced, self._surface, self._pulls))
+        return held_mb((self._modes, self._reduced, self._surface, self._pulls, self._buckling))
 
-    def respond(self, load: Load) -> np.ndarray:
+    def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``; Doubted beyond the guard."""
         pull = np.sum([force @ self._pull(node) for node, force in load.forces()], axis=0)
         q, residual, least = self._reduced.at_rest(pull, RESIDUAL)
@@ -121,7 +126,9 @@ class PodGalerkin(Solver):
         if not far <= LARGEST_NORM:
             why = f"this goes {far:.1f} times as far as any sample, beyond what is known"
             raise Doubted(why, [residual], Answer(moved))
-        return moved
+        if not is_positive(self._reduced.tangent(q) - LEAST_STIFFNESS * self._soft):
+            raise Doubted("the body is about to give way", [residual], Answer(moved))
+        return self._buckling.checked(load.forces(), moved)
 
     def _pull(self, node: int) -> np.ndarray:
         """Return the pull (3, r) of unit forces on the disc around fine surface ``node`` on the modes."""

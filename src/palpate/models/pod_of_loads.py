@@ -9,13 +9,14 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.load import Load
+from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, FitOptions, Setting, Solver, one_stage
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
 from palpate.models.enrichment.fitting import Training
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
+from palpate.models.near_buckling import NearBuckling
 
 REACHES = np.geomspace(0.05, 3.0, 9)
 """Distances tried, over the body's size, at which two contacts know half of each other."""
@@ -95,16 +96,16 @@ def _held_out(kernel: np.ndarray, targets: np.ndarray, fold: np.ndarray) -> np.n
     """Return the mean of the relative errors of samples that are held out, for each of LAMBDAS."""
     total = np.zeros(len(LAMBDAS))
     for part in range(fold.max() + 1):
-        known, asked = np.flatnonzero(fold != part), np.flatnonzero(fold == part)
-        weights = dual_weights(kernel[np.ix_(known, known)], kernel[np.ix_(known, asked)], LAMBDAS)
-        found = np.swapaxes(weights, 1, 2) @ targets[known]
-        total += _relative(found, targets[asked]).sum(axis=-1)
+        train, validation = np.flatnonzero(fold != part), np.flatnonzero(fold == part)
+        weights = dual_weights(kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS)
+        predicted = np.swapaxes(weights, 1, 2) @ targets[train]
+        total += _relative(predicted, targets[validation]).sum(axis=-1)
     return total / len(targets)
 
 
-def _relative(found: np.ndarray, targets: np.ndarray) -> np.ndarray:
+def _relative(predicted: np.ndarray, targets: np.ndarray) -> np.ndarray:
     lengths = np.maximum(np.linalg.norm(targets, axis=-1), np.finfo(float).tiny)
-    return np.linalg.norm(found - targets, axis=-1) / lengths
+    return np.linalg.norm(predicted - targets, axis=-1) / lengths
 
 
 def network(hidden: int) -> Callable:
@@ -118,21 +119,21 @@ def network(hidden: int) -> Callable:
         places: np.ndarray, forces: np.ndarray, targets: np.ndarray, fold: np.ndarray, options: FitOptions
     ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         powers, size = _powers(forces), float(np.abs(targets).max()) or 1.0
-        wanted = targets / size
+        scaled = targets / size
         middle, spread = places.mean(axis=0), places.std(axis=0)
         spread = np.where(spread > 0.0, spread, 1.0)
         about = (places - middle) / spread
 
         def trained(rows: np.ndarray, decay: float) -> list[np.ndarray]:
-            return _trained(about[rows], powers[rows], wanted[rows], hidden, decay, options.seed)
+            return _trained(about[rows], powers[rows], scaled[rows], hidden, decay, options.seed)
 
         def error(decay: float) -> float:
-            wrong = 0.0
+            total = 0.0
             for part in range(fold.max() + 1):
-                known, asked = fold != part, fold == part
-                found = _layered(trained(known, decay), about[asked], powers[asked])[2]
-                wrong += float(_relative(found, wanted[asked]).sum())
-            return wrong
+                train, validation = fold != part, fold == part
+                predicted = _layered(trained(train, decay), about[validation], powers[validation])[2]
+                total += float(_relative(predicted, scaled[validation]).sum())
+            return total
 
         weights = trained(fold >= 0, min(DECAYS, key=error))
 
@@ -151,20 +152,20 @@ def _powers(forces: np.ndarray) -> np.ndarray:
 
 
 def _trained(
-    places: np.ndarray, powers: np.ndarray, wanted: np.ndarray, hidden: int, decay: float, seed: int
+    places: np.ndarray, powers: np.ndarray, targets: np.ndarray, hidden: int, decay: float, seed: int
 ) -> list[np.ndarray]:
     """Fit a network from a seeded start by L-BFGS; its weights, layer by layer, with a row for the constants."""
-    shapes = [(4, hidden), (hidden + 1, hidden), (hidden + 1, powers.shape[1] * wanted.shape[1])]
+    shapes = [(4, hidden), (hidden + 1, hidden), (hidden + 1, powers.shape[1] * targets.shape[1])]
     draw = np.random.default_rng(seed)
     start = np.concatenate([(draw.normal(size=shape) / np.sqrt(shape[0])).ravel() for shape in shapes])
 
     def loss(flat: np.ndarray) -> tuple[float, np.ndarray]:
-        wrong, slopes = _slopes(_layers(flat, shapes), places, powers, wanted)
+        error, slopes = _slopes(_layers(flat, shapes), places, powers, targets)
         gradient = np.concatenate([slope.ravel() for slope in slopes]) + 2.0 * decay * flat
-        return wrong + decay * float(flat @ flat), gradient
+        return error + decay * float(flat @ flat), gradient
 
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": DESCENTS})
-    return _layers(found.x, shapes)
+    result = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": DESCENTS})
+    return _layers(result.x, shapes)
 
 
 def _layers(flat: np.ndarray, shapes: Sequence[tuple[int, int]]) -> list[np.ndarray]:
@@ -183,17 +184,17 @@ def _layered(
 
 
 def _slopes(
-    weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray, wanted: np.ndarray
+    weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray, targets: np.ndarray
 ) -> tuple[float, list[np.ndarray]]:
     """Return the mean squared error, and its derivatives by the weights."""
-    first, second, found = _layered(weights, places, powers)
-    by_found = 2.0 * (found - wanted) / len(places)
-    by_output = (powers[:, :, None] * by_found[:, None, :]).reshape(len(places), -1)
+    first, second, predicted = _layered(weights, places, powers)
+    by_predicted = 2.0 * (predicted - targets) / len(places)
+    by_output = (powers[:, :, None] * by_predicted[:, None, :]).reshape(len(places), -1)
     by_second = (by_output @ weights[2][:-1].T) * (1.0 - second**2)
     by_first = (by_second @ weights[1][:-1].T) * (1.0 - first**2)
     layers = ((places, by_first), (first, by_second), (second, by_output))
-    slopes = [np.vstack([given.T @ by, by.sum(axis=0)]) for given, by in layers]
-    return float(np.sum((found - wanted) ** 2)) / len(places), slopes
+    slopes = [np.vstack([inputs.T @ by, by.sum(axis=0)]) for inputs, by in layers]
+    return float(np.sum((predicted - targets) ** 2)) / len(places), slopes
 
 
 REDUCES, LAW = "p2", "the body's"
@@ -216,14 +217,14 @@ class Learnt(Solver):
     def __init__(self, case: Case, setting: Setting, learner: str):
         fitting = fitting_to(case)
         learn = network(setting["hidden"]) if learner == "network" else gaussian_process
-        self._contacts = contacts_of(case.body)
+        self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)
         self._pod = PodOfLoads(fitting.db, fitting.training, setting["modes"], learn, fitting.options)
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
 
-    def respond(self, load: Load) -> np.ndarray:
+    def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``.
 
-        NotConverged beyond the guard LARGEST_NORM.
+        NotConverged beyond the guard LARGEST_NORM, Doubted near the load under which the body buckles.
         """
         contact, force = load.single()
         row_of(self._contacts, contact)
@@ -231,7 +232,7 @@ class Learnt(Solver):
         far = float(np.linalg.norm(moved)) / self._reach
         if not far <= LARGEST_NORM:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
-        return moved
+        return self._buckling.checked([(contact, force)], moved)
 
 
 offline = one_stage(Learnt)

@@ -57,9 +57,9 @@ class AveragedCells:
 
     def evaluate(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the energy [J] at ``q`` (r,) and its gradient (r,)."""
-        f, energies, sure = self._scratch
+        f, energies, accepted = self._scratch
         mu, lam = self._moduli
-        energy = cell_stresses(q, self._means, self.volumes, mu, lam, *self._law, f, self._stresses, energies, sure)
+        energy = cell_stresses(q, self._means, self.volumes, mu, lam, *self._law, f, self._stresses, energies, accepted)
         rest = self.modulus @ q
         return energy + 0.5 * float(q @ rest), self._stresses.ravel() @ self._means + rest
 
@@ -97,11 +97,11 @@ def bends(elastic: Elements, rest: np.ndarray, solve: Solve, columns: np.ndarray
         return -(elastic.force(rest + h * u) + elastic.force(rest - h * u)) / h**2
 
     own = [curvature(u) for u in scaled]
-    found = []
+    derivatives = []
     for a, b in combinations_with_replacement(range(len(scaled)), 2):
         mixed = own[a] if a == b else 0.5 * (curvature(scaled[a] + scaled[b]) - own[a] - own[b])
-        found.append(-solve(mixed))
-    return np.array(found).reshape(-1, *rest.shape)
+        derivatives.append(-solve(mixed))
+    return np.array(derivatives).reshape(-1, *rest.shape)
 
 
 def orthonormal(columns: Sequence[np.ndarray], stiffness: sparse.sparray) -> np.ndarray:
@@ -221,15 +221,15 @@ def _answers(solve: Solve, forces: np.ndarray) -> np.ndarray:
 
 def _unit_pushes(particles: Particles, places: list[dict]) -> list[np.ndarray]:
     """Return for each place the nodal forces (3, n, 3) [N] of 1 N along x, y and z; InputError as ``push.make``."""
-    found = []
+    pushes = []
     for place in places:
         forces = np.zeros((3, *particles.nodes.shape))
         for unit, force in zip(np.eye(3), forces, strict=True):
             load = push.make(particles, {"loads": [place | AT_ONCE | {"force_n": unit}]}, None)
             load.at(0.0)
             load.add_force(particles.nodes, force, force)
-        found.append(forces)
-    return found
+        pushes.append(forces)
+    return pushes
 
 
 def _unit_weights(system: System) -> list[np.ndarray]:

@@ -100,8 +100,10 @@ def make(system: System, settings: dict) -> "ReducedMotion":
     if not isinstance(system.elastic, LinearElements):
         raise InputError("it needs finite elements, as vibration modes are theirs; choose another integrator.")
     for name, effect in list(system.effects.items())[1:]:
-        known = offers(effect, FixedNodes) or offers(effect, Weight) or is_load(effect) or offers(effect, Proportional)
-        if not known:
+        supported = (
+            offers(effect, FixedNodes) or offers(effect, Weight) or is_load(effect) or offers(effect, Proportional)
+        )
+        if not supported:
             raise InputError(
                 f"it has modes for weight, pushes, anchors and damping in proportion to mass and stiffness alone, and "
                 f"the scene has {name}; leave that out, or choose bdf2."
@@ -171,19 +173,21 @@ class ReducedMotion:
 
     def _found(self, problem: "_Step", search: CarriedBfgs, start: np.ndarray) -> np.ndarray:
         """Return the coordinates (r,) at the end of a step; NotConverged if they are not found."""
-        q, left = search.minimise(problem.evaluate, start, self._tolerance * problem.scale, problem.noise, ITERATIONS)
-        residual = left / problem.scale
+        q, gradient_norm = search.minimise(
+            problem.evaluate, start, self._tolerance * problem.scale, problem.noise, ITERATIONS
+        )
+        residual = gradient_norm / problem.scale
         if not residual <= self._tolerance:
             raise NotConverged(
                 f"the reduced motion stopped at a residual {residual:.1e} of its forces, above the tolerance "
                 f"{self._tolerance:.0e}; take shorter steps",
                 [residual],
             )
-        least = self.body.cells.least_det(q)
-        if least < LEAST_DET:
+        least_det = self.body.cells.least_det(q)
+        if least_det < LEAST_DET:
             raise NotConverged(
-                f"a cell of the reduced body keeps {least:.2g} of its volume, and modes are not to be believed below "
-                f"{LEAST_DET:g}; lower the load, or choose bdf2",
+                f"a cell of the reduced body keeps {least_det:.2g} of its volume, and modes are not to be believed "
+                f"below {LEAST_DET:g}; lower the load, or choose bdf2",
                 [residual],
             )
         return q

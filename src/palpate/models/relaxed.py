@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.load import Load, Refused
-from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage
 from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
+from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements
 from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import ContactShares, to_surface
@@ -43,17 +44,17 @@ class Relaxed(Solver):
     """
 
     def __init__(self, case: Case, setting: Setting, method: str):
-        refuse_bed(case, f"{method.replace('_', ' ')} models")
-        level, tissue = setting["level"], case.body.tissue(setting["level"])
+        body, level = case.body, setting["level"]
+        mesh, tissue = body.levels[level], body.tissue(level)
         if tissue.law != LAW:
-            raise Refused(f"{method} has the corotational law, and {case.body.name} is {tissue.law}")
-        self._rest = case.body.levels[level].nodes
+            raise Refused(f"{method} has the corotational law, and {body.name} is {tissue.law}")
+        self._rest = mesh.nodes
         held = np.zeros(len(self._rest), dtype=bool)
-        held[case.body.anchors[level]] = True
-        elements = LinearElements(case.body.levels[level], tissue)
-        masses = particles_of(case.body, level, surface=False).masses
-        self._relax = relaxes(method, elements, masses, held, setting)
-        self._shares, self._up = ContactShares(case, level), to_surface(case.body, level)
+        held[body.anchors[level]] = True
+        bed = None if body.bed is None else BedSprings(mesh, body.bed)
+        masses = particles_of(body, level, surface=False).masses
+        self._relax = relaxes(method, LinearElements(mesh, tissue), masses, held, setting, bed)
+        self._shares, self._up = ContactShares(case, level), to_surface(body, level)
         self._follows = setting.get("start", "rest") == "frame"
         self._frames: dict[tuple[bytes | int, ...], tuple[np.ndarray, np.ndarray]] = {}
 
@@ -82,18 +83,23 @@ class Relaxed(Solver):
 
 
 def relaxes(
-    method: str, elements: LinearElements, masses: np.ndarray, held: np.ndarray, setting: Mapping[str, Any]
+    method: str,
+    elements: LinearElements,
+    masses: np.ndarray,
+    held: np.ndarray,
+    setting: Mapping[str, Any],
+    bed: BedSprings | None = None,
 ) -> Relax:
-    """Return ``method`` with its ``setting``; masses (n,) [kg], held (n,) bool."""
+    """Return ``method`` with its ``setting``; masses (n,) [kg], held (n,) bool, ``bed`` what the body lies on."""
     if method == "xpbd":
         # a step is measured by the time in which a node would swing if all others stood still
         step_s = setting["step"] * float(np.median(np.sqrt(masses / elements.resistance())))
         steps, iterations = setting["steps"], setting["iterations"]
-        return partial(Xpbd(elements, masses, held).relax, steps=steps, iterations=iterations, step_s=step_s)
+        return partial(Xpbd(elements, masses, held, bed).relax, steps=steps, iterations=iterations, step_s=step_s)
     if method == "vertex_block_descent":
-        descent = VertexBlockDescent(elements, held)
+        descent = VertexBlockDescent(elements, held, bed)
         return partial(descent.relax, sweeps=setting["sweeps"], radius=setting["radius"])
-    projective = ProjectiveDynamics(elements, held)
+    projective = ProjectiveDynamics(elements, held, bed)
     return partial(projective.relax, iterations=setting["iterations"], memory=setting["memory"])
 
 

@@ -9,10 +9,11 @@ from scipy.optimize import OptimizeResult, minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, Solver, distinct, held_mb, one_stage, refuse_bed, refuse_regions
+from palpate.benchmark.model import Case, Setting, Solver, distinct, held_mb, one_stage, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
+from palpate.effects.bed import BedSprings
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
 
@@ -50,9 +51,12 @@ class Shapes:
 
     def __init__(self, case: Case, mode: str, clusters: dict):
         self.particles = particles_of(case.body, 0, surface=False)
-        refuse_bed(case, "shapes")
         refuse_regions(case, "shapes")
-        if not len(self.particles.held):
+        # springs of the bed, all at the nodes: the stiffness (n, 1) [N/m] of each over its mass
+        beds, nodes = self.particles.beds, len(self.particles.nodes)
+        springs = BedSprings(self.particles, beds).lumped if beds else np.zeros(nodes)
+        self._springs = (springs / self.particles.masses)[:, None]
+        if not len(self.particles.held) and not beds:
             raise InputError(f"{case.body.name}: nothing is held, so shapes do not come to rest; give it anchors.")
         self.up = to_surface(case.body, 0)
         self._mode, self._clusters = mode, clusters
@@ -69,12 +73,14 @@ class Shapes:
 
         InputError for a contact that cannot be pressed.
 
-        The goal-position scheme in lengths a step, w = h v: w' = d w + α (g − x) + h² f/m, x' = x + w'.
+        The goal-position scheme in lengths a step, w = h v: w' = d w + α (g − x) + h² f/m, x' = x + w'. Springs of a
+        bed are counted at x': they may be stiffer than such a step allows.
         """
         nodes, shares = self._shares.of(contact)
         push = np.zeros_like(self.particles.nodes)
         push[nodes] = self._scale * np.outer(shares / self.particles.masses[nodes], force)
         keep, held = LEFT ** (2.0 / steps), self.particles.held
+        rest, springs = self.particles.nodes, self._scale * self._springs
         x, w, goals = self.particles.nodes.copy(), np.zeros_like(push), np.empty_like(push)
         for _ in range(steps):
             self._matching.goals(x, goals)
@@ -83,6 +89,8 @@ class Shapes:
             w *= keep
             w += goals
             w += push
+            w -= springs * (x - rest)
+            w /= 1.0 + springs
             w[held] = 0.0
             x += w
         return x - self.particles.nodes
@@ -106,12 +114,12 @@ def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: 
     # how long sound takes across some part of the body: steps of that time move it as far as its material would
     whole = 2.0 * np.log(size * np.sqrt(material.density_kg_m3 / material.young_pa))
     starts = whole - np.arange(1.0, 10.0, 1.5)
-    found = []
+    fits = []
     for alpha in ALPHAS:
         begin = np.array([min(starts, key=lambda scale: misfit(scale, 0.5, alpha)), 0.5])
         simplex = begin + np.array([[0.0, 0.0], [-0.7, 0.0], [0.0, 0.3]])
-        found.append((alpha, _descend(partial(misfit, alpha=alpha), simplex, evaluations // 4)))
-    alpha, best = min(found, key=lambda each: each[1].fun)
+        fits.append((alpha, _descend(partial(misfit, alpha=alpha), simplex, evaluations // 4)))
+    alpha, best = min(fits, key=lambda each: each[1].fun)
     simplex = best.x + np.array([[0.0, 0.0], [-0.3, 0.0], [0.0, -0.1 if best.x[1] > 0.5 else 0.1]])
     best = _descend(partial(misfit, alpha=alpha), simplex, evaluations // 2)
     if not best.fun < 1.0:
@@ -140,8 +148,8 @@ REDUCES, LAW = "p2", "shape matching"
 
 def settings(case: Case) -> list[Setting]:
     """List mode, clusters and steps, from cheap to expensive."""
-    tried = case.grid["shape_matching"]["combinations"]
-    return distinct({key: each[key] for key in ("mode", "clusters", "steps")} for each in tried)
+    combinations = case.grid["shape_matching"]["combinations"]
+    return distinct({key: each[key] for key in ("mode", "clusters", "steps")} for each in combinations)
 
 
 def prepare(case: Case, setting: Setting) -> "ShapesAtRest":

@@ -15,8 +15,8 @@ from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact
-from palpate.models.contact_modes.snapshots import ContactSnapshots, basis_of, coordinates, thinned_model
+from palpate.models.contact_modes.reduced_contact import ReducedContact, is_positive, softness
+from palpate.models.contact_modes.snapshots import FALL, FALLS, ContactSnapshots, basis_of, coordinates, thinned_model
 from palpate.models.contact_modes.workshop import (
     Change,
     Workshop,
@@ -28,6 +28,7 @@ from palpate.models.contact_modes.workshop import (
     target_columns,
 )
 from palpate.models.depths import forces_for
+from palpate.solvers.buckling import Buckling
 
 RESIDUAL = 1e-3
 """Residual of an answer over its load."""
@@ -41,6 +42,7 @@ class Prepared(NamedTuple):
     discs : (3 k, 3 k) [m/N] and (3 k, r), the same parts of the displacements of the discs
     bearing : (k, 3) [1/N], whose products with forces are at most 1 where finer elements are known to have an answer
     together : (k, k), the part of one disc's product that adds to another's, as they press on the same tissue
+    soft : (r, r), as ``softness`` has it
     """
 
     reduced: ReducedContact
@@ -50,6 +52,7 @@ class Prepared(NamedTuple):
     discs: tuple[np.ndarray, np.ndarray]
     bearing: np.ndarray
     together: np.ndarray
+    soft: np.ndarray
 
     def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
@@ -69,7 +72,7 @@ def prepare_contacts(shop: Workshop, case: Case, setting: Setting, nodes: tuple[
 def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
     """Return the time [s] that these contacts have taken, whichever setting has made them."""
     kind = _shown(setting)
-    parts = {"columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
+    parts = {"linear", "columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
     parts |= {"to finer"} if setting["modes"] == "finer" else set()
     names = [*_names(setting, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
     return sum(shop.seconds.get(name, 0.0) for name in names)
@@ -99,7 +102,8 @@ def _brought(
     kind, target = _shown(setting), setting["target"]
     shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
     rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
-    weights, known = _disc_weights(case, nodes), bearing(shop, nodes, kind)
+    weights, soft = _disc_weights(case, nodes), softness(rest)
+    known = _stably_borne(reduced, soft, bearing(shop, nodes, kind))
     hard = [
         float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
     ]
@@ -117,7 +121,24 @@ def _brought(
     )
     flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
     straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
-    return Prepared(reduced, reach, straight, flat, (linear, bent), known, _together(case, nodes))
+    return Prepared(reduced, reach, straight, flat, (linear, bent), known, _together(case, nodes), soft)
+
+
+def _stably_borne(reduced: ReducedContact, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return ``known`` (k, 3) [1/N], as ``bearing`` has it, of straight presses at which the body is still stiff.
+
+    A portable file, which has no tangent, doubts by these alone.
+    """
+    rows = known.copy()
+    for k, row in enumerate(rows):
+        for _ in range(FALLS):
+            force = np.zeros(reduced.loads.shape[1])
+            force[3 * k : 3 * k + 3] = row / (row @ row)
+            found = reduced.settle(force, RESIDUAL)
+            if found.residual <= RESIDUAL and is_positive(reduced.tangent(found.q) - LEAST_STIFFNESS * soft):
+                break
+            row /= FALL
+    return rows
 
 
 def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
@@ -158,6 +179,12 @@ LEAST_DET, LARGEST_NORM, LARGEST_PRESS = 0.68, 2.0, 1.05
 hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
 know."""
 
+LEAST_STIFFNESS = 0.15
+"""Least stiffness of an answer over that of the body's softest motion at rest: it is 0 where the body buckles or snaps,
+and what an answer has wrong there grows as its inverse: of a column that is pressed 1° off its axis 0.2 % at 0.8, 1.1 %
+at 0.25, 1.4 % at 0.13 and 2.1 % at 0.08."""
+LARGEST_SHARE = 0.9
+"""Share of the load under which the body buckles, linearised at rest, in shapes that a contact's modes may lack."""
 LINEAR_BELOW = 1e-9
 """Linear answers that are this much smaller than the farthest snapshot are the answer; rounding hides the rest."""
 
@@ -168,7 +195,8 @@ OWN_ERROR = 1e-3
 def settings(case: Case) -> list[Setting]:
     """List columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer, by target.
 
-    There is something finer to press if a level above the one that is reduced is the body's own.
+    These presses on the next level are only tried if the grid asks for them, as they take long to prepare, and if a
+    level above the one that is reduced is the body's own.
     """
     grid = case.grid["contact_modes"]
     *fewer, rings = grid["rings"]
@@ -176,7 +204,7 @@ def settings(case: Case) -> list[Setting]:
     kinds: list[Setting] = [{"modes": "columns", "rings": rings, "thinned": finest}]
     kinds += [{"modes": "snapshots", "rings": r, "thinned": finest} for r in fewer]
     kinds += [{"modes": "snapshots", "rings": rings, "thinned": t} for t in tolerances]
-    if reduced_level(case.body, grid["nodes"]) < len(case.body.levels) - 1:
+    if grid["finer"] and reduced_level(case.body, grid["nodes"]) < len(case.body.levels) - 1:
         kinds += [{"modes": "finer", "rings": rings, "thinned": finest}]
     return [kind | {"target": target} for kind in kinds for target in grid["targets"]]
 
@@ -186,8 +214,8 @@ class Offline(Stage):
 
     def __init__(self, case: Case):
         super().__init__(case)
-        sizes = case.radius_m, case.grid["contact_modes"]["nodes"]
-        self._shop = case.share(("workshop", case.body, *sizes), lambda: Workshop(case.body, *sizes))
+        what = case.body, case.radius_m, reduced_level(case.body, case.grid["contact_modes"]["nodes"])
+        self._shop = case.share(("workshop", *what), lambda: Workshop(*what))
 
     def online(self, setting: Setting) -> "ContactModes":
         """Set up the elements; each contact is prepared when it is asked for first, and charged then.
@@ -211,11 +239,13 @@ class ContactModes(Solver):
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0
         shop.elements(shop.level), shop.up(shop.level)
+        name = "buckling", case.body, case.radius_m
+        self._buckling = case.share(name, lambda: Buckling(case.body, case.radius_m), "buckling")
 
     @property
     def memory_mb(self) -> float:
         """The memory [MB] that the prepared contacts hold; what prepares others can be dropped."""
-        return held_mb(self.prepared)
+        return held_mb((self.prepared, self._buckling))
 
     def precede(self, load: Load) -> None:
         """Prepare the contacts of ``load``; not timed, but charged."""
@@ -249,6 +279,9 @@ class ContactModes(Solver):
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
         answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * float(np.linalg.norm(q)) / model.reach)
+        share = self._buckling.share(zip((p.node for p in load.presses), force.reshape(-1, 3), strict=True))
+        if not share <= LARGEST_SHARE:
+            why = why or f"this is {share:.2f} of the load under which the body buckles"
         if why:
             raise Doubted(why, [residual], answer)
         return answer
@@ -293,6 +326,8 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
         why = f"this goes {far:.1f} times as far as what the contact's model is made of"
     elif not hard <= LARGEST_PRESS:
         why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
+    elif not is_positive(model.reduced.tangent(q) - LEAST_STIFFNESS * model.soft):
+        why = f"the body is about to give way: its stiffness is below {LEAST_STIFFNESS:g} of that at rest"
     return q, why, residual
 
 

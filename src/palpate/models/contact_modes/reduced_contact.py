@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from palpate.effects import principal
-from palpate.effects.corotational import stresses
+from palpate.effects.corotational import BLOCK, rotations, stresses, turned
 from palpate.effects.law import Law
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
@@ -21,10 +21,10 @@ MEMORY = 10
 
 
 @numba.njit(cache=True, error_model="numpy")
-def cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, sure):
+def cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, accepted):
     """Write F (9, k) of k cells and their stresses times volumes (9, k) [J] into ``f, p``; return their energy [J].
 
-    q : (r,); slopes : (9 k, r); energies, sure : (k,) scratch; shape, measure, volume : of the law, or None
+    q : (r,); slopes : (9 k, r); energies, accepted : (k,) scratch; shape, measure, volume : of the law, or None
     """
     count = len(volumes)
     moved = np.dot(slopes, q)
@@ -33,7 +33,7 @@ def cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, ene
         for k in range(count):
             f[i, k] = moved[i * count + k] + one
     if shape is None:
-        stresses(f, p, count, mu, lam, energies, sure)
+        stresses(f, p, count, mu, lam, energies, accepted)
     else:
         principal.stresses(f, p, count, 1, mu, lam, shape, measure, volume, energies)
     total = 0.0
@@ -66,8 +66,9 @@ def settle(load, slopes, volumes, mu, lam, rest, shape, measure, volume, toleran
     """
     r, count = len(load), len(volumes)
     steps, bends, scale, part = np.zeros((MEMORY, r)), np.zeros((MEMORY, r)), np.zeros(MEMORY), np.zeros(MEMORY)
-    f, p, energies, sure = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=np.bool_)
-    cells = (slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, sure)
+    f, p = np.empty((9, count)), np.empty((9, count))
+    energies, accepted = np.empty(count), np.empty(count, dtype=np.bool_)
+    cells = (slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, accepted)
     enough = tolerance * np.sqrt(np.dot(load, load))
     pull = np.dot(rest, q)
     energy = cell_stresses(q, *cells) + 0.5 * np.dot(q, pull) - np.dot(load, q)
@@ -121,6 +122,95 @@ def _least_det(q, slopes, count):
         h, i, j = moved[6 * count + k], moved[7 * count + k], moved[8 * count + k] + 1.0
         least = min(least, a * (e * j - g * i) - b * (d * j - g * h) + c * (d * i - e * h))
     return least
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
+    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by the corotational law, less 2 μ V |δF|².
+
+    With the columns g of R this is λ V (Σ g · δF g)² + tᵀ M t for t = Σ g × δF g, as ``corotational.turned`` has M.
+    NaN where a cell's rotation is not known.
+    """
+    r, size = len(q), end - begin
+    f, axes, rotated = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((15, BLOCK))
+    sure = np.empty(BLOCK, dtype=np.bool_)
+    for i in range(9):
+        f[i, :size] = np.dot(slopes[i, begin:end], q)
+    f[::4] += 1.0
+    axes[::4] = 1.0
+    rotations(f, rotated, size, sure)
+    turned(f, axes, volumes[begin:end], size, mu[begin:end], lam[begin:end], rotated)
+    rows, bent = np.empty((4 * size, r)), np.empty((4 * size, r))
+    for k in range(size):
+        if not sure[k]:
+            return np.full((r, r), np.nan)
+        a, b, c, d, e, g = rotated[9, k], rotated[10, k], rotated[11, k], rotated[12, k], rotated[13, k], rotated[14, k]
+        g00, g01, g02 = rotated[0, k], rotated[1, k], rotated[2, k]
+        g10, g11, g12 = rotated[3, k], rotated[4, k], rotated[5, k]
+        g20, g21, g22 = rotated[6, k], rotated[7, k], rotated[8, k]
+        n, share = begin + k, lam[begin + k] * volumes[begin + k]
+        for m in range(r):
+            x0, x1, x2 = slopes[0, n, m], slopes[1, n, m], slopes[2, n, m]
+            y0, y1, y2 = slopes[3, n, m], slopes[4, n, m], slopes[5, n, m]
+            z0, z1, z2 = slopes[6, n, m], slopes[7, n, m], slopes[8, n, m]
+            s = g00 * x0 + g01 * y0 + g02 * z0 + g10 * x1 + g11 * y1 + g12 * z1 + g20 * x2 + g21 * y2 + g22 * z2
+            u = g01 * z0 - g02 * y0 + g11 * z1 - g12 * y1 + g21 * z2 - g22 * y2
+            v = g02 * x0 - g00 * z0 + g12 * x1 - g10 * z1 + g22 * x2 - g20 * z2
+            w = g00 * y0 - g01 * x0 + g10 * y1 - g11 * x1 + g20 * y2 - g21 * x2
+            rows[4 * k, m], rows[4 * k + 1, m], rows[4 * k + 2, m], rows[4 * k + 3, m] = s, u, v, w
+            bent[4 * k, m], bent[4 * k + 1, m] = share * s, a * u + b * v + c * w
+            bent[4 * k + 2, m], bent[4 * k + 3, m] = b * u + d * v + e * w, c * u + e * v + g * w
+    return np.dot(rows.T, bent)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume):
+    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by any law."""
+    r, size = len(q), end - begin
+    f, axes, blocks = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((54, BLOCK))
+    pulls, stiffnesses, bent = np.empty((9, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
+    for i in range(9):
+        f[i, :size] = np.dot(slopes[i, begin:end], q)
+    f[::4] += 1.0
+    axes[::4] = 1.0
+    moduli, law = (mu[begin:end], lam[begin:end]), (shape, measure, volume)
+    principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, False, blocks, pulls, stiffnesses)
+    near = slopes[:, begin:end].copy()
+    for pair in range(6):
+        c, d = principal.PAIRS[pair]
+        for n in range(9):
+            i, j = n // 3, n % 3
+            for k in range(size):
+                bent[3 * i + c, k] += blocks[9 * pair + n, k] * near[3 * j + d, k]
+                if c != d:
+                    bent[3 * j + d, k] += blocks[9 * pair + n, k] * near[3 * i + c, k]
+    return np.dot(near.reshape(9 * size, r).T, bent.reshape(9 * size, r))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def is_positive(matrix):
+    """Return whether the symmetric ``matrix`` (r, r) is positive definite, by Cholesky's pivots; not if it is NaN."""
+    work = matrix.copy()
+    for k in range(len(work)):
+        if not work[k, k] > 0.0:
+            return False
+        for i in range(k + 1, len(work)):
+            share = work[i, k] / work[k, k]
+            for j in range(k + 1, i + 1):
+                work[i, j] -= share * work[j, k]
+    return True
+
+
+def softness(surface: np.ndarray) -> np.ndarray:
+    """Return (r, r), the mean square motion of the ``surface`` (n, 3, r) over the largest that has unit energy at rest.
+
+    A tangent less a share of it is positive definite where nothing has become softer than that share of what the body's
+    softest motion is at rest. Trap: the tangent's own eigenvalues are small in any bent body, which does not stretch
+    in the same directions as the straight one.
+    """
+    flat = surface.reshape(-1, surface.shape[2])
+    square = flat.T @ flat
+    return square / np.linalg.eigvalsh(square)[-1]
 
 
 LEAST_COLUMN = 1e-6
@@ -324,6 +414,10 @@ class ReducedContact:
         self.cells, self.loads, self.law = cells, np.ascontiguousarray(loads), law
         self._slopes = cells.slopes.reshape(-1, cells.slopes.shape[2])
         self.rest = np.eye(len(loads)) - cells.stiffness if rest is None else rest
+        self._base = self.rest  # what of the tangent does not change
+        if law.shape is None:
+            weighted = np.tile(2.0 * cells.mu * cells.volumes, 9)[:, None] * self._slopes
+            self._base = self.rest + self._slopes.T @ weighted
 
     def settle(self, force: np.ndarray, tolerance: float) -> Coordinates:
         """Return the coordinates under ``force`` (f,) [N], whose residual is above ``tolerance`` if none were found."""
@@ -337,6 +431,21 @@ class ReducedContact:
         found = self.settle(force, tolerance)
         if not found.residual <= tolerance:
             raise NotConverged(f"the reduced model stopped at a residual of {found.residual:.1e}", [found.residual])
+        return found
+
+    def tangent(self, q: np.ndarray) -> np.ndarray:
+        """Return the Hessian (r, r) of the energy at ``q`` (r,): the identity at rest, singular where it gives way.
+
+        It is NaN where a cell of the corotational law is inverted.
+        """
+        slopes, volumes, mu, lam = self.cells
+        found = self._base.copy()
+        for begin in range(0, len(volumes), BLOCK):
+            some = begin, min(begin + BLOCK, len(volumes))
+            if self.law.shape is None:
+                found += _plain_tangent(q, slopes, volumes, mu, lam, *some)
+            else:
+                found += _law_tangent(q, slopes, volumes, mu, lam, *some, *self.law)
         return found
 
     def thinned(
@@ -359,10 +468,11 @@ class ReducedContact:
         """Return what each cell adds to the gradient beyond its linear part at ``answers`` (s, r): (k, s, r)."""
         slopes, volumes, mu, lam = self.cells
         count = len(volumes)
-        f, p, energies, sure = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
+        f, p = np.empty((9, count)), np.empty((9, count))
+        energies, accepted = np.empty(count), np.empty(count, dtype=bool)
         found = np.empty((count, *answers.shape))
         for s, q in enumerate(answers):
-            cell_stresses(q, self._slopes, volumes, mu, lam, *self.law, f, p, energies, sure)
+            cell_stresses(q, self._slopes, volumes, mu, lam, *self.law, f, p, energies, accepted)
             moved = f.reshape(3, 3, count) - np.eye(3)[:, :, None]
             strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
             linear = 2.0 * mu * strain

@@ -228,13 +228,18 @@ def _carried(nodes: np.ndarray, shares: np.ndarray, modes: np.ndarray) -> np.nda
 
 
 def columns_of_contact(
-    elements: ElementsAtRest, nodes: np.ndarray, shares: np.ndarray, normal: np.ndarray, newtons: float
+    elements: ElementsAtRest,
+    nodes: np.ndarray,
+    shares: np.ndarray,
+    normal: np.ndarray,
+    newtons: float,
+    linear: np.ndarray,
 ) -> ContactSnapshots:
     """Compute columns of a contact on ``nodes`` (k,), and what a model of them alone answers to presses.
 
     newtons : the hardest press that is tried; the model finds how hard each direction can be pressed
+    linear : (n, 3, 3) [m/N], its ``linear_columns``
     """
-    linear = linear_columns(elements, nodes, shares)
     second = second_columns(elements, linear)
     modes = orthonormal(elements, np.dstack([linear, second]))
     cells = cells_of(elements, modes, rings_around(elements, nodes, NEAR_RINGS), TOGETHER if elements.level else 1)

@@ -84,14 +84,14 @@ def reduced_level(body: Body, most: int) -> int:
 
 
 class Workshop:
-    """Reduces quadratic elements on the ``reduced_level`` of ``body``.
+    """Reduces quadratic elements on one ``level`` of ``body``.
 
     radius_m : of the disc that is pressed; 0 presses one node
     seconds : what each thing that was made has taken, by its name
     """
 
-    def __init__(self, body: Body, radius_m: float, most: int):
-        self._body, self._radius_m, self.level = body, radius_m, reduced_level(body, most)
+    def __init__(self, body: Body, radius_m: float, level: int):
+        self._body, self._radius_m, self.level = body, radius_m, level
         self._made: dict[Any, Any] = {}
         self.seconds: dict[Any, float] = {}
 
@@ -145,6 +145,11 @@ class Workshop:
         coarse, disc = self.elements(self.level - 1), self.disc(node, self.level - 1)
         return self.make(("columns before", node), lambda: linear_columns(coarse, *disc))
 
+    def linear(self, node: int) -> np.ndarray:
+        """Return the linear columns (n, 3, 3) [m/N] at all nodes of the elements that are reduced."""
+        elements, disc = self.elements(self.level), self.disc(node, self.level)
+        return self.make(("linear", node), lambda: linear_columns(elements, *disc))
+
     def from_coarser(self, node: int, modes: str) -> Change:
         """Return what the hardest answers of ``shown`` have changed since the level before."""
         return self.make(("from coarser " + modes, node), lambda: _from_coarser(self, node, modes))
@@ -155,7 +160,7 @@ class Workshop:
 
     def reduced_columns(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
-        return bring_to_surface(self.up(self.level), self.shown(node, "columns").linear)
+        return bring_to_surface(self.up(self.level), self.linear(node))
 
     def pressed_once(self, node: int, level: int) -> np.ndarray:
         """Return the linear response (n_surface, 3) [m/N] of a level to a unit force into ``node``.
@@ -182,7 +187,8 @@ class Workshop:
         elements, young = self.elements(self.level), self._body.material.young_pa
         radius = self._radius_m or 0.05 * elements.size
         newtons = PRESSURE * young * np.pi * radius**2 / 2.0
-        return columns_of_contact(elements, *self.disc(node, self.level), self._patch(node).normal, newtons)
+        disc, normal = self.disc(node, self.level), self._patch(node).normal
+        return columns_of_contact(elements, *disc, normal, newtons, self.linear(node))
 
 
 def _from_coarser(shop: Workshop, node: int, modes: str) -> Change:

@@ -12,13 +12,14 @@ import numba
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
+from palpate.benchmark.model import Case, FitOptions, Setting, training_counts
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.polar import signed_svd
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, seen_with
 from palpate.models.enrichment.fitting import Fitting, Training, convinces, gather
 from palpate.models.enrichment.ridge import KernelRidge
+from palpate.models.limit import TO_LIMIT, with_limit
 from palpate.solvers.compliance import Compliance
 
 
@@ -81,31 +82,31 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
     """
     inner = _inner(detail, detail) / training.peaks**2
     across = _inner(missing - detail, detail) / training.peaks**2
-    left = _inner(missing - detail, missing - detail) / training.peaks**2
+    unexplained = _inner(missing - detail, missing - detail) / training.peaks**2
 
-    def solve(known: np.ndarray, penalty: float, bounded: bool) -> Scale:
-        regressors = ratios[known] - 1.0
-        normal = regressors.T @ (regressors * inner[known, None])
+    def solve(samples: np.ndarray, penalty: float, bounded: bool) -> Scale:
+        regressors = ratios[samples] - 1.0
+        normal = regressors.T @ (regressors * inner[samples, None])
         if not normal.trace() > 0.0:
             return Scale(np.zeros(2))
         ridge = penalty * normal.trace() * np.eye(2)
-        found = Scale(np.linalg.solve(normal + ridge, regressors.T @ across[known]))
-        scales = found.of(ratios[known])
-        return Scale(found.beta, float(scales.min()), float(scales.max())) if bounded else found
+        fitted = Scale(np.linalg.solve(normal + ridge, regressors.T @ across[samples]))
+        scales = fitted.of(ratios[samples])
+        return Scale(fitted.beta, float(scales.min()), float(scales.max())) if bounded else fitted
 
-    def error(asked: np.ndarray, scale: Scale) -> float:
-        extra = scale.of(ratios[asked]) - 1.0
-        squared = left[asked] - 2.0 * extra * across[asked] + extra**2 * inner[asked]
+    def error(samples: np.ndarray, scale: Scale) -> float:
+        extra = scale.of(ratios[samples]) - 1.0
+        squared = unexplained[samples] - 2.0 * extra * across[samples] + extra**2 * inner[samples]
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 
     parts = [np.flatnonzero(training.fold == part) for part in range(training.fold.max() + 1)]
     rest = [np.flatnonzero(training.fold != part) for part in range(training.fold.max() + 1)]
-    tried = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
-    scores = [sum(error(a, solve(k, *each)) for a, k in zip(parts, rest, strict=True)) for each in tried]
+    candidates = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
+    scores = [sum(error(a, solve(k, *each)) for a, k in zip(parts, rest, strict=True)) for each in candidates]
     everything = np.arange(len(ratios))
     if min(scores) >= error(everything, Scale(np.zeros(2))):
         return Scale(np.zeros(2))
-    return solve(everything, *tried[int(np.argmin(scores))])
+    return solve(everything, *candidates[int(np.argmin(scores))])
 
 
 def _inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -165,14 +166,14 @@ class DetailCorrection:
         missing = training.fine - np.array([q.interpolated for q in queries])
         ratios, detail = np.array([q.ratios for q in queries]), np.array([q.detail for q in queries])
         self.scale = fit_scale(ratios, detail, missing, training)
-        left = missing - self.scale.of(ratios)[:, None, None] * detail
-        plain = np.sqrt(np.mean(np.sum(left**2, axis=2), axis=1)) / training.peaks
+        residual = missing - self.scale.of(ratios)[:, None, None] * detail
+        plain = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / training.peaks
         turns = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
-        unturned = np.array([_turn(r, e) for r, e in zip(turns, left, strict=True)])
+        unturned = np.array([_turn(r, e) for r, e in zip(turns, residual, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
-        residual = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
-        if convinces(residual.errors, plain, training.fold):
-            self._residual, self.sigma_m = residual, residual.sigma_m
+        learnt = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
+        if convinces(learnt.errors, plain, training.fold):
+            self._residual, self.sigma_m = learnt, learnt.sigma_m
         return self
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
@@ -219,11 +220,13 @@ PREPARED, REDUCES, LAW = True, "p2", "the body's"
 def settings(case: Case) -> list[Setting]:
     """List the coarse answers, and with the best of them how many samples are learnt from.
 
-    Without samples neither scale nor residual is learnt; with ``turned`` false nothing is turned either.
+    Without samples neither scale nor residual is learnt; with ``turned`` false nothing is turned either. What is learnt
+    from all of them is brought to the limit of the levels, too.
     """
     counts = training_counts(case, case.grid["detail_correction"]["training_shares"])
     fewer = [{"samples": 0, "turned": False}, {"samples": 0}, *({"samples": count} for count in counts)]
-    return coarse_settings(case, {"samples": case.n_training}, fewer)
+    *others, whole = coarse_settings(case, {"samples": case.n_training}, fewer)
+    return [*others, whole | TO_LIMIT, whole]
 
 
 def prepare(case: Case, setting: Setting) -> Enriched:
@@ -236,4 +239,4 @@ def prepare(case: Case, setting: Setting) -> Enriched:
     return Enriched(method, coarse)
 
 
-offline = one_stage(prepare)
+offline = with_limit(prepare)

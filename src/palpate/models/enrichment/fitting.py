@@ -45,15 +45,15 @@ class Training:
         """
         parts, order = [], []
         for part in range(self.fold.max() + 1):
-            known, asked = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
+            train, validation = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
             squared = blend_errors(
-                blends(known, asked),
-                gram[np.ix_(known, known)],
-                gram[np.ix_(known, asked)],
-                gram.diagonal()[asked],
+                blends(train, validation),
+                gram[np.ix_(train, train)],
+                gram[np.ix_(train, validation)],
+                gram.diagonal()[validation],
             )
-            parts.append(np.sqrt(squared / self.fine.shape[1]) / self.peaks[asked])
-            order.append(asked)
+            parts.append(np.sqrt(squared / self.fine.shape[1]) / self.peaks[validation])
+            order.append(validation)
         return np.concatenate(parts, axis=-1)[..., np.argsort(np.concatenate(order))]
 
 

@@ -114,7 +114,7 @@ def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
     return np.where(cancelled, w / w.sum(axis=0), blend / total)
 
 
-class Known:
+class DescribedSamples:
     """The training samples as one kind of feature sees them, shared by all kinds of weights.
 
     described : (k, r) features [m]; slots : (k, 3n) fine displacements [m]
@@ -133,8 +133,8 @@ class Known:
     def choose_sigma(self, kind: str) -> float:
         """Return the σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
 
-        def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
-            among, across = self.squared[np.ix_(known, known)], self.squared[np.ix_(known, asked)]
+        def blends(train: np.ndarray, validation: np.ndarray) -> np.ndarray:
+            among, across = self.squared[np.ix_(train, train)], self.squared[np.ix_(train, validation)]
             return np.array([BlendWeights(kind, among, sigma)(across) for sigma in self.sigmas])
 
         return float(self.sigmas[self.training.score(self.slots @ self.slots.T, blends).argmin()])
@@ -143,10 +143,10 @@ class Known:
 class Blend:
     """A fitted regressor: one kind of feature, one kind of weights, one σ."""
 
-    def __init__(self, known: Known, kind: str, sigma: float):
+    def __init__(self, samples: DescribedSamples, kind: str, sigma: float):
         self.sigma_m = sigma
-        self._features, self._described, self._slots = known.features, known.described, known.slots
-        self._weights = BlendWeights(kind, known.squared, sigma)
+        self._features, self._described, self._slots = samples.features, samples.described, samples.slots
+        self._weights = BlendWeights(kind, samples.squared, sigma)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
@@ -164,10 +164,11 @@ class Blend:
 def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = None) -> Blend:
     """Fit a regressor, its σ by cross-validation; ``neighbours`` other than those of the options may be given."""
     length = fitting.options.neighbours if neighbours is None else neighbours
-    known = fitting.share(
-        (features, length), lambda: Known(kinds(fitting.db, length)[features], fitting.training, fitting.options)
+    samples = fitting.share(
+        (features, length),
+        lambda: DescribedSamples(kinds(fitting.db, length)[features], fitting.training, fitting.options),
     )
-    return Blend(known, weights, known.choose_sigma(weights))
+    return Blend(samples, weights, samples.choose_sigma(weights))
 
 
 def median_distance(squared: np.ndarray) -> float:

@@ -52,16 +52,16 @@ class PodRbf:
     ) -> tuple[str, float, int]:
         counts = np.unique(np.geomspace(1, len(gram), 12).astype(int)) if modes is None else np.array([modes])
 
-        def blends(known: np.ndarray, asked: np.ndarray) -> np.ndarray:
-            k = len(known)
+        def blends(train: np.ndarray, validation: np.ndarray) -> np.ndarray:
+            k = len(train)
             centre = np.eye(k) - 1.0 / k
-            vectors = np.linalg.eigh(centre @ gram[np.ix_(known, known)] @ centre)[1][:, ::-1]
-            found = []
+            vectors = np.linalg.eigh(centre @ gram[np.ix_(train, train)] @ centre)[1][:, ::-1]
+            candidates = []
             for kernel, shape in KERNELS:
-                weights = _interpolator(described[known], np.eye(k), kernel, shape)(described[asked]).T
+                weights = _interpolator(described[train], np.eye(k), kernel, shape)(described[validation]).T
                 # the blend of samples that m modes leave: mean + centred projection of the interpolant
-                found += [1 / k + centre @ (vectors[:, :m] @ (vectors[:, :m].T @ weights)) for m in counts]
-            return np.array(found)
+                candidates += [1 / k + centre @ (vectors[:, :m] @ (vectors[:, :m].T @ weights)) for m in counts]
+            return np.array(candidates)
 
         best = int(training.score(gram, blends).argmin())
         return *KERNELS[best // len(counts)], int(counts[best % len(counts)])

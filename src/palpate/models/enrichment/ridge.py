@@ -29,7 +29,10 @@ def _choose(training: Training, kernel: np.ndarray, gram: np.ndarray) -> tuple[n
     gram : (k, k) inner products of the targets [m²]
     """
     errors = training.errors(
-        gram, lambda known, asked: dual_weights(kernel[np.ix_(known, known)], kernel[np.ix_(known, asked)], LAMBDAS)
+        gram,
+        lambda train, validation: dual_weights(
+            kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS
+        ),
     )
     best = int(errors.mean(axis=1).argmin())
     return errors[best], float(LAMBDAS[best])
@@ -90,16 +93,16 @@ class KernelRidge:
         grid = options.sigma_relative
         sigmas = median_distance(squared) * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
         gram = targets @ targets.T
-        tried = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
-        best = min(range(len(tried)), key=lambda i: float(tried[i][0].mean()))
-        self.sigma_m, self.errors = float(sigmas[best]), tried[best][0]
+        candidates = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
+        best = min(range(len(candidates)), key=lambda i: float(candidates[i][0].mean()))
+        self.sigma_m, self.errors = float(sigmas[best]), candidates[best][0]
         self.score = float(self.errors.mean())
-        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, tried[best][1])
+        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, candidates[best][1])
 
-    def predict(self, asked: np.ndarray) -> np.ndarray:
+    def predict(self, query: np.ndarray) -> np.ndarray:
         """Return displacements (n, 3) [m] for one description (r,) [m]."""
-        away = self._described - asked
-        kernel = (self._described @ asked) ** self._power * gaussian(np.einsum("ij,ij->i", away, away), self.sigma_m)
+        away = self._described - query
+        kernel = (self._described @ query) ** self._power * gaussian(np.einsum("ij,ij->i", away, away), self.sigma_m)
         return (kernel @ self._dual).reshape(-1, 3)
 
 

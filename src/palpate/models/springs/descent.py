@@ -183,28 +183,28 @@ def descend(
     most_n_m : with it that stiffness is sought too, up to this; without, it stays
     One row of history per evaluation of all of them. Raises NotConverged if a motion diverges on the way.
     """
-    n, begin, given = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
+    n, begin, initial_n_m = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
     history: list[list[float]] = []
-    best = (-np.inf, start_pa, given)
+    best = (-np.inf, start_pa, initial_n_m)
 
     def cost(unknowns):
         nonlocal best
         young = np.exp(unknowns[:n])
-        volume = given if most_n_m is None else float(unknowns[n]) * most_n_m
-        found = [value_and_gradient(press, young, volume) for press in presses]
-        value = sum(value for value, _ in found)
+        volume = initial_n_m if most_n_m is None else float(unknowns[n]) * most_n_m
+        gradients = [value_and_gradient(press, young, volume) for press in presses]
+        value = sum(value for value, _ in gradients)
         if value > best[0]:
             best = (value, young, volume)
         history.append([len(history) + 1, perf_counter() - begin, best[0]])
-        by_unknowns = sum(gradient.young for _, gradient in found) * young
+        by_unknowns = sum(gradient.young for _, gradient in gradients) * young
         if most_n_m is not None:
-            by_unknowns = np.append(by_unknowns, most_n_m * sum(gradient.volume for _, gradient in found))
+            by_unknowns = np.append(by_unknowns, most_n_m * sum(gradient.volume for _, gradient in gradients))
         return -value, -by_unknowns
 
     start = np.log(np.clip(start_pa, limits.low_pa, limits.high_pa))
     bounds = [(np.log(limits.low_pa), np.log(limits.high_pa))] * n
     if most_n_m is not None:
-        start = np.append(start, np.clip(given / most_n_m, LEAST_VOLUME, 1.0))
+        start = np.append(start, np.clip(initial_n_m / most_n_m, LEAST_VOLUME, 1.0))
         bounds.append((LEAST_VOLUME, 1.0))
     options = {"maxcor": MEMORY, "maxfun": evaluations, "maxiter": evaluations, "ftol": LEAST_GAIN, "gtol": 0.0}
     minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
@@ -246,11 +246,11 @@ def descend_smoothly(fitness: Fitness, start_pa: np.ndarray, limits: Range, eval
     bounds = [(np.log(limits.low_pa), np.log(limits.high_pa))] * len(logs)
     count = round(PER_DECADE * np.log10(LARGEST / SMALLEST))
     for strength in np.geomspace(LARGEST, SMALLEST, count + 1):
-        left = evaluations - len(history)
-        options = {"maxcor": MEMORY, "maxfun": left, "maxiter": left, "ftol": 1e-9, "gtol": 0.0}
-        found = minimize(cost, logs, strength, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-        logs = found.x
-        square = found.fun - strength * ((logs - logs.mean()) ** 2).sum()
+        remaining = evaluations - len(history)
+        options = {"maxcor": MEMORY, "maxfun": remaining, "maxiter": remaining, "ftol": 1e-9, "gtol": 0.0}
+        result = minimize(cost, logs, strength, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        logs = result.x
+        square = result.fun - strength * ((logs - logs.mean()) ** 2).sum()
         if square <= TARGET_ERROR**2 or len(history) >= evaluations:
             break
     young = np.exp(logs)

@@ -73,8 +73,8 @@ class Genetic:
         """Advance by one generation."""
         start = perf_counter()
         new = np.array([self._child() for _ in range(self._rules.population // 2)])
-        found, kept = self._fitness(new), self._rules.population - len(new)
-        self._keep(np.vstack([self.individuals[:kept], new]), np.concatenate([self.fitness[:kept], found]))
+        fitness, survivors = self._fitness(new), self._rules.population - len(new)
+        self._keep(np.vstack([self.individuals[:survivors], new]), np.concatenate([self.fitness[:survivors], fitness]))
         self.generation += 1
         count, seconds, _ = self.history[-1]
         self.history.append([count + len(new), seconds + perf_counter() - start, self.fitness[0]])

@@ -75,11 +75,11 @@ def experiment(block: dict, poisson: float) -> Experiment:
     return found
 
 
-def simulate_references(found: Experiment, substeps: int) -> dict[str, Motion]:
+def simulate_references(experiment: Experiment, substeps: int) -> dict[str, Motion]:
     """Simulate the motion of finite elements under each press."""
     return {
-        name: reference_motion(found.particles, found.model, press, found.settings, substeps)
-        for name, press in found.presses.items()
+        name: reference_motion(experiment.particles, experiment.model, press, experiment.settings, substeps)
+        for name, press in experiment.presses.items()
     }
 
 

@@ -57,11 +57,11 @@ class Fitness:
     def __init__(
         self, model: SpringModel, press: Press, settings: Settings, positions: np.ndarray, velocities: np.ndarray
     ):
-        wanted = (settings.steps // settings.every, len(settings.keys.corners), 3)
+        shape = (settings.steps // settings.every, len(settings.keys.corners), 3)
         for name, array in (("positions", positions), ("velocities", velocities)):
-            if array.shape != wanted or not np.isfinite(array).all():
+            if array.shape != shape or not np.isfinite(array).all():
                 raise InputError(
-                    f"reference of press {press.name}: {name} must be finite and of shape {wanted}, not "
+                    f"reference of press {press.name}: {name} must be finite and of shape {shape}, not "
                     f"{array.shape}; compute the reference again."
                 )
         self.model, self.press, self.settings = model, press, settings
@@ -75,11 +75,11 @@ class Fitness:
         stiffness = stiffnesses(self.model, young)
         damping = dampings(self.model, stiffness, self.settings.damping_ratio)
         lanes = _in_lanes(stiffness), _in_lanes(damping)
-        found = np.empty(len(lanes[0]) * len(LANES))
-        _evaluate(found, *lanes, *self._wanted, *self._constants)
-        found = found[: len(young)]
+        fitness = np.empty(len(lanes[0]) * len(LANES))
+        _evaluate(fitness, *lanes, *self._wanted, *self._constants)
+        fitness = fitness[: len(young)]
         self.evaluations += len(young)
-        return np.where(np.isfinite(found), found, -np.inf)
+        return np.where(np.isfinite(fitness), fitness, -np.inf)
 
 
 class Track:
@@ -91,13 +91,13 @@ class Track:
         self.history: list[list[float]] = []
 
     def __call__(self, young: np.ndarray) -> np.ndarray:
-        found = self._fitness(young)
-        leader = int(np.argmax(found))
-        if found[leader] > self.best or not self.history:
-            self.best, self.young = float(found[leader]), young[leader].copy()
+        fitness = self._fitness(young)
+        leader = int(np.argmax(fitness))
+        if fitness[leader] > self.best or not self.history:
+            self.best, self.young = float(fitness[leader]), young[leader].copy()
         self._count += len(young)
         self.history.append([self._count, perf_counter() - self._start, self.best])
-        return found
+        return fitness
 
     def fit(self) -> Fit:
         """Return the result so far."""

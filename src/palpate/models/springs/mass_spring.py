@@ -8,8 +8,10 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb, refuse_bed, refuse_regions
-from palpate.bodies.particles import particles_of
+from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb, refuse_regions
+from palpate.bodies.particles import Particles, particles_of
+from palpate.effects.bed import BedSprings
+from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.volume_force import Volume
@@ -26,6 +28,12 @@ TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 """Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
 
 
+def supports(particles: Particles) -> dict[str, Effect]:
+    """Return the effects that hold ``particles``: anchors, a bed, both or none."""
+    held: dict[str, Effect] = {"held": Held(particles.held)} if len(particles.held) else {}
+    return held | ({"bed": BedSprings(particles, particles.beds)} if particles.beds else {})
+
+
 class Network:
     """Springs on the edges of a level's tetrahedra, and paper 2's volume force if it has a stiffness.
 
@@ -36,9 +44,9 @@ class Network:
 
     def __init__(self, case: Case, level: int):
         self.particles = particles_of(case.body, level, surface=False)
-        refuse_bed(case, "springs")
         refuse_regions(case, "springs")
-        if not len(self.particles.held):
+        self._supports = supports(self.particles)
+        if not self._supports:
             raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
         self.model, self.rest = spring_model(self.particles), self.particles.nodes
         self.up = to_surface(case.body, level)
@@ -48,7 +56,7 @@ class Network:
     def stiffen(self, young_pa: np.ndarray, volume_n_m: float) -> None:
         """Give nodes their moduli (n,) [Pa] (paper 2, eq. 5), and the volume force its stiffness [N/m]."""
         springs = Springs(self.model.pairs, stiffnesses(self.model, young_pa), self.model.rest_m)
-        effects = {"springs": springs, "held": Held(self.particles.held)}
+        effects: dict[str, Effect] = {"springs": springs} | self._supports
         if volume_n_m > 0.0:
             effects["volume"] = Volume(self.particles, volume_n_m)
         self._system = System(self.particles, effects)
@@ -223,10 +231,10 @@ REDUCES, LAW = "p2", "springs"
 def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
     """List iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
     grid = case.grid["mass_spring"]
-    found = [{"level": 0, "iterations": n} for n in grid["iterations"]]
+    runs = [{"level": 0, "iterations": n} for n in grid["iterations"]]
     if len(case.body.levels) > 2 and not (nodal or volume):
-        found += [{"level": 1, "iterations": n} for n in grid["middle_iterations"]]
-    return found
+        runs += [{"level": 1, "iterations": n} for n in grid["middle_iterations"]]
+    return runs
 
 
 class Offline(Stage):

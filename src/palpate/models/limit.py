@@ -1,0 +1,99 @@
+"""Bring answers of elements to the limit of ever finer levels, by linear responses that are extrapolated there.
+
+Errors of nested levels fall by one ratio with each (Richardson 1911). What the limit of the linear response has beyond
+that of the elements is stored for each prepared contact, and is added to an answer, turned with the rotations of the
+linear response. What is beyond the linear part keeps the error of the elements.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from palpate.benchmark.load import Answer, Doubted, Load, Refused, displacement_of
+from palpate.benchmark.model import LIMIT, Case, Setting, Solver, Stage, aims_at_limit, held_mb, one_stage
+from palpate.models.contact_modes.workshop import Workshop, target_columns
+from palpate.models.warped_response import WarpedResponse
+
+TO_LIMIT: Setting = {"target": LIMIT}
+"""What a setting has whose answers are meant for the limit; others are meant for the elements' own mesh."""
+
+
+def limit_columns(case: Case) -> np.ndarray:
+    """Return the limit of the linear responses, (n_contacts, 3, n_surface, 3) [m/N], as ``Compliance.fine`` has them.
+
+    Made once for a case, and charged to all that use it. Refused for a body of one level.
+    """
+    before = len(case.body.levels) - 2
+    if before < 0:
+        raise Refused(f"{case.body.name} has one level, and a limit is extrapolated from two at least")
+
+    def make() -> np.ndarray:
+        what = case.body, case.radius_m, before
+        shop = case.share(("workshop", *what), lambda: Workshop(*what))
+        found = [target_columns(shop, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
+        return np.ascontiguousarray(np.moveaxis(np.array(found), 3, 1))
+
+    case.use_compliance()
+    return case.share(("limit columns", case.response), make, "limit columns")
+
+
+def at_limit(case: Case) -> Case:
+    """Return the case with the limit's responses in the place of those stored, for models that have nothing else."""
+    return replace(case, response=replace(case.use_compliance(), fine=limit_columns(case), means=None))
+
+
+class ToLimit(Solver):
+    """The answers of ``solver`` to forces at prepared contacts, with what the limit has beyond them.
+
+    own : (n_contacts, 3, n_surface, 3) [m/N], the linear responses of the elements that it answers for
+    """
+
+    def __init__(self, case: Case, solver: Solver, own: np.ndarray):
+        stored = case.use_compliance()
+        self._solver = solver
+        self._beyond = WarpedResponse(case.meshes, replace(stored, fine=limit_columns(case) - own))
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB]."""
+        return self._solver.memory_mb + held_mb(self._beyond)
+
+    def precede(self, load: Load) -> None:
+        """Do what the solver does before a query."""
+        self._solver.precede(load)
+
+    def respond(self, load: Load) -> np.ndarray | Answer:
+        """Return the displacement (n_surface, 3) [m]; an answer that the solver doubts is brought to the limit, too.
+
+        InputError for a contact that is not prepared, Refused for a depth.
+        """
+        beyond = self._beyond.superpose(load.forces())
+        try:
+            return _moved(self._solver.respond(load), beyond)
+        except Doubted as doubted:
+            answer = doubted.answer._replace(displacement=doubted.answer.displacement + beyond)
+            raise Doubted(str(doubted), doubted.history, answer) from doubted
+
+
+def _moved(answer: np.ndarray | Answer, beyond: np.ndarray) -> np.ndarray | Answer:
+    moved = displacement_of(answer) + beyond
+    return answer._replace(displacement=moved) if isinstance(answer, Answer) else moved
+
+
+def _finest(solver: Solver, case: Case) -> np.ndarray:
+    return case.use_compliance().fine
+
+
+def with_limit(prepare: Callable[..., Any], own: Callable[[Any, Case], np.ndarray] = _finest) -> Callable[..., Stage]:
+    """Return the offline stage of a model whose settings may have TO_LIMIT, as ``one_stage`` does of others.
+
+    own : finds the linear responses of what ``prepare`` returns; if nothing is said, those of the finest level
+    """
+
+    def made(case: Case, setting: Setting, **keywords: Any) -> Solver:
+        solver = prepare(case, setting, **keywords)
+        return ToLimit(case, solver, own(solver, case)) if aims_at_limit(setting) else solver
+
+    return one_stage(made)
